@@ -1,0 +1,202 @@
+//! The codes that messages carry as `u64`: sources, states, faults, kinds.
+
+/// Declares an enumeration with its codes on the wire and its names for people.
+macro_rules! codes {
+    ($(#[$doc:meta])* $name:ident { $( $(#[$variant_doc:meta])* $variant:ident = $code:literal, $text:literal; )* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum $name { $( $(#[$variant_doc])* $variant ),* }
+
+        impl $name {
+            /// All of them, in the order of their codes.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+            /// The first code that is not used: messages refuse it and all above.
+            pub const END: u64 = { let mut end = 0; $( if $code >= end { end = $code + 1; } )* end };
+
+            /// The code as messages carry it.
+            pub const fn code(self) -> u64 {
+                match self { $(Self::$variant => $code),* }
+            }
+
+            /// The meaning of a code; `None` for one that is not used.
+            pub const fn from_code(code: u64) -> Option<Self> {
+                match code { $($code => Some(Self::$variant),)* _ => None }
+            }
+
+            /// The name for people, logs and files.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $text),* }
+            }
+        }
+
+        impl core::fmt::Display for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+    };
+}
+
+codes! {
+    /// The processes that publish. Simulator and bus bridge share one source: the controller can't tell them apart.
+    Source {
+        /// Makes References.
+        Trajectory = 1, "trajectory-generator";
+        /// Makes StepCommands.
+        Controller = 2, "step-controller";
+        /// The valve: simulator or bus bridge.
+        Plant = 3, "plant-simulator";
+        /// Records.
+        Recorder = 4, "run-recorder";
+        /// Speaks for the operator.
+        Supervisor = 5, "supervisor";
+    }
+}
+
+codes! {
+    /// The controller's states.
+    ///
+    /// ```text
+    ///  Disarmed ──arm──▶ Running ──disarm──▶ QuickStop ──stopped──▶ Disarmed
+    ///     ▲                 │ fault, silence, limit exceeded
+    ///     └────reset────  Fault ◀──stopped──  QuickStop
+    /// ```
+    ControllerState {
+        /// Holds where it is; commands nothing.
+        Disarmed = 0, "disarmed";
+        /// Follows the reference.
+        Running = 1, "running";
+        /// Ramps the pulse rate to zero.
+        QuickStop = 2, "quick-stop";
+        /// Stopped by a fault; only a reset leaves it.
+        Fault = 3, "fault";
+    }
+}
+
+codes! {
+    /// Why the controller, or the plant side's guard, stopped the valve.
+    FaultCode {
+        /// Nothing is wrong.
+        None = 0, "none";
+        /// No valid Feedback for `silence_cycles`.
+        FeedbackSilent = 1, "feedback silent";
+        /// No valid Reference for `silence_cycles`.
+        ReferenceSilent = 2, "reference silent";
+        /// No valid StepCommand for `silence_cycles` (found by the plant side).
+        CommandSilent = 3, "step command silent";
+        /// The following error exceeded its limit.
+        FollowingError = 4, "following error";
+        /// The drive reports a fault of its own.
+        Drive = 5, "drive";
+        /// The rotor fell into another tooth.
+        LostSteps = 6, "lost steps";
+        /// The reference left the limits of motion.
+        ReferenceLimit = 7, "reference beyond limits";
+        /// The accepted position is not the one commanded.
+        CommandMismatch = 8, "command not accepted";
+    }
+}
+
+codes! {
+    /// What kind of set-point.
+    SetPointKind {
+        /// Stand still where the motion can stop soonest.
+        Hold = 0, "hold";
+        /// Valve angle in rad.
+        Angle = 1, "angle";
+        /// Opening from 0 (closed) to 1 (open).
+        Opening = 2, "opening";
+        /// Flow in m³/s at a given or the measured pressure drop.
+        Flow = 3, "flow";
+        /// Constant speed in rad/s, without an end.
+        Speed = 4, "speed";
+        /// A sine about the present angle.
+        Sine = 5, "sine";
+    }
+}
+
+codes! {
+    /// Why a set-point was refused.
+    SetPointRefusal {
+        /// It was not.
+        None = 0, "none";
+        /// The angle lies outside the limits of motion.
+        AngleLimit = 1, "angle outside the limits";
+        /// The speed lies outside the limits of motion.
+        SpeedLimit = 2, "speed outside the limits";
+        /// The acceleration lies outside the limits of motion.
+        AccelerationLimit = 3, "acceleration outside the limits";
+        /// The orifice can't pass this flow at this pressure drop.
+        Flow = 4, "flow out of reach";
+        /// The valve has no known zero: absolute set-points mean nothing.
+        NotHomed = 5, "not homed";
+        /// The controller is not running.
+        NotRunning = 6, "not running";
+        /// No valid pressure drop to turn a flow into an angle.
+        NoPressure = 7, "no valid pressure drop";
+        /// The motion could not be planned within the limits.
+        NoPlan = 8, "no motion within the limits";
+        /// The model has no orifice.
+        NoOrifice = 9, "the model has no orifice";
+    }
+}
+
+codes! {
+    /// What the operator wants.
+    OperatorKind {
+        /// Nothing: the service's first, empty message.
+        Nothing = 0, "nothing";
+        /// Begin to follow the reference.
+        Arm = 1, "arm";
+        /// Stop and hold.
+        Disarm = 2, "disarm";
+        /// Leave a fault.
+        Reset = 3, "reset";
+        /// Give a parameter another value, in any state; it holds until the controller ends.
+        SetParameter = 4, "set parameter";
+    }
+}
+
+codes! {
+    /// Parameters of the controller that can be changed while it runs.
+    ControlParameter {
+        /// No parameter.
+        None = 0, "none";
+        /// How much friction is fed forward: 0 none, 1 Coulomb and viscous, 2 full law, 3 full law with effects.
+        CompensationLevel = 1, "compensation level";
+        /// The observer's bandwidth, Hz.
+        ObserverBandwidth = 2, "observer bandwidth";
+        /// The largest torque that the observer makes up for, N·m.
+        ObserverLimit = 3, "observer limit";
+        /// Following error at rest that is a fault, rad.
+        MaxFollowingError = 4, "largest following error";
+        /// By how much that grows with speed, s.
+        FollowingErrorPerSpeed = 5, "following error per speed";
+    }
+}
+
+codes! {
+    /// What became of the last operator command.
+    OperatorResult {
+        /// None was given.
+        None = 0, "none";
+        /// Done.
+        Done = 1, "done";
+        /// The state did not allow it.
+        WrongState = 2, "not possible in this state";
+        /// The valve is not ready (no valid Feedback or Reference).
+        NotReady = 3, "not ready";
+        /// The parameter can't have this value, or this controller has no such parameter.
+        Refused = 4, "value refused";
+    }
+}
+
+codes! {
+    /// The scheduling that a process really obtained.
+    Scheduling {
+        /// The normal scheduler.
+        Other = 0, "normal";
+        /// SCHED_FIFO.
+        Fifo = 1, "fifo";
+    }
+}

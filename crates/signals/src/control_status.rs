@@ -1,0 +1,55 @@
+//! ControlStatus k: what the controller found and decided in cycle k.
+
+/// The bits of [`ControlStatus::limiting`]: a limit that holds the command back, which is not a fault.
+pub mod limiting {
+    /// The pulse rate is at the driver's limit.
+    pub const PULSE_RATE: u64 = 1 << 0;
+    /// The pulse rate's change is at the driver's limit.
+    pub const PULSE_ACCELERATION: u64 = 1 << 1;
+    /// The wanted torque is more than the motor has to give at this speed.
+    pub const TORQUE: u64 = 1 << 2;
+    /// The first bit that is not used.
+    pub const END: u64 = 1 << 3;
+}
+
+message! {
+    /// State, fault, following error, and the quantities behind the StepCommand of the same cycle.
+    ControlStatus, "control-status" {
+        /// A [`crate::ControllerState`].
+        state: u64 ["1", Below(crate::ControllerState::END)],
+        /// Why the valve was stopped, a [`crate::FaultCode`]; kept until reset.
+        fault: u64 ["1", Below(crate::FaultCode::END)],
+        /// The cycle in which the fault was found.
+        fault_cycle: u64 ["1", Any],
+        /// Reference k − angle k, while running; else 0.
+        following_error_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
+        /// Its largest magnitude since arming or reset.
+        following_error_peak_rad: f64 ["rad", Within(0.0, MAX_ANGLE_RAD)],
+        /// Friction torque that the controller compensates.
+        friction_estimate_nm: f64 ["N*m", Within(-1e6, 1e6)],
+        /// What the observer adds to the friction that is fed forward; contained in `friction_estimate_nm`.
+        disturbance_estimate_nm: f64 ["N*m", Within(-1e6, 1e6)],
+        /// Torque wanted from the motor: inertia, damping and friction.
+        wanted_torque_nm: f64 ["N*m", Within(-1e6, 1e6)],
+        /// Electrical lead of command before rotor that gives it.
+        lead_angle_rad: f64 ["rad", Within(-7.0, 7.0)],
+        /// What the motor could give beyond the wanted torque; negative when it can't.
+        torque_reserve_nm: f64 ["N*m", Within(-1e6, 1e6)],
+        /// Limits that hold the command back: bits of [`limiting`].
+        limiting: u64 ["1", Below(limiting::END)],
+        /// How fast the trajectory's time shall run.
+        time_scale: f64 ["1", Within(0.0, 1.0)],
+        /// Tooth pitches lost since arming, each of them noticed, in whatever direction.
+        lost_teeth: u64 ["1", Any],
+        /// Tooth pitches by which the command is beyond the angle that it holds, as far as the controller knows.
+        tooth_offset: i64 ["1", Within(-MAX_MICROSTEPS, MAX_MICROSTEPS)],
+        /// The operator command answered last, by its id; 0 before the first.
+        operator_id: u64 ["1", Any],
+        /// What became of it, a [`crate::OperatorResult`].
+        operator_result: u64 ["1", Below(crate::OperatorResult::END)],
+        /// Cycles in a row without a valid Feedback.
+        feedback_silent_cycles: u64 ["1", Any],
+        /// Cycles in a row without a valid Reference.
+        reference_silent_cycles: u64 ["1", Any],
+    }
+}
