@@ -1,0 +1,87 @@
+//! Effects that are parameters off, and the one that changes the law: folded into the model they belong to.
+
+use crate::{Effect, FrictionParams, LeuvenParams, LuGreParams, Model, ParamError};
+
+/// The elements of `presliding-hysteresis`.
+const ELEMENTS: u32 = 10;
+
+impl Model {
+    /// The model with its `factor` effects and `presliding-hysteresis` folded into the sections' numbers; the other
+    /// effects stay as they are.
+    ///
+    /// # Errors
+    /// An effect on something that the model doesn't have.
+    pub(crate) fn folded(&self) -> Result<Self, ParamError> {
+        let mut model = self.clone();
+        for effect in &self.effects {
+            fold(effect, &mut model)?;
+        }
+        Ok(model)
+    }
+}
+
+fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
+    let factor = effect.number("factor");
+    let friction = &mut model.friction;
+    let changed = match effect.id() {
+        "coulomb-level" => {
+            *friction.coulomb_mut() *= factor;
+            scale(friction.static_mut(), factor);
+            true
+        }
+        "static-level" => {
+            let coulomb_nm = *friction.coulomb_mut();
+            friction.static_mut().is_some_and(|static_nm| {
+                *static_nm = (*static_nm * factor).max(coulomb_nm);
+                true
+            })
+        }
+        "viscous-level" => {
+            *friction.viscous_mut() *= factor;
+            true
+        }
+        "stribeck-velocity" => scale(friction.stribeck_velocity_mut(), factor),
+        "bristle-stiffness" => scale(friction.stiffness_mut(), factor),
+        "load-inertia" => scale(model.load.as_mut().map(|load| &mut load.inertia_kg_m2), factor),
+        "holding-torque-level" => {
+            scale(model.motor.as_mut().map(|motor| &mut motor.holding_torque_nm), factor)
+        }
+        "presliding-hysteresis" => {
+            let lugre = if let FrictionParams::LuGre(params) = friction { Some(*params) } else { None };
+            lugre.is_some_and(|params| {
+                *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
+                true
+            })
+        }
+        _ => true,
+    };
+    if changed {
+        Ok(())
+    } else {
+        Err(ParamError::new("id", effect.id(), "an effect on something that the model has"))
+    }
+}
+
+fn scale(value: Option<&mut f64>, factor: f64) -> bool {
+    value.is_some_and(|value| {
+        *value *= factor;
+        true
+    })
+}
+
+/// LuGre's numbers under the Leuven law: same initial stiffness, same steady curve.
+fn with_hysteresis(params: &LuGreParams, effect: &Effect) -> LeuvenParams {
+    LeuvenParams {
+        coulomb_torque_nm: params.coulomb_torque_nm,
+        static_torque_nm: params.static_torque_nm,
+        stribeck_velocity_rad_per_s: params.stribeck_velocity_rad_per_s,
+        stribeck_exponent: params.stribeck_exponent,
+        bristle_stiffness_nm_per_rad: params.bristle_stiffness_nm_per_rad,
+        bristle_damping_nm_s_per_rad: params.bristle_damping_nm_s_per_rad,
+        viscous_nm_s_per_rad: params.viscous_nm_s_per_rad,
+        transition_exponent: effect.number("transition_exponent"),
+        maxwell_elements: ELEMENTS,
+        maxwell_saturation_ratio: effect.number("saturation_ratio"),
+        maxwell_spacing_exponent: effect.number("spacing_exponent"),
+    }
+}

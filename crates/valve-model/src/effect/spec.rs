@@ -1,0 +1,78 @@
+//! A row of the table of effects: an effect and its parameters.
+
+use super::EffectValue;
+use crate::ParamError;
+
+/// What a parameter's value is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ValueKind {
+    /// One number.
+    Number,
+    /// An array of at most so many numbers.
+    List(usize),
+}
+
+/// One parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParameterSpec {
+    /// The key in the model file.
+    pub key: &'static str,
+    /// The unit, "1" where there is none.
+    pub unit: &'static str,
+    /// A number or an array.
+    pub kind: ValueKind,
+    /// The least value accepted; an array's entries alike.
+    pub min: f64,
+    /// The greatest value accepted; an array's entries alike.
+    pub max: f64,
+    /// The value where the key is left out; arrays are then empty.
+    pub default: f64,
+    /// The range in words, for messages.
+    pub range: &'static str,
+    /// What the parameter does, and what zero or one means.
+    pub meaning: &'static str,
+}
+
+/// One effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EffectSpec {
+    /// The name, as diagnosis and model files spell it.
+    pub id: &'static str,
+    /// What is changed in, or added to, the nominal model.
+    pub formula: &'static str,
+    /// The keys in words, for messages.
+    pub keys: &'static str,
+    /// The parameters.
+    pub parameters: &'static [ParameterSpec],
+}
+
+impl EffectSpec {
+    /// The row of one key.
+    pub fn parameter(&self, key: &str) -> Option<&'static ParameterSpec> {
+        self.parameters.iter().find(|row| row.key == key)
+    }
+}
+
+impl ParameterSpec {
+    pub(crate) fn check(&self, value: &EffectValue) -> Result<(), ParamError> {
+        match (self.kind, value) {
+            (ValueKind::Number, EffectValue::Number(number)) => self.check_number(*number),
+            (ValueKind::List(most), EffectValue::List(numbers)) if numbers.len() <= most => {
+                numbers.iter().try_for_each(|number| self.check_number(*number))
+            }
+            (_, EffectValue::Number(number)) => Err(ParamError::new(self.key, number, self.range)),
+            (_, EffectValue::List(numbers)) => {
+                let found = format!("an array of {}", numbers.len());
+                Err(ParamError::new(self.key, found, self.range))
+            }
+        }
+    }
+
+    fn check_number(&self, number: f64) -> Result<(), ParamError> {
+        if number.is_finite() && number >= self.min && number <= self.max {
+            Ok(())
+        } else {
+            Err(ParamError::new(self.key, number, self.range))
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Leuven friction: T = F_h(z) + σ1·dz/dt + σ2·ω, dz/dt = ω·(1 − sgn(ω·F_h)·|F_h/g(ω)|^n).
+//!
+//! Equation (3) of the paper, with the sign of ω that it lacks and an exponent n of its own. F_h is the torque of N
+//! Maxwell elements (a spring of stiffness k_i that slips at W_i): k_i = σ0/N, W_i in proportion to (i/N)^s,
+//! ΣW_i = ratio·T_s. The ratio is above one, else z runs away.
+
+use serde::{Deserialize, Serialize};
+
+use super::curve::{Curve, CurvePoint, Levels};
+use super::law::{Flow, Law, Linearised, Point, sign};
+use super::maxwell::{MAX_ELEMENTS, Maxwell, Memory};
+use super::validate_curve;
+use crate::ParamError;
+use crate::error::{count, not_negative, positive, require};
+
+/// `[friction]` with `law = "leuven"`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeuvenParams {
+    /// Coulomb torque T_c, N·m.
+    pub coulomb_torque_nm: f64,
+    /// Static torque T_s, N·m.
+    pub static_torque_nm: f64,
+    /// Stribeck velocity ω_s, rad/s.
+    pub stribeck_velocity_rad_per_s: f64,
+    /// Stribeck exponent δ.
+    pub stribeck_exponent: f64,
+    /// Stiffness σ0 of all elements together before any slips, N·m/rad.
+    pub bristle_stiffness_nm_per_rad: f64,
+    /// Bristle damping σ1, N·m·s/rad.
+    pub bristle_damping_nm_s_per_rad: f64,
+    /// Viscous coefficient σ2, N·m·s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Exponent n of the transition from presliding to sliding; minor loops close better the higher it is.
+    pub transition_exponent: f64,
+    /// Number N of Maxwell elements, 8 to 16.
+    pub maxwell_elements: u32,
+    /// ΣW_i/T_s, above 1.
+    pub maxwell_saturation_ratio: f64,
+    /// Exponent s of the spacing of the slip levels: 1 spaces them evenly.
+    pub maxwell_spacing_exponent: f64,
+}
+
+impl LeuvenParams {
+    /// The most Maxwell elements that a model may have.
+    pub const MAX_ELEMENTS: usize = MAX_ELEMENTS;
+
+    /// Checks the section.
+    ///
+    /// # Errors
+    /// The first number that the law forbids.
+    pub fn validate(&self) -> Result<(), ParamError> {
+        validate_curve(
+            self.coulomb_torque_nm,
+            self.static_torque_nm,
+            self.stribeck_velocity_rad_per_s,
+            self.stribeck_exponent,
+        )?;
+        positive("bristle_stiffness_nm_per_rad", self.bristle_stiffness_nm_per_rad)?;
+        not_negative("bristle_damping_nm_s_per_rad", self.bristle_damping_nm_s_per_rad)?;
+        not_negative("viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
+        let exponent = self.transition_exponent;
+        require(exponent >= 1.0, "transition_exponent", exponent, "a finite number, 1 or above")?;
+        count("maxwell_elements", self.maxwell_elements, 8..=16, "8 to 16 elements")?;
+        let ratio = self.maxwell_saturation_ratio;
+        require(ratio > 1.0, "maxwell_saturation_ratio", ratio, "a finite number above 1")?;
+        positive("maxwell_spacing_exponent", self.maxwell_spacing_exponent)
+    }
+}
+
+/// The law with its coefficients prepared.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LeuvenLaw {
+    curve: Curve,
+    maxwell: Maxwell,
+    stiffness: f64,
+    damping: f64,
+    exponent: f64,
+}
+
+/// Halvings of the bracket in [`LeuvenLaw::frozen`]: to 1e-4 of it, enough for a method of last resort.
+const BISECTIONS: usize = 14;
+
+/// The hysteresis torque where the law is asked.
+struct Hysteresis {
+    point: CurvePoint,
+    /// F_h, N·m.
+    torque_nm: f64,
+    /// dF_h/dz, N·m/rad.
+    tangent: f64,
+    /// sgn(ω)·F_h/g.
+    reached: f64,
+    /// sgn(reached)·|reached|^n
+    power: f64,
+}
+
+impl LeuvenLaw {
+    pub fn new(params: &LeuvenParams) -> Self {
+        let curve = Curve::new(
+            params.coulomb_torque_nm,
+            params.static_torque_nm,
+            params.stribeck_velocity_rad_per_s,
+            params.stribeck_exponent,
+            params.viscous_nm_s_per_rad,
+        );
+        let maxwell = Maxwell::new(
+            params.maxwell_elements as usize,
+            params.bristle_stiffness_nm_per_rad,
+            params.maxwell_saturation_ratio * params.static_torque_nm,
+            params.maxwell_spacing_exponent,
+        );
+        Self {
+            curve,
+            maxwell,
+            stiffness: params.bristle_stiffness_nm_per_rad,
+            damping: params.bristle_damping_nm_s_per_rad,
+            exponent: params.transition_exponent,
+        }
+    }
+
+    /// A deflection that releases every element, rad.
+    fn release_rad(&self, levels: &Levels) -> f64 {
+        2.0 * self.maxwell.longest_stretch_rad() * slip_scale(levels)
+    }
+
+    fn hysteresis(&self, at: Point, levels: &Levels, memory: &Memory) -> Hysteresis {
+        let direction = sign(at.speed);
+        let point = self.curve.at(at.curve_speed, direction, levels);
+        let (torque_nm, tangent) = self.maxwell.torque(at.z, slip_scale(levels), memory);
+        let reached = direction * torque_nm / point.torque_nm;
+        let power = reached.abs().powf(self.exponent).copysign(reached);
+        Hysteresis { point, torque_nm, tangent, reached, power }
+    }
+}
+
+/// The slip torques grow with the levels, so that they stay above the curve.
+fn slip_scale(levels: &Levels) -> f64 {
+    levels.level * levels.static_factor.max(1.0) * (1.0 + levels.asymmetry.abs())
+}
+
+impl Law for LeuvenLaw {
+    fn flow(&self, at: Point, levels: &Levels, memory: &Memory) -> Flow {
+        let here = self.hysteresis(at, levels, memory);
+        let rate = at.speed * (1.0 - here.power);
+        let viscous_nm = here.point.viscous * at.curve_speed;
+        Flow { torque_nm: here.torque_nm + self.damping * rate + viscous_nm, rate }
+    }
+
+    fn linearise(&self, at: Point, levels: &Levels, memory: &Memory) -> Linearised {
+        let here = self.hysteresis(at, levels, memory);
+        let rate = at.speed * (1.0 - here.power);
+        let viscous_nm = here.point.viscous * at.curve_speed;
+        let size = here.reached.abs().max(1e-12);
+        let steepness = self.exponent * here.power.abs() / size;
+        let rate_by_speed = 1.0 - here.power;
+        let rate_by_curve_speed =
+            at.speed * self.exponent * here.power * here.point.slope / here.point.torque_nm;
+        let rate_by_z = -at.speed.abs() * steepness * here.tangent / here.point.torque_nm;
+        let rate_by_level = at.speed * self.exponent * here.power / levels.level;
+        Linearised {
+            flow: Flow { torque_nm: here.torque_nm + self.damping * rate + viscous_nm, rate },
+            torque_by_speed: self.damping * rate_by_speed,
+            torque_by_curve_speed: self.damping * rate_by_curve_speed + here.point.viscous,
+            torque_by_z: here.tangent + self.damping * rate_by_z,
+            torque_by_level: self.damping * rate_by_level,
+            rate_by_speed,
+            rate_by_curve_speed,
+            rate_by_z,
+            rate_by_level,
+        }
+    }
+
+    /// No closed form: implicit Euler, z − z0 = Δt·dz/dt(z), whose right side falls as z goes with ω; solved by a
+    /// fixed number of bisections.
+    fn frozen(&self, at: Point, dt_s: f64, levels: &Levels, memory: &Memory) -> f64 {
+        let travel = at.speed * dt_s;
+        let rest = |z: f64| {
+            let here = self.hysteresis(Point { z, ..at }, levels, memory);
+            at.z + travel * (1.0 - here.power) - z
+        };
+        // Forwards it can't go further than the shaft; backwards not past where the hysteresis torque is zero.
+        let ahead = rest(at.z) * travel >= 0.0;
+        let reach = if ahead { travel } else { -at.speed.signum() * self.release_rad(levels) };
+        let (mut near, mut far) = (at.z, at.z + reach);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (near + far);
+            if rest(middle) * reach >= 0.0 {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        0.5 * (near + far)
+    }
+
+    fn torque(&self, at: Point, rate: f64, levels: &Levels, memory: &Memory) -> f64 {
+        let here = self.hysteresis(at, levels, memory);
+        here.torque_nm + self.damping * rate + here.point.viscous * at.curve_speed
+    }
+
+    fn remember(&self, z: f64, levels: &Levels, memory: &mut Memory) {
+        self.maxwell.remember(z, slip_scale(levels), memory);
+    }
+
+    fn steady_nm(&self, speed: f64, levels: &Levels) -> f64 {
+        self.curve.steady_nm(speed, levels)
+    }
+
+    fn stribeck_velocity(&self) -> f64 {
+        self.curve.stribeck_velocity()
+    }
+
+    fn coulomb_nm(&self) -> f64 {
+        self.curve.coulomb_nm()
+    }
+
+    fn relative_damping_s_per_rad(&self) -> f64 {
+        self.damping / self.curve.coulomb_nm()
+    }
+
+    fn relative_stiffness_per_rad(&self) -> f64 {
+        self.stiffness / self.curve.coulomb_nm()
+    }
+}

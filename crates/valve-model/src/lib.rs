@@ -1,0 +1,35 @@
+//! Friction laws, seal calculation, motor, orifice, shaft, effects, and the integrator.
+//!
+//! Everything here is a `Params` (immutable, validated once), a `State` (plain data) and a `step`: no clock, file,
+//! socket, thread or heap. SI units and radians throughout.
+#![forbid(unsafe_code)]
+
+mod clearance;
+mod effect;
+mod error;
+mod friction;
+mod load;
+mod model;
+mod motor;
+mod oil;
+mod orifice;
+mod seals;
+mod valve;
+
+pub use clearance::ClearanceParams;
+pub use effect::{EFFECTS, Effect, EffectSpec, EffectValue, ParameterSpec, ValueKind};
+pub use error::ParamError;
+pub use friction::{
+    ContactPast, DahlParams, FrictionLaw, FrictionParams, FrictionState, LeuvenParams, LuGreParams,
+    StribeckParams,
+};
+pub use load::LoadParams;
+pub use model::Model;
+pub use motor::{MotorElectrical, MotorParams};
+pub use oil::OilParams;
+pub use orifice::{OrificeError, OrificeParams};
+pub use seals::SealParams;
+pub use valve::{
+    Motion, MotionInput, MotionOutput, MotionParams, MotionState, ValveInput, ValveOutput, ValveParams,
+    ValveState, motion_step, step,
+};

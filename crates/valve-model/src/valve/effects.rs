@@ -1,0 +1,210 @@
+//! A model's effects with their coefficients prepared, and what they make of friction at one moment.
+
+use serde::{Deserialize, Serialize};
+
+use crate::effect::Series;
+use crate::friction::{Contact, Levels};
+use crate::{Effect, Model};
+
+/// The levels are never scaled below this: a law needs some friction.
+const LEAST_LEVEL: f64 = 1e-3;
+const PA_PER_MPA: f64 = 1e6;
+
+/// Growth with the time at rest: gain·(1 − exp(−(t/τ)^m)).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Growth {
+    gain: f64,
+    per_time_constant: f64,
+    exponent: f64,
+}
+
+/// Everything of section "friction's structure" and "other torques", neutral where the model has no such effect.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Effects {
+    pressure_gain: f64,
+    pressure_exponent: f64,
+    /// At which the nominal levels hold: the seals' working pressure, 0 without.
+    nominal_pressure_mpa: f64,
+    viscosity_beta_per_k: f64,
+    friction_beta_per_k: f64,
+    reference_temperature_c: f64,
+    asymmetry: f64,
+    viscous_asymmetry: f64,
+    dwell: Growth,
+    lock: Growth,
+    wear_gain: f64,
+    per_wear_distance: f64,
+    angle: Option<Series>,
+    flow: Option<Series>,
+    pressure_torque_nm_per_mpa: f64,
+    position: Option<Series>,
+    pub per_lag_s: f64,
+    pub coupling_nm_per_rad: f64,
+    pub detent: Option<Series>,
+    pub microstep: Option<Series>,
+}
+
+/// Other torques on the spool: against the motor, N·m, and their derivative by the angle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct OtherTorque {
+    constant_nm: f64,
+    series: Option<Series>,
+}
+
+impl OtherTorque {
+    /// Torque and slope at a spool angle; the constant alone without `FULL`.
+    #[inline]
+    pub fn at<const FULL: bool>(&self, angle: f64) -> (f64, f64) {
+        match &self.series {
+            Some(series) if FULL => {
+                let (torque_nm, slope) = series.at(angle);
+                (self.constant_nm + torque_nm, slope)
+            }
+            _ => (self.constant_nm, 0.0),
+        }
+    }
+}
+
+impl Growth {
+    fn new(effect: &Effect) -> Self {
+        Self {
+            gain: effect.number("gain"),
+            per_time_constant: 1.0 / effect.number("time_constant_s"),
+            exponent: effect.number("exponent"),
+        }
+    }
+
+    fn after(&self, rest_s: f64) -> f64 {
+        if self.gain == 0.0 || rest_s <= 0.0 {
+            return 0.0;
+        }
+        -self.gain * (-(rest_s * self.per_time_constant).powf(self.exponent)).exp_m1()
+    }
+}
+
+impl Effects {
+    pub fn new(model: &Model) -> Self {
+        let working_pa = model.seals.map_or(0.0, |seals| seals.working_pressure_pa);
+        let mut effects = Self {
+            reference_temperature_c: model.reference_temperature_c(),
+            nominal_pressure_mpa: working_pa / PA_PER_MPA,
+            ..Self::default()
+        };
+        for effect in &model.effects {
+            effects.take(effect);
+        }
+        effects
+    }
+
+    fn take(&mut self, effect: &Effect) {
+        let series = || Series::new(effect.list("cos"), effect.list("sin"));
+        match effect.id() {
+            "pressure-dependent-friction" => {
+                self.pressure_gain = effect.number("gain");
+                self.pressure_exponent = effect.number("exponent");
+            }
+            "temperature-dependent-viscosity" => self.viscosity_beta_per_k = effect.number("beta_per_k"),
+            "temperature-dependent-friction" => self.friction_beta_per_k = effect.number("beta_per_k"),
+            "angle-dependent-friction" => self.angle = series(),
+            "direction-asymmetry" => {
+                self.asymmetry = effect.number("level");
+                self.viscous_asymmetry = effect.number("viscous");
+            }
+            "dwell-stiction" => self.dwell = Growth::new(effect),
+            "hydraulic-lock" => self.lock = Growth::new(effect),
+            "friction-lag" => {
+                let lag_s = effect.number("time_constant_s");
+                self.per_lag_s = if lag_s > 0.0 { 1.0 / lag_s } else { 0.0 };
+            }
+            "wear-drift" => {
+                self.wear_gain = effect.number("gain");
+                self.per_wear_distance = 1.0 / effect.number("distance_rad");
+            }
+            "flow-torque" => self.flow = series(),
+            "pressure-torque" => self.pressure_torque_nm_per_mpa = effect.number("gain"),
+            "position-torque" => self.position = series(),
+            "coupling-compliance" => self.coupling_nm_per_rad = effect.number("stiffness_nm_per_rad"),
+            "detent-torque" => self.detent = series(),
+            "microstep-error" => self.microstep = series(),
+            // The others are folded into the model's numbers, or belong to the measurement.
+            _ => {}
+        }
+    }
+
+    /// Whether anything is left that changes within a cycle.
+    pub fn within_a_cycle(&self) -> bool {
+        self.follows_the_contact()
+            || self.angle.is_some()
+            || self.flow.is_some()
+            || self.position.is_some()
+            || self.per_lag_s > 0.0
+            || self.coupling_nm_per_rad > 0.0
+            || self.detent.is_some()
+            || self.microstep.is_some()
+    }
+
+    /// Whether anything but friction loads the spool.
+    pub fn loads_the_spool(&self) -> bool {
+        self.flow.is_some() || self.position.is_some() || self.pressure_torque_nm_per_mpa != 0.0
+    }
+
+    /// Whether friction depends on the contact's past: rests or distance.
+    pub fn follows_the_contact(&self) -> bool {
+        self.dwell.gain != 0.0 || self.lock.gain != 0.0 || self.wear_gain != 0.0
+    }
+
+    /// What scales friction at a pressure drop (Pa) and an oil temperature (°C), the angle's part left out.
+    pub fn levels(&self, pressure_drop_pa: f64, oil_temperature_c: f64, contact: &Contact) -> Levels {
+        let pressure_mpa = pressure_drop_pa.abs() / PA_PER_MPA;
+        let warmer_k = oil_temperature_c - self.reference_temperature_c;
+        let mut level = 1.0;
+        if self.pressure_gain != 0.0 {
+            let at = |mpa: f64| 1.0 + self.pressure_gain * mpa.powf(self.pressure_exponent);
+            level = at(pressure_mpa) / at(self.nominal_pressure_mpa);
+        }
+        if self.friction_beta_per_k != 0.0 {
+            level *= (1.0 + self.friction_beta_per_k * warmer_k).max(LEAST_LEVEL);
+        }
+        if self.follows_the_contact() {
+            level *= 1.0 + pressure_mpa * self.lock.after(contact.rest_s);
+            level *= 1.0 - self.wear_gain * (-contact.distance_rad * self.per_wear_distance).exp_m1();
+        }
+        let viscous = if self.viscosity_beta_per_k == 0.0 {
+            1.0
+        } else {
+            (-self.viscosity_beta_per_k * warmer_k).exp()
+        };
+        Levels {
+            level,
+            level_per_rad: 0.0,
+            static_factor: 1.0 + self.dwell.after(contact.rest_s),
+            viscous,
+            asymmetry: self.asymmetry,
+            viscous_asymmetry: self.viscous_asymmetry,
+        }
+    }
+
+    /// `levels` with the angle's part.
+    #[inline]
+    pub fn levels_at(&self, levels: &Levels, angle: f64) -> Levels {
+        let Some(series) = &self.angle else { return *levels };
+        let (value, slope) = series.at(angle);
+        let factor = 1.0 + value;
+        if factor < LEAST_LEVEL {
+            return Levels { level: levels.level * LEAST_LEVEL, ..*levels };
+        }
+        Levels { level: levels.level * factor, level_per_rad: levels.level * slope, ..*levels }
+    }
+
+    /// The other torques at a pressure drop (Pa).
+    pub fn other_torque(&self, pressure_drop_pa: f64) -> OtherTorque {
+        let pressure_mpa = pressure_drop_pa / PA_PER_MPA;
+        let series = match (self.position, self.flow) {
+            (Some(position), Some(flow)) => Some(position.plus(pressure_mpa, &flow)),
+            (Some(position), None) => Some(position),
+            (None, Some(flow)) => Some(flow.times(pressure_mpa)),
+            (None, None) => None,
+        };
+        OtherTorque { constant_nm: self.pressure_torque_nm_per_mpa * pressure_mpa, series }
+    }
+}

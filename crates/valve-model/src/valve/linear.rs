@@ -1,0 +1,207 @@
+//! The linear systems of an implicit step: (s·I − J)·x = r with the Jacobian J of the shaft's equations, eliminated by
+//! hand down to the spool's speed.
+
+use super::shaft::{Shaft, ShaftState};
+use crate::friction::{Law, Memory};
+
+/// The rates at one instant and their derivatives.
+pub(super) struct Jacobian<const FULL: bool> {
+    pub rates: ShaftState<FULL>,
+    /// ∂(rates)/∂t, through the command.
+    pub by_time: ShaftState<FULL>,
+    speed_by_angle: f64,
+    speed_by_speed: f64,
+    speed_by_z: f64,
+    z_by_angle: f64,
+    z_by_speed: f64,
+    z_by_z: f64,
+    extra: Extra,
+}
+
+/// What `FULL` adds: the lagging speed and the rotor behind its spring.
+#[derive(Default)]
+struct Extra {
+    per_lag_s: f64,
+    speed_by_curve_speed: f64,
+    z_by_curve_speed: f64,
+    speed_by_rotor_angle: f64,
+    rotor_by_angle: f64,
+    rotor_by_rotor_angle: f64,
+    rotor_by_rotor_speed: f64,
+}
+
+impl<const FULL: bool> Jacobian<FULL> {
+    #[inline]
+    pub fn new<L: Law>(
+        shaft: &Shaft<'_, L, FULL>,
+        state: &ShaftState<FULL>,
+        time_s: f64,
+        memory: &Memory,
+    ) -> Self {
+        if let Some(stiffness) = shaft.coupling() {
+            return Self::compliant(shaft, state, time_s, memory, stiffness);
+        }
+        let (friction, level_per_rad) = shaft.linearised(state, memory);
+        let (other_nm, other_by_angle) = shaft.other(state.angle);
+        let motor = shaft.motor(state.angle, time_s);
+        let params = shaft.params;
+        let per_inertia = params.per_inertia;
+        let damping = params.damping_nm_s_per_rad;
+        let net_nm = motor.torque_nm - damping * state.speed - friction.flow.torque_nm - other_nm;
+        let load_by_angle = friction.torque_by_level * level_per_rad + other_by_angle;
+        let mut jacobian = Self {
+            rates: ShaftState {
+                angle: state.speed,
+                speed: net_nm * per_inertia,
+                z: friction.flow.rate,
+                ..ShaftState::default()
+            },
+            by_time: ShaftState { speed: motor.by_time * per_inertia, ..ShaftState::default() },
+            speed_by_angle: (motor.by_angle - load_by_angle) * per_inertia,
+            speed_by_speed: -(damping + friction.torque_by_speed) * per_inertia,
+            speed_by_z: -friction.torque_by_z * per_inertia,
+            z_by_angle: friction.rate_by_level * level_per_rad,
+            z_by_speed: friction.rate_by_speed,
+            z_by_z: friction.rate_by_z,
+            extra: Extra::default(),
+        };
+        let by_curve_speed = (-friction.torque_by_curve_speed * per_inertia, friction.rate_by_curve_speed);
+        jacobian.lag(state, params.effects.per_lag_s, by_curve_speed);
+        jacobian
+    }
+
+    #[cold]
+    fn compliant<L: Law>(
+        shaft: &Shaft<'_, L, FULL>,
+        state: &ShaftState<FULL>,
+        time_s: f64,
+        memory: &Memory,
+        stiffness: f64,
+    ) -> Self {
+        let (friction, level_per_rad) = shaft.linearised(state, memory);
+        let (_, other_by_angle) = shaft.other(state.angle);
+        let motor = shaft.motor(state.rotor_angle, time_s);
+        let params = shaft.params;
+        let (per_load, per_rotor) = (params.per_load_inertia, params.per_rotor_inertia);
+        let load_by_angle = friction.torque_by_level * level_per_rad + other_by_angle;
+        let mut jacobian = Self {
+            rates: shaft.rates(state, time_s, memory),
+            by_time: ShaftState { rotor_speed: motor.by_time * per_rotor, ..ShaftState::default() },
+            speed_by_angle: -(stiffness + load_by_angle) * per_load,
+            speed_by_speed: -friction.torque_by_speed * per_load,
+            speed_by_z: -friction.torque_by_z * per_load,
+            z_by_angle: friction.rate_by_level * level_per_rad,
+            z_by_speed: friction.rate_by_speed,
+            z_by_z: friction.rate_by_z,
+            extra: Extra {
+                speed_by_rotor_angle: stiffness * per_load,
+                rotor_by_angle: stiffness * per_rotor,
+                rotor_by_rotor_angle: (motor.by_angle - stiffness) * per_rotor,
+                rotor_by_rotor_speed: -params.damping_nm_s_per_rad * per_rotor,
+                ..Extra::default()
+            },
+        };
+        let by_curve_speed = (-friction.torque_by_curve_speed * per_load, friction.rate_by_curve_speed);
+        jacobian.lag(state, params.effects.per_lag_s, by_curve_speed);
+        jacobian
+    }
+
+    /// The curve is read at the speed itself, or at a speed that lags.
+    #[inline]
+    fn lag(&mut self, state: &ShaftState<FULL>, per_lag_s: f64, (speed, z): (f64, f64)) {
+        if FULL && per_lag_s > 0.0 {
+            self.rates.curve_speed = (state.speed - state.curve_speed) * per_lag_s;
+            self.extra.per_lag_s = per_lag_s;
+            self.extra.speed_by_curve_speed = speed;
+            self.extra.z_by_curve_speed = z;
+        } else {
+            self.speed_by_speed += speed;
+            self.z_by_speed += z;
+        }
+    }
+}
+
+/// s·I − J, factored.
+pub(super) struct Solver<const FULL: bool> {
+    per_shift: f64,
+    per_z_pivot: f64,
+    per_pivot: f64,
+    speed_by_angle: f64,
+    speed_by_z: f64,
+    z_by_angle: f64,
+    z_by_speed: f64,
+    extra: Extra,
+    per_lag_pivot: f64,
+    per_rotor_pivot: f64,
+}
+
+impl<const FULL: bool> Solver<FULL> {
+    /// `None` where the matrix isn't positive: the step is then too long for an unstable stretch of the curve.
+    #[inline]
+    pub fn new(jacobian: Jacobian<FULL>, shift: f64) -> Option<Self> {
+        let per_shift = 1.0 / shift;
+        let per_z_pivot = 1.0 / (shift - jacobian.z_by_z);
+        let extra = jacobian.extra;
+        let (mut speed_by_angle, mut speed_by_speed) = (jacobian.speed_by_angle, jacobian.speed_by_speed);
+        let mut z_by_speed = jacobian.z_by_speed;
+        let (mut per_lag_pivot, mut per_rotor_pivot) = (0.0, 0.0);
+        if FULL {
+            per_lag_pivot = 1.0 / (shift + extra.per_lag_s);
+            let lag = extra.per_lag_s * per_lag_pivot;
+            speed_by_speed += extra.speed_by_curve_speed * lag;
+            z_by_speed += extra.z_by_curve_speed * lag;
+            let rotor_pivot = shift - extra.rotor_by_rotor_speed - extra.rotor_by_rotor_angle * per_shift;
+            per_rotor_pivot = 1.0 / rotor_pivot;
+            speed_by_angle += extra.speed_by_rotor_angle * extra.rotor_by_angle * per_rotor_pivot * per_shift;
+        }
+        let pivot = shift
+            - speed_by_speed
+            - speed_by_angle * per_shift
+            - jacobian.speed_by_z * (z_by_speed + jacobian.z_by_angle * per_shift) * per_z_pivot;
+        let sound = pivot > 0.0 && per_z_pivot > 0.0 && (!FULL || per_rotor_pivot > 0.0);
+        sound.then_some(Self {
+            per_shift,
+            per_z_pivot,
+            per_pivot: 1.0 / pivot,
+            speed_by_angle,
+            speed_by_z: jacobian.speed_by_z,
+            z_by_angle: jacobian.z_by_angle,
+            z_by_speed,
+            extra,
+            per_lag_pivot,
+            per_rotor_pivot,
+        })
+    }
+
+    /// Solves (s·I − J)·x = right.
+    #[inline]
+    pub fn solve(&self, right: ShaftState<FULL>) -> ShaftState<FULL> {
+        if !FULL {
+            return self.solve_spool(right);
+        }
+        let extra = &self.extra;
+        // What curve speed and rotor would be if the spool stood still; their dependence on it is in the pivots.
+        let curve_speed = right.curve_speed * self.per_lag_pivot;
+        let rotor_right = right.rotor_speed + extra.rotor_by_rotor_angle * right.rotor_angle * self.per_shift;
+        let rotor_angle = (right.rotor_angle + rotor_right * self.per_rotor_pivot) * self.per_shift;
+        let mut spool = right;
+        spool.speed += extra.speed_by_curve_speed * curve_speed + extra.speed_by_rotor_angle * rotor_angle;
+        spool.z += extra.z_by_curve_speed * curve_speed;
+        let mut solved = self.solve_spool(spool);
+        solved.curve_speed = curve_speed + extra.per_lag_s * self.per_lag_pivot * solved.speed;
+        solved.rotor_speed = (rotor_right + extra.rotor_by_angle * solved.angle) * self.per_rotor_pivot;
+        solved.rotor_angle = (right.rotor_angle + solved.rotor_speed) * self.per_shift;
+        solved
+    }
+
+    #[inline]
+    fn solve_spool(&self, right: ShaftState<FULL>) -> ShaftState<FULL> {
+        let right_z = right.z + self.z_by_angle * right.angle * self.per_shift;
+        let from_angle = self.speed_by_angle * right.angle * self.per_shift;
+        let from_z = self.speed_by_z * right_z * self.per_z_pivot;
+        let speed = (right.speed + from_angle + from_z) * self.per_pivot;
+        let angle = (right.angle + speed) * self.per_shift;
+        let z = (right.z + self.z_by_angle * angle + self.z_by_speed * speed) * self.per_z_pivot;
+        ShaftState { angle, speed, z, ..ShaftState::default() }
+    }
+}

@@ -1,0 +1,204 @@
+//! The torque that a given motion takes: what a transducer between motor and load reads, J_load·dω/dt + friction + other
+//! torques, from a measured angle. No motor is needed.
+//!
+//! Behind a compliant coupling the angle given is the encoder's, on the motor's side, linear between samples, and the
+//! spool's own motion is integrated.
+
+use serde::{Deserialize, Serialize};
+
+use super::effects::Effects;
+use super::measurement::Measurement;
+use super::params::ValveParams;
+use super::step::{ValveInput, ValveState, step};
+use crate::friction::{FrictionLaw, Levels, Sweep};
+use crate::{ContactPast, FrictionState, Model, ParamError};
+
+/// What [`motion_step`] needs of a model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MotionParams {
+    friction: FrictionLaw,
+    effects: Effects,
+    slip_length_rad: f64,
+    load_inertia_kg_m2: f64,
+    measurement: Measurement,
+    spring: Option<ValveParams>,
+}
+
+/// The contact during a motion: plain data.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MotionState {
+    /// The contact, as it was at the end of the last step.
+    pub friction: FrictionState,
+    spool: ValveState,
+}
+
+/// A motion at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Angle, rad.
+    pub angle_rad: f64,
+    /// Speed, rad/s.
+    pub speed_rad_per_s: f64,
+    /// Acceleration, rad/s².
+    pub acceleration_rad_per_s2: f64,
+}
+
+/// A motion between two instants; the speed goes linearly from one to the other.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MotionInput {
+    /// At the beginning.
+    pub start: Motion,
+    /// At the end.
+    pub end: Motion,
+    /// Pressure drop over the orifice, Pa.
+    pub pressure_drop_pa: f64,
+    /// Oil temperature, °C.
+    pub oil_temperature_c: f64,
+}
+
+/// The torques at the end of a motion, N·m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MotionOutput {
+    /// Friction, positive against positive speed.
+    pub friction_torque_nm: f64,
+    /// Other torques, as [`ValveOutput`](crate::ValveOutput) has them.
+    pub other_torque_nm: f64,
+    /// Between motor and load.
+    pub load_torque_nm: f64,
+    /// What the transducer reads, its gain and offset included, its delay left out.
+    pub measured_torque_nm: f64,
+}
+
+impl MotionParams {
+    /// Prepares a model; without `[load]` its inertia counts as zero.
+    ///
+    /// # Errors
+    /// A parameter that is refused; a compliant coupling without a load behind it.
+    pub fn new(model: &Model) -> Result<Self, ParamError> {
+        model.validate()?;
+        let model = model.folded()?;
+        let effects = Effects::new(&model);
+        let load_inertia_kg_m2 = model.load.map_or(0.0, |load| load.inertia_kg_m2);
+        let stiffness = effects.coupling_nm_per_rad;
+        let spring = (stiffness > 0.0)
+            .then(|| ValveParams::on_a_spring(&model, load_inertia_kg_m2, stiffness))
+            .transpose()?;
+        let friction = FrictionLaw::new(&model.friction);
+        Ok(Self {
+            slip_length_rad: friction.slip_length_rad(),
+            friction,
+            effects,
+            load_inertia_kg_m2,
+            measurement: Measurement::new(&model, 0.0),
+            spring,
+        })
+    }
+
+    /// How late the torque is against the angle (effect `sensor-delay`), s.
+    pub fn sensor_delay_s(&self) -> f64 {
+        self.measurement.delay_s
+    }
+
+    /// The friction law with the effects that change its numbers.
+    pub fn friction_law(&self) -> &FrictionLaw {
+        &self.friction
+    }
+
+    /// A contact that begins `motion` with its bristles relaxed.
+    pub fn at_start(&self, motion: &Motion) -> MotionState {
+        self.at_start_after(motion, &ContactPast::default())
+    }
+
+    /// A contact with a past that begins `motion`. Behind a compliant coupling the spool begins where the spring
+    /// carries what the bristles do.
+    pub fn at_start_after(&self, motion: &Motion, past: &ContactPast) -> MotionState {
+        let friction = FrictionState::after(&self.friction, past, motion.speed_rad_per_s);
+        let mut spool = ValveState::at_rest(motion.angle_rad);
+        if self.spring.is_some() {
+            let carried_nm = friction.torque(&self.friction, 0.0, 0.0, &Levels::NOMINAL);
+            spool.angle_rad -= carried_nm / self.effects.coupling_nm_per_rad;
+        }
+        spool.speed_rad_per_s = motion.speed_rad_per_s;
+        spool.friction = friction;
+        MotionState { friction, spool }
+    }
+}
+
+/// Moves a contact through `dt_s` of a given motion.
+///
+/// The cost is bounded whatever the parameters and the motion.
+pub fn motion_step(
+    params: &MotionParams,
+    state: &mut MotionState,
+    input: &MotionInput,
+    dt_s: f64,
+) -> MotionOutput {
+    if let Some(spring) = &params.spring {
+        return step_behind_spring(params, spring, state, input, dt_s);
+    }
+    let contact = state.friction.contact;
+    let (start, end) = (&input.start, &input.end);
+    let levels = params.effects.levels(input.pressure_drop_pa, input.oil_temperature_c, &contact);
+    let middle_rad = 0.5 * (start.angle_rad + end.angle_rad);
+    let before_z = state.friction.z;
+    let sweep = params.sweep(start.speed_rad_per_s, end.speed_rad_per_s, contact.curve_speed, dt_s);
+    state.friction.sweep(&params.friction, sweep, &params.effects.levels_at(&levels, middle_rad));
+    state.friction.contact.curve_speed = sweep.curve_end;
+    let turn_rad = 0.5 * (start.speed_rad_per_s + end.speed_rad_per_s) * dt_s;
+    let slip_rad = turn_rad - (state.friction.z - before_z);
+    state.friction.contact.travel(turn_rad, slip_rad, params.slip_length_rad, dt_s);
+    params.output(state, input, &levels)
+}
+
+impl MotionParams {
+    /// The sweep of a speed that is linear in time, friction lagging by τ: the lagging speed solved exactly.
+    fn sweep(&self, start: f64, end: f64, lagging: f64, dt_s: f64) -> Sweep {
+        let rate = self.effects.per_lag_s;
+        if rate == 0.0 {
+            return Sweep::plain(start, end, dt_s);
+        }
+        // After a while the lagging speed trails a ramp by its rise in one τ.
+        let rise = (end - start) / (dt_s * rate);
+        let curve_end = end - rise + (lagging - start + rise) * (-dt_s * rate).exp();
+        Sweep { start, end, curve_start: lagging, curve_end, dt_s }
+    }
+
+    fn output(&self, state: &MotionState, input: &MotionInput, levels: &Levels) -> MotionOutput {
+        let end = &input.end;
+        let levels = self.effects.levels_at(levels, end.angle_rad);
+        let curve_speed = state.friction.contact.curve_speed;
+        let friction_nm = state.friction.torque(&self.friction, end.speed_rad_per_s, curve_speed, &levels);
+        let (other_nm, _) = self.effects.other_torque(input.pressure_drop_pa).at::<true>(end.angle_rad);
+        let load_nm = self.load_inertia_kg_m2 * end.acceleration_rad_per_s2 + friction_nm + other_nm;
+        MotionOutput {
+            friction_torque_nm: friction_nm,
+            other_torque_nm: other_nm,
+            load_torque_nm: load_nm,
+            measured_torque_nm: self.measurement.torque_nm(load_nm),
+        }
+    }
+}
+
+fn step_behind_spring(
+    params: &MotionParams,
+    spring: &ValveParams,
+    state: &mut MotionState,
+    input: &MotionInput,
+    dt_s: f64,
+) -> MotionOutput {
+    let driven = ValveInput {
+        command_start_rad: input.start.angle_rad,
+        command_end_rad: input.end.angle_rad,
+        pressure_drop_pa: input.pressure_drop_pa,
+        oil_temperature_c: input.oil_temperature_c,
+        energised: true,
+    };
+    let out = step(spring, &mut state.spool, &driven, dt_s);
+    state.friction = state.spool.friction;
+    MotionOutput {
+        friction_torque_nm: out.friction_torque_nm,
+        other_torque_nm: out.other_torque_nm,
+        load_torque_nm: out.motor_torque_nm,
+        measured_torque_nm: params.measurement.torque_nm(out.motor_torque_nm),
+    }
+}

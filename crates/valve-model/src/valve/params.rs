@@ -1,0 +1,156 @@
+//! A valve's coefficients, derived once from its model.
+
+use serde::{Deserialize, Serialize};
+
+use super::effects::Effects;
+use super::measurement::Measurement;
+use super::step::ValveState;
+use crate::error::positive;
+use crate::friction::FrictionLaw;
+use crate::motor::SpeedLimit;
+use crate::{ContactPast, FrictionState, LoadParams, Model, MotorParams, OrificeParams, ParamError};
+
+/// What [`step`](crate::step) needs of a model: plain data, so that it can be handed to another process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ValveParams {
+    pub(super) rotor_teeth: f64,
+    pub(super) full_steps_per_rev: f64,
+    pub(super) holding_torque_nm: f64,
+    speed_limit: Option<SpeedLimit>,
+    pub(super) damping_nm_s_per_rad: f64,
+    pub(super) per_inertia: f64,
+    pub(super) per_rotor_inertia: f64,
+    pub(super) per_load_inertia: f64,
+    pub(super) load_inertia_kg_m2: f64,
+    pub(super) friction: FrictionLaw,
+    /// Over which slip a contact forgets that it rested.
+    pub(super) slip_length_rad: f64,
+    pub(super) effects: Effects,
+    /// Whether an effect changes within a cycle, or anything but friction loads the spool.
+    pub(super) full: bool,
+    pub(super) loaded: bool,
+    pub(super) measurement: Measurement,
+    pub(super) orifice: Option<OrificeParams>,
+    pub(super) density_kg_per_m3: f64,
+}
+
+impl ValveParams {
+    /// Prepares a model.
+    ///
+    /// # Errors
+    /// A parameter that is refused; no `[motor]`, no `[load]`; an `[orifice]` without `[oil]`.
+    pub fn new(model: &Model) -> Result<Self, ParamError> {
+        model.validate()?;
+        let missing = |key, expected| ParamError::new(key, "missing", expected);
+        if model.orifice.is_some() && model.oil.is_none() {
+            return Err(missing("oil", "a section [oil] beside [orifice]"));
+        }
+        let motor = model.motor.ok_or_else(|| missing("motor", "a section [motor]"))?;
+        let load = model.load.ok_or_else(|| missing("load", "a section [load]"))?;
+        let folded = model.folded()?;
+        let motor = folded.motor.unwrap_or(motor);
+        let load = folded.load.unwrap_or(load);
+        Self::prepare(&folded, &motor, load)
+    }
+
+    fn prepare(model: &Model, motor: &MotorParams, load: LoadParams) -> Result<Self, ParamError> {
+        let effects = Effects::new(model);
+        if effects.coupling_nm_per_rad > 0.0 && load.inertia_kg_m2 == 0.0 {
+            let expected = "a number above zero beside the effect `coupling-compliance`";
+            return Err(ParamError::new("inertia_kg_m2", load.inertia_kg_m2, expected));
+        }
+        let friction = FrictionLaw::new(&model.friction);
+        Ok(Self {
+            rotor_teeth: f64::from(motor.rotor_teeth),
+            full_steps_per_rev: f64::from(motor.full_steps_per_rev),
+            holding_torque_nm: motor.holding_torque_nm,
+            speed_limit: motor.speed_limit(),
+            damping_nm_s_per_rad: motor.damping_nm_s_per_rad,
+            per_inertia: 1.0 / (motor.rotor_inertia_kg_m2 + load.inertia_kg_m2),
+            per_rotor_inertia: 1.0 / motor.rotor_inertia_kg_m2,
+            per_load_inertia: 1.0 / load.inertia_kg_m2.max(f64::MIN_POSITIVE),
+            load_inertia_kg_m2: load.inertia_kg_m2,
+            slip_length_rad: friction.slip_length_rad(),
+            friction,
+            full: effects.within_a_cycle() || effects.loads_the_spool(),
+            loaded: effects.loads_the_spool(),
+            effects,
+            measurement: Measurement::new(model, motor.tooth_pitch_rad()),
+            orifice: model.orifice,
+            density_kg_per_m3: model.oil.map_or(0.0, |oil| oil.density_kg_per_m3),
+        })
+    }
+
+    /// A spool of `load_inertia_kg_m2` on a linear spring of `stiffness_nm_per_rad`, whose far end is where the command
+    /// is: a motor of so little curvature that its sine is its argument.
+    pub(super) fn on_a_spring(
+        model: &Model,
+        load_inertia_kg_m2: f64,
+        stiffness_nm_per_rad: f64,
+    ) -> Result<Self, ParamError> {
+        const CURVATURE: f64 = 1e-6;
+        let mut effects = Effects::new(model);
+        effects.coupling_nm_per_rad = 0.0;
+        effects.detent = None;
+        effects.microstep = None;
+        let load = positive("inertia_kg_m2", load_inertia_kg_m2);
+        load.map_err(|error| ParamError {
+            expected: "a number above zero beside `coupling-compliance`",
+            ..error
+        })?;
+        let friction = FrictionLaw::new(&model.friction);
+        Ok(Self {
+            rotor_teeth: CURVATURE,
+            full_steps_per_rev: 0.0,
+            holding_torque_nm: stiffness_nm_per_rad / CURVATURE,
+            speed_limit: None,
+            damping_nm_s_per_rad: 0.0,
+            per_inertia: 1.0 / load_inertia_kg_m2,
+            per_rotor_inertia: 0.0,
+            per_load_inertia: 1.0 / load_inertia_kg_m2,
+            load_inertia_kg_m2,
+            slip_length_rad: friction.slip_length_rad(),
+            friction,
+            full: effects.within_a_cycle() || effects.loads_the_spool(),
+            loaded: effects.loads_the_spool(),
+            effects,
+            measurement: Measurement::new(model, 0.0),
+            orifice: None,
+            density_kg_per_m3: 0.0,
+        })
+    }
+
+    /// The torque that the windings can hold while the command turns at `speed_rad_per_s`, N·m.
+    pub(super) fn available_torque_nm(&self, speed_rad_per_s: f64) -> f64 {
+        let part = self.speed_limit.map_or(1.0, |limit| limit.torque_part(speed_rad_per_s));
+        self.holding_torque_nm * part
+    }
+
+    /// A valve met at an angle (rad) and a speed (rad/s) under a command (rad): its bristles hold against the motor, as
+    /// far as they can; how long it has rested and how far it has travelled is in `past`.
+    pub fn met_at(
+        &self,
+        angle_rad: f64,
+        speed_rad_per_s: f64,
+        command_rad: f64,
+        past: &ContactPast,
+    ) -> ValveState {
+        let motor_nm = self.holding_torque_nm * (self.rotor_teeth * (command_rad - angle_rad)).sin()
+            - self.damping_nm_s_per_rad * speed_rad_per_s;
+        let most_rad = self.friction.break_away_deflection_rad();
+        let most_nm = self.friction.steady_torque(f64::MIN_POSITIVE);
+        let part = if most_nm > 0.0 { (motor_nm / most_nm).clamp(-1.0, 1.0) } else { 0.0 };
+        let past = ContactPast { deflection_rad: part * most_rad, ..*past };
+        let mut state = ValveState::at_rest(angle_rad);
+        state.speed_rad_per_s = speed_rad_per_s;
+        state.rotor_speed_rad_per_s = speed_rad_per_s;
+        state.friction = FrictionState::after(&self.friction, &past, speed_rad_per_s);
+        state
+    }
+
+    /// How late the measured angle is against the command (effect `sensor-delay`), s. [`step`](crate::step) gives the
+    /// angle of the moment; who samples it delays it.
+    pub fn sensor_delay_s(&self) -> f64 {
+        self.measurement.delay_s
+    }
+}

@@ -1,0 +1,238 @@
+//! The equations of motion: J·dω/dt = T_hold·sin(N_r·(θ_cmd − θ)) − D·ω − T_friction(ω, z) − T_other, dθ/dt = ω, and
+//! the friction law's dz/dt.
+//!
+//! With `FULL` there is more: friction that depends on the angle or lags behind the speed, detent torque, micro-step
+//! error, other torques, and a spring between rotor and spool. Without, none of it costs anything.
+
+use super::effects::OtherTorque;
+use super::params::ValveParams;
+use super::step::ValveInput;
+use crate::FrictionState;
+use crate::friction::{Law, Levels, Linearised, Memory, Point};
+
+/// Angles in rad, speeds in rad/s, z in rad; also their increments and rates. Beyond z with `FULL` alone.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct ShaftState<const FULL: bool> {
+    /// The spool's, and the rotor's where no spring lies between them.
+    pub angle: f64,
+    pub speed: f64,
+    pub z: f64,
+    /// The speed at which the steady curve is read.
+    pub curve_speed: f64,
+    pub rotor_angle: f64,
+    pub rotor_speed: f64,
+}
+
+impl<const FULL: bool> ShaftState<FULL> {
+    /// self + factor·other
+    #[inline]
+    pub fn plus(mut self, factor: f64, other: Self) -> Self {
+        self.angle += factor * other.angle;
+        self.speed += factor * other.speed;
+        self.z += factor * other.z;
+        if FULL {
+            self.curve_speed += factor * other.curve_speed;
+            self.rotor_angle += factor * other.rotor_angle;
+            self.rotor_speed += factor * other.rotor_speed;
+        }
+        self
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let rigid = self.angle.is_finite() && self.speed.is_finite() && self.z.is_finite();
+        let rest =
+            self.curve_speed.is_finite() && self.rotor_angle.is_finite() && self.rotor_speed.is_finite();
+        rigid && (!FULL || rest)
+    }
+}
+
+/// The torques at one instant, N·m.
+pub(super) struct Torques {
+    pub motor_nm: f64,
+    pub friction_nm: f64,
+    pub other_nm: f64,
+    /// What the transducer between motor and load reads.
+    pub load_nm: f64,
+}
+
+/// The shaft during one cycle.
+pub(super) struct Shaft<'a, L, const FULL: bool> {
+    pub law: &'a L,
+    /// What scales friction, the angle's part left out.
+    pub levels: Levels,
+    pub params: &'a ValveParams,
+    holding_nm: f64,
+    command_rad: f64,
+    command_rad_per_s: f64,
+    pressure_drop_pa: f64,
+    oil_temperature_c: f64,
+    other: OtherTorque,
+}
+
+/// The motor's torque and what it depends on.
+pub(super) struct MotorTorque {
+    pub torque_nm: f64,
+    /// ∂T/∂θ of the rotor, N·m/rad.
+    pub by_angle: f64,
+    /// ∂T/∂t through the command, N·m/s.
+    pub by_time: f64,
+}
+
+impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
+    pub fn new(
+        params: &'a ValveParams,
+        law: &'a L,
+        input: &ValveInput,
+        dt_s: f64,
+        friction: &FrictionState,
+    ) -> Self {
+        let command_rad_per_s = (input.command_end_rad - input.command_start_rad) / dt_s;
+        let effects = &params.effects;
+        let other =
+            if params.loaded { effects.other_torque(input.pressure_drop_pa) } else { OtherTorque::default() };
+        Self {
+            law,
+            levels: effects.levels(input.pressure_drop_pa, input.oil_temperature_c, &friction.contact),
+            params,
+            holding_nm: if input.energised { params.available_torque_nm(command_rad_per_s) } else { 0.0 },
+            command_rad: input.command_start_rad,
+            command_rad_per_s,
+            pressure_drop_pa: input.pressure_drop_pa,
+            oil_temperature_c: input.oil_temperature_c,
+            other,
+        }
+    }
+
+    /// The command `time_s` into the cycle as the windings have it, rad, and its rate.
+    #[inline]
+    fn command(&self, time_s: f64) -> (f64, f64) {
+        let command = self.command_rad + self.command_rad_per_s * time_s;
+        match &self.params.effects.microstep {
+            Some(series) if FULL => {
+                let teeth = self.params.rotor_teeth;
+                let (error, slope) = series.at(teeth * command);
+                (command + error, self.command_rad_per_s * (1.0 + teeth * slope))
+            }
+            _ => (command, self.command_rad_per_s),
+        }
+    }
+
+    /// The motor's torque without its damping.
+    #[inline]
+    pub fn motor(&self, rotor_angle: f64, time_s: f64) -> MotorTorque {
+        let (command, command_rate) = self.command(time_s);
+        let (sin, cos) = (self.params.rotor_teeth * (command - rotor_angle)).sin_cos();
+        let stiffness = self.holding_nm * self.params.rotor_teeth * cos;
+        let mut motor = MotorTorque {
+            torque_nm: self.holding_nm * sin,
+            by_angle: -stiffness,
+            by_time: stiffness * command_rate,
+        };
+        if FULL && let Some(series) = &self.params.effects.detent {
+            let (torque_nm, slope) = series.at(self.params.full_steps_per_rev * rotor_angle);
+            motor.torque_nm += torque_nm;
+            motor.by_angle += self.params.full_steps_per_rev * slope;
+        }
+        motor
+    }
+
+    /// The motor's torque without its damping, alone: cheaper than [`Self::motor`].
+    #[inline]
+    pub fn motor_nm(&self, rotor_angle: f64, time_s: f64) -> f64 {
+        if FULL {
+            return self.motor(rotor_angle, time_s).torque_nm;
+        }
+        let command = self.command_rad + self.command_rad_per_s * time_s;
+        self.holding_nm * (self.params.rotor_teeth * (command - rotor_angle)).sin()
+    }
+
+    /// The spring between rotor and spool, N·m/rad, where there is one.
+    #[inline]
+    pub fn coupling(&self) -> Option<f64> {
+        let stiffness = self.params.effects.coupling_nm_per_rad;
+        (FULL && stiffness > 0.0).then_some(stiffness)
+    }
+
+    /// Other torques: N·m against the motor, and their derivative by the angle; a constant one without `FULL`.
+    #[inline]
+    pub fn other(&self, angle: f64) -> (f64, f64) {
+        self.other.at::<FULL>(angle)
+    }
+
+    #[inline]
+    pub fn levels_at(&self, angle: f64) -> Levels {
+        if FULL { self.params.effects.levels_at(&self.levels, angle) } else { self.levels }
+    }
+
+    /// Where the friction law is asked.
+    #[inline]
+    pub fn point(&self, state: &ShaftState<FULL>) -> Point {
+        let lags = FULL && self.params.effects.per_lag_s > 0.0;
+        let curve_speed = if lags { state.curve_speed } else { state.speed };
+        Point { speed: state.speed, curve_speed, z: state.z }
+    }
+
+    #[inline]
+    pub fn linearised(&self, state: &ShaftState<FULL>, memory: &Memory) -> (Linearised, f64) {
+        let levels = self.levels_at(state.angle);
+        (self.law.linearise(self.point(state), &levels, memory), levels.level_per_rad)
+    }
+
+    #[inline]
+    pub fn rates(&self, state: &ShaftState<FULL>, time_s: f64, memory: &Memory) -> ShaftState<FULL> {
+        let levels = self.levels_at(state.angle);
+        let friction = self.law.flow(self.point(state), &levels, memory);
+        let load_nm = friction.torque_nm + self.other(state.angle).0;
+        let damping = self.params.damping_nm_s_per_rad;
+        let mut rates = ShaftState { angle: state.speed, z: friction.rate, ..ShaftState::default() };
+        if let Some(stiffness) = self.coupling() {
+            let spring_nm = stiffness * (state.rotor_angle - state.angle);
+            let motor_nm = self.motor_nm(state.rotor_angle, time_s) - damping * state.rotor_speed;
+            rates.speed = (spring_nm - load_nm) * self.params.per_load_inertia;
+            rates.rotor_angle = state.rotor_speed;
+            rates.rotor_speed = (motor_nm - spring_nm) * self.params.per_rotor_inertia;
+        } else {
+            let motor_nm = self.motor_nm(state.angle, time_s) - damping * state.speed;
+            rates.speed = (motor_nm - load_nm) * self.params.per_inertia;
+        }
+        if FULL {
+            rates.curve_speed = (state.speed - state.curve_speed) * self.params.effects.per_lag_s;
+        }
+        rates
+    }
+
+    pub fn torques(&self, state: &ShaftState<FULL>, time_s: f64, memory: &Memory) -> Torques {
+        let levels = self.levels_at(state.angle);
+        let friction_nm = self.law.flow(self.point(state), &levels, memory).torque_nm;
+        let other_nm = self.other(state.angle).0;
+        let damping = self.params.damping_nm_s_per_rad;
+        if let Some(stiffness) = self.coupling() {
+            let motor_nm = self.motor_nm(state.rotor_angle, time_s) - damping * state.rotor_speed;
+            let load_nm = stiffness * (state.rotor_angle - state.angle);
+            return Torques { motor_nm, friction_nm, other_nm, load_nm };
+        }
+        let motor_nm = self.motor_nm(state.angle, time_s) - damping * state.speed;
+        let acceleration = (motor_nm - friction_nm - other_nm) * self.params.per_inertia;
+        let load_nm = self.params.load_inertia_kg_m2 * acceleration + friction_nm + other_nm;
+        Torques { motor_nm, friction_nm, other_nm, load_nm }
+    }
+
+    /// Takes the contact along from `before` to `after`. What depends on its past is held during the next sub-step.
+    #[inline]
+    pub fn accept(
+        &mut self,
+        before: &ShaftState<FULL>,
+        after: &ShaftState<FULL>,
+        dt_s: f64,
+        friction: &mut FrictionState,
+    ) {
+        self.law.remember(after.z, &self.levels, &mut friction.memory);
+        if FULL && self.params.effects.follows_the_contact() {
+            let turn_rad = after.angle - before.angle;
+            let slip_rad = turn_rad - (after.z - before.z);
+            friction.contact.travel(turn_rad, slip_rad, self.params.slip_length_rad, dt_s);
+            let effects = &self.params.effects;
+            self.levels = effects.levels(self.pressure_drop_pa, self.oil_temperature_c, &friction.contact);
+        }
+    }
+}

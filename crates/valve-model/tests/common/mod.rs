@@ -1,0 +1,157 @@
+//! Parameter sets and motions that the tests share.
+#![allow(dead_code)]
+
+use valve_model::*;
+
+/// The rig's LuGre parameters.
+pub fn soft() -> LuGreParams {
+    LuGreParams {
+        coulomb_torque_nm: 1.5,
+        static_torque_nm: 3.0,
+        stribeck_velocity_rad_per_s: 0.05,
+        stribeck_exponent: 2.0,
+        bristle_stiffness_nm_per_rad: 1000.0,
+        bristle_damping_nm_s_per_rad: 1.0,
+        viscous_nm_s_per_rad: 2e-4,
+    }
+}
+
+/// Table 1's bristles, with torques at which the motor can turn.
+pub fn table1() -> LuGreParams {
+    LuGreParams {
+        stribeck_velocity_rad_per_s: 0.001,
+        bristle_stiffness_nm_per_rad: 1e5,
+        bristle_damping_nm_s_per_rad: 316.277,
+        ..soft()
+    }
+}
+
+pub fn stribeck() -> StribeckParams {
+    StribeckParams {
+        coulomb_torque_nm: 1.5,
+        static_torque_nm: 3.0,
+        stribeck_velocity_rad_per_s: 0.05,
+        stribeck_exponent: 2.0,
+        viscous_nm_s_per_rad: 2e-4,
+        regularisation_velocity_rad_per_s: 1e-3,
+    }
+}
+
+pub fn dahl(exponent: f64) -> DahlParams {
+    DahlParams {
+        coulomb_torque_nm: 1.5,
+        bristle_stiffness_nm_per_rad: 1000.0,
+        viscous_nm_s_per_rad: 2e-4,
+        dahl_exponent: exponent,
+    }
+}
+
+pub fn leuven(exponent: f64) -> LeuvenParams {
+    LeuvenParams {
+        coulomb_torque_nm: 1.5,
+        static_torque_nm: 3.0,
+        stribeck_velocity_rad_per_s: 0.05,
+        stribeck_exponent: 2.0,
+        bristle_stiffness_nm_per_rad: 1000.0,
+        bristle_damping_nm_s_per_rad: 1.0,
+        viscous_nm_s_per_rad: 2e-4,
+        transition_exponent: exponent,
+        maxwell_elements: 10,
+        maxwell_saturation_ratio: 1.3,
+        maxwell_spacing_exponent: 1.0,
+    }
+}
+
+/// Every law, with its name for messages.
+pub fn laws() -> Vec<(&'static str, FrictionParams)> {
+    vec![
+        ("stribeck", FrictionParams::Stribeck(stribeck())),
+        ("dahl, 1/2", FrictionParams::Dahl(dahl(0.5))),
+        ("dahl, 1", FrictionParams::Dahl(dahl(1.0))),
+        ("dahl, 2", FrictionParams::Dahl(dahl(2.0))),
+        ("lugre, soft", FrictionParams::LuGre(soft())),
+        ("lugre, Table 1", FrictionParams::LuGre(table1())),
+        ("leuven, 10", FrictionParams::Leuven(leuven(10.0))),
+        ("leuven, 2", FrictionParams::Leuven(leuven(2.0))),
+    ]
+}
+
+pub fn coulomb(law: &FrictionParams) -> f64 {
+    match law {
+        FrictionParams::Stribeck(p) => p.coulomb_torque_nm,
+        FrictionParams::Dahl(p) => p.coulomb_torque_nm,
+        FrictionParams::LuGre(p) => p.coulomb_torque_nm,
+        FrictionParams::Leuven(p) => p.coulomb_torque_nm,
+    }
+}
+
+/// σ0 where the law has bristles.
+pub fn stiffness(law: &FrictionParams) -> Option<f64> {
+    match law {
+        FrictionParams::Stribeck(_) => None,
+        FrictionParams::Dahl(p) => Some(p.bristle_stiffness_nm_per_rad),
+        FrictionParams::LuGre(p) => Some(p.bristle_stiffness_nm_per_rad),
+        FrictionParams::Leuven(p) => Some(p.bristle_stiffness_nm_per_rad),
+    }
+}
+
+/// The rig's motor.
+pub fn motor() -> MotorParams {
+    MotorParams {
+        phases: 5,
+        rotor_teeth: 50,
+        full_steps_per_rev: 500,
+        microsteps_per_full_step: 225,
+        holding_torque_nm: 6.0,
+        rotor_inertia_kg_m2: 4e-4,
+        damping_nm_s_per_rad: 0.02,
+        max_pulse_rate_hz: 600e3,
+        supply_voltage_v: None,
+        phase_resistance_ohm: None,
+        phase_inductance_h: None,
+        rated_current_a: None,
+        torque_constant_nm_per_a: None,
+    }
+}
+
+/// The rig with some friction.
+pub fn model(friction: FrictionParams) -> Model {
+    Model {
+        name: "test".into(),
+        motor: Some(motor()),
+        load: Some(LoadParams { inertia_kg_m2: 1e-4 }),
+        friction,
+        orifice: None,
+        oil: None,
+        clearance: None,
+        seals: None,
+        effects: Vec::new(),
+    }
+}
+
+/// A cycle's input without pressure, at 40 °C.
+pub fn input(command_start_rad: f64, command_end_rad: f64) -> ValveInput {
+    ValveInput {
+        command_start_rad,
+        command_end_rad,
+        pressure_drop_pa: 0.0,
+        oil_temperature_c: 40.0,
+        energised: true,
+    }
+}
+
+/// A contact moved along `angles` (rad), `dt_s` between them at a constant speed each: the torque after each.
+pub fn moved(law: &FrictionLaw, state: &mut FrictionState, angles: &[f64], dt_s: f64) -> Vec<f64> {
+    angles
+        .windows(2)
+        .map(|pair| {
+            let speed = (pair[1] - pair[0]) / dt_s;
+            state.step(law, speed, speed, dt_s)
+        })
+        .collect()
+}
+
+/// From `start` to `end` in `count` even pieces, both ends included.
+pub fn line(start: f64, end: f64, count: usize) -> Vec<f64> {
+    (0..=count).map(|i| start + (end - start) * i as f64 / count as f64).collect()
+}
