@@ -1,0 +1,44 @@
+//! The range a quantity may lie in, and how a message says it.
+
+use crate::units::Dimension;
+
+/// A range of values in SI; the lower end may be excluded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    lowest: f64,
+    highest: f64,
+    lowest_excluded: bool,
+}
+
+impl Bounds {
+    /// From `lowest` to `highest`, both included.
+    pub(crate) const fn within(lowest: f64, highest: f64) -> Self {
+        Self { lowest, highest, lowest_excluded: false }
+    }
+
+    /// Above zero, up to `highest`.
+    pub(crate) const fn positive(highest: f64) -> Self {
+        Self { lowest: 0.0, highest, lowest_excluded: true }
+    }
+
+    /// From `-size` to `size`.
+    pub(crate) const fn either_sign(size: f64) -> Self {
+        Self::within(-size, size)
+    }
+
+    /// Whether a value lies in the range; never for NaN.
+    pub(crate) fn contain(&self, value: f64) -> bool {
+        let above = if self.lowest_excluded { value > self.lowest } else { value >= self.lowest };
+        above && value <= self.highest
+    }
+
+    /// "a time from 100 us to 10 ms".
+    pub(crate) fn describe(&self, dimension: Dimension) -> String {
+        let (low, high) = (dimension.display(self.lowest), dimension.display(self.highest));
+        if self.lowest_excluded {
+            format!("{} above {low} and at most {high}", dimension.name())
+        } else {
+            format!("{} from {low} to {high}", dimension.name())
+        }
+    }
+}

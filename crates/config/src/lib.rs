@@ -1,0 +1,26 @@
+//! Scenario and model files: text to validated data, and models back to text.
+//!
+//! No file is opened here: the caller reads the text and names it. Everything is checked once, and all errors of a file
+//! are found in one go, each with line, column, what was found and what was expected. Angles, times, flows and the like
+//! may carry units ("17deg", "40L/min"); bare numbers are SI.
+#![forbid(unsafe_code)]
+
+mod against_models;
+mod bounds;
+mod error;
+mod model;
+mod reachable;
+mod reader;
+mod scenario;
+mod source;
+mod suggest;
+mod units;
+
+pub use against_models::{belief_warnings, check_against_models};
+pub use error::{ConfigError, ConfigErrors};
+pub use model::{ModelComments, parse_model, write_model};
+pub use scenario::{
+    AfterStop, Compensation, Control, Damping, Driver, Encoder, FlowPressure, LostSteps, MotionLimits,
+    Profile, Safety, Scenario, ScheduledSetPoint, Target, TaskTiming, Timing, parse_scenario,
+};
+pub use units::{Dimension, QuantityError, parse_quantity};

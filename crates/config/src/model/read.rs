@@ -1,0 +1,115 @@
+//! The model's file, section by section. Which values a section may hold, `valve_model` says.
+
+use valve_model::{LoadParams, Model, MotorParams, OilParams, OrificeParams, ParamError};
+
+use crate::error::ConfigErrors;
+use crate::model::read_design::read_design;
+use crate::model::read_effects::read_effects;
+use crate::model::read_friction::read_friction;
+use crate::model::{FORMAT, FORMAT_VERSION};
+use crate::reader::{Section, parse_document};
+use crate::source::Source;
+
+/// Reads a model from its text. `file` names it in errors.
+///
+/// # Errors
+/// All that is wrong in the text: what does not parse, unknown keys, missing ones, and for each section the first value
+/// that no valve can have.
+pub fn parse_model(text: &str, file: &str) -> Result<Model, ConfigErrors> {
+    let source = Source::new(text, file);
+    let mut model = None;
+    if let Some(document) = parse_document(text, &source) {
+        let root = Section::root(&source, &document);
+        if root.has_format(FORMAT, FORMAT_VERSION) {
+            model = read(root);
+        }
+    }
+    match model {
+        Some(model) if source.is_clean() => Ok(model),
+        _ => Err(source.into_errors()),
+    }
+}
+
+/// The model; `None` if something without which there is none was refused.
+fn read(root: Section<'_>) -> Option<Model> {
+    let name = root.text("name", "a name");
+    let motor = root.optional_section("motor").map(read_motor);
+    let load = root.optional_section("load").map(read_load);
+    let oil = root.optional_section("oil").map(read_oil);
+    let design = read_design(&root, oil.as_ref());
+    let friction = root.section("friction").and_then(|section| read_friction(section, &design));
+    let orifice = root.optional_section("orifice").map(read_orifice);
+    let effects = read_effects(&root);
+    root.finish();
+    Some(Model {
+        name,
+        motor,
+        load,
+        friction: friction?,
+        orifice,
+        oil,
+        clearance: design.clearance,
+        seals: design.seals,
+        effects,
+    })
+}
+
+/// Ends a section: unknown keys first, then what the model itself refuses, unless a value is missing already.
+pub(super) fn conclude(section: Section<'_>, validated: Result<(), ParamError>) {
+    if let Err(error) = validated
+        && section.is_clean()
+    {
+        match section.find(error.key) {
+            Some(field) => field.refuse(error.expected),
+            None => section.refuse_key(error.key, "nothing", error.expected),
+        }
+    }
+    section.finish();
+}
+
+fn read_motor(section: Section<'_>) -> MotorParams {
+    let motor = MotorParams {
+        phases: section.count("phases"),
+        rotor_teeth: section.count("rotor_teeth"),
+        full_steps_per_rev: section.count("full_steps_per_rev"),
+        microsteps_per_full_step: section.count("microsteps_per_full_step"),
+        holding_torque_nm: section.number("holding_torque_nm"),
+        rotor_inertia_kg_m2: section.number("rotor_inertia_kg_m2"),
+        damping_nm_s_per_rad: section.number("damping_nm_s_per_rad"),
+        max_pulse_rate_hz: section.number("max_pulse_rate_hz"),
+        supply_voltage_v: section.optional_number("supply_voltage_v"),
+        phase_resistance_ohm: section.optional_number("phase_resistance_ohm"),
+        phase_inductance_h: section.optional_number("phase_inductance_h"),
+        rated_current_a: section.optional_number("rated_current_a"),
+        torque_constant_nm_per_a: section.optional_number("torque_constant_nm_per_a"),
+    };
+    conclude(section, motor.validate());
+    motor
+}
+
+fn read_load(section: Section<'_>) -> LoadParams {
+    let load = LoadParams { inertia_kg_m2: section.number("inertia_kg_m2") };
+    conclude(section, load.validate());
+    load
+}
+
+fn read_orifice(section: Section<'_>) -> OrificeParams {
+    let orifice = OrificeParams {
+        discharge_coefficient: section.number("discharge_coefficient"),
+        window_area_m2: section.number("window_area_m2"),
+        closed_angle_rad: section.number("closed_angle_rad"),
+        open_angle_rad: section.number("open_angle_rad"),
+    };
+    conclude(section, orifice.validate());
+    orifice
+}
+
+fn read_oil(section: Section<'_>) -> OilParams {
+    let oil = OilParams {
+        density_kg_per_m3: section.number("density_kg_per_m3"),
+        kinematic_viscosity_m2_per_s: section.number("kinematic_viscosity_m2_per_s"),
+        reference_temperature_c: section.number("reference_temperature_c"),
+    };
+    conclude(section, oil.validate());
+    oil
+}

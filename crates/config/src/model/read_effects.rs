@@ -1,0 +1,61 @@
+//! `[[effect]]`: what a valve does beyond the nominal model. Names and ranges come from `valve_model::EFFECTS`.
+
+use valve_model::{EFFECTS, Effect, EffectSpec, EffectValue, ParameterSpec, ValueKind};
+
+use crate::model::read::conclude;
+use crate::reader::{Field, Section};
+use crate::suggest::nearest;
+
+/// All effects that could be read, in the file's order.
+pub(super) fn read_effects(root: &Section<'_>) -> Vec<Effect> {
+    root.list("effect").iter().filter_map(read_effect).collect()
+}
+
+fn read_effect(field: &Field<'_>) -> Option<Effect> {
+    let section = field.section("a table [[effect]]")?;
+    let id = section.require("id", "the name of an effect")?;
+    let name = id.text("the name of an effect");
+    let Some(spec) = EFFECTS.iter().find(|spec| spec.id == name) else {
+        refuse_id(&id, &name);
+        return None;
+    };
+    let parts = read_parts(&section, spec);
+    let parts: Vec<(&str, EffectValue)> = parts.into_iter().map(|part| (part.key, part.value)).collect();
+    let effect = Effect::from_parts(spec.id, &parts);
+    let validated = effect.as_ref().map_or_else(|error| Err(error.clone()), |_| Ok(()));
+    conclude(section, validated);
+    effect.ok()
+}
+
+fn refuse_id(id: &Field<'_>, name: &str) {
+    // An empty name has been refused as a text already.
+    if name.is_empty() {
+        return;
+    }
+    let known: Vec<String> = EFFECTS.iter().map(|spec| spec.id.to_owned()).collect();
+    let hint =
+        nearest(name, &known).map_or_else(String::new, |near| format!("{near} (did you mean it?) or "));
+    id.refuse(format!("{hint}one of {}", known.join(", ")));
+}
+
+/// A parameter with its place in the file.
+struct Part {
+    start: usize,
+    key: &'static str,
+    value: EffectValue,
+}
+
+/// The parameters that are there, in the file's order: it is kept when the model is written back.
+fn read_parts(section: &Section<'_>, spec: &EffectSpec) -> Vec<Part> {
+    let read = |row: &'static ParameterSpec| {
+        let field = section.find(row.key)?;
+        let value = match row.kind {
+            ValueKind::Number => EffectValue::Number(field.number(row.range)),
+            ValueKind::List(_) => EffectValue::List(field.numbers(row.range)),
+        };
+        Some(Part { start: field.start(), key: row.key, value })
+    };
+    let mut parts: Vec<Part> = spec.parameters.iter().filter_map(read).collect();
+    parts.sort_by_key(|part| part.start);
+    parts
+}

@@ -1,0 +1,235 @@
+//! What a scenario says, in SI: the data that the supervisor hands out to the processes.
+
+mod checks;
+mod profile;
+mod read;
+mod read_control;
+mod read_set_points;
+mod read_timing;
+mod target;
+
+pub(crate) use checks::{angle_outside, angle_within, refuse_sine_outside};
+pub use profile::Profile;
+pub use read::parse_scenario;
+pub use target::{FlowPressure, ScheduledSetPoint, Target};
+
+/// Shorter periods work where the machine does, but nothing is promised.
+const SHORTEST_SUPPORTED_PERIOD_NS: u64 = 250_000;
+
+/// A validated scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// The scenario's name, for titles and recordings.
+    pub name: String,
+    /// Cycle time, in nanoseconds; a whole number of microseconds from 100 µs to 10 ms.
+    pub period_ns: u64,
+    /// How long the scenario lasts, in seconds, counted from arming.
+    pub duration_s: f64,
+    /// Seed of all random numbers (the encoder's noise).
+    pub seed: u64,
+    /// Model file of the simulated plant, as written: relative to the scenario's file.
+    pub truth: String,
+    /// Model file of the controller, as written: relative to the scenario's file.
+    pub belief: String,
+    /// Angle of motor and spool at the beginning, in radians.
+    pub initial_angle_rad: f64,
+    /// What the trajectory may do.
+    pub limits: MotionLimits,
+    /// What the micro-step driver may be asked for.
+    pub driver: Driver,
+    /// The encoder at the spool.
+    pub encoder: Encoder,
+    /// When the controller gives up.
+    pub safety: Safety,
+    /// How much friction the controller compensates.
+    pub compensation: Compensation,
+    /// What it does with the encoder, and against the resonance.
+    pub control: Control,
+    /// Cycles from Feedback to the beginning of the command's cycle: 1, or 2 for a bus that returns inputs k while it carries command k+1.
+    pub loop_delay_cycles: u64,
+    /// Phase, core and priority of each process.
+    pub timing: Timing,
+    /// Pressure drop over the orifice against time, in pascals.
+    pub pressure_drop: Profile,
+    /// Oil temperature against time, in degrees Celsius.
+    pub oil_temperature: Profile,
+    /// Set-points in the order of their times.
+    pub set_points: Vec<ScheduledSetPoint>,
+}
+
+impl Scenario {
+    /// Cycle time in seconds.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_ns as f64 / 1e9
+    }
+
+    /// What is allowed but may surprise: one sentence each.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.period_ns < SHORTEST_SUPPORTED_PERIOD_NS {
+            let period_us = self.period_ns / 1000;
+            warnings.push(format!(
+                "a period of {period_us} us is experimental: below 250 us nothing is promised"
+            ));
+        }
+        if self.set_points.is_empty() {
+            warnings.push("no set-point: the valve holds its initial angle".to_owned());
+        }
+        if !self.encoder.fitted {
+            warnings.push(
+                "no encoder: lost steps and following errors are not seen by the controller".to_owned(),
+            );
+        }
+        warnings
+    }
+}
+
+/// Limits of the reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionLimits {
+    /// Smallest angle, in radians; `None`: unlimited, rotation is allowed.
+    pub min_angle_rad: Option<f64>,
+    /// Largest angle, in radians; `None`: unlimited, rotation is allowed.
+    pub max_angle_rad: Option<f64>,
+    /// Largest speed in either direction, in rad/s.
+    pub max_speed_rad_per_s: f64,
+    /// Largest acceleration in either direction, in rad/s².
+    pub max_acceleration_rad_per_s2: f64,
+    /// Largest jerk in either direction, in rad/s³.
+    pub max_jerk_rad_per_s3: f64,
+}
+
+impl MotionLimits {
+    /// Whether an end of the angle is limited, so that endless rotation is not possible.
+    #[must_use]
+    pub fn position_limited(&self) -> bool {
+        self.min_angle_rad.is_some() || self.max_angle_rad.is_some()
+    }
+
+    /// Whether an angle in radians lies within the limits; an end that is not limited allows all.
+    #[must_use]
+    pub fn contain_angle(&self, angle_rad: f64) -> bool {
+        !(self.min_angle_rad.is_some_and(|min| angle_rad < min)
+            || self.max_angle_rad.is_some_and(|max| angle_rad > max))
+    }
+}
+
+/// What the micro-step driver may be asked for, whatever the controller wants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Driver {
+    /// Largest pulse rate in either direction, in hertz.
+    pub max_pulse_rate_hz: f64,
+    /// Largest change of the pulse rate, in hertz per second.
+    pub max_pulse_acceleration_hz_per_s: f64,
+    /// Ramp of a quick stop, in hertz per second.
+    pub quick_stop_deceleration_hz_per_s: f64,
+    /// What follows when a quick stop has come to rest.
+    pub after_stop: AfterStop,
+}
+
+/// What follows when the valve has stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AfterStop {
+    /// The motor stays energised and holds its angle.
+    Hold,
+    /// The motor is switched off; friction and flow decide where the spool goes.
+    DeEnergise,
+}
+
+/// The encoder at the spool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Encoder {
+    /// Whether there is one.
+    pub fitted: bool,
+    /// Counts per turn.
+    pub counts_per_turn: u64,
+    /// Noise added before quantisation, RMS, in radians.
+    pub noise_rad: f64,
+    /// Age of its reading in Feedback, in cycles.
+    pub delay_cycles: u64,
+}
+
+/// When the controller gives up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Safety {
+    /// A partner silent for this many cycles is noticed; the stop begins one later.
+    pub silence_cycles: u64,
+    /// Following error at rest that is a fault, in radians.
+    pub max_following_error_rad: f64,
+    /// By how much that grows with the reference's speed, in seconds.
+    pub following_error_per_speed_s: f64,
+    /// What follows lost steps, where an encoder sees them.
+    pub lost_steps: LostSteps,
+}
+
+/// How much friction the controller compensates with its belief.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compensation {
+    /// Nothing.
+    None,
+    /// Coulomb and viscous friction on the reference's speed.
+    CoulombViscous,
+    /// The belief's whole friction law on the reference.
+    Full,
+    /// The same with the belief's effects.
+    FullWithEffects,
+}
+
+/// What the controller does with the encoder, and against the resonance of motor and load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// Whether a disturbance observer makes up for what the belief leaves over; needs an encoder.
+    pub observer: bool,
+    /// How fast it follows, in hertz.
+    pub observer_bandwidth_hz: f64,
+    /// The largest torque that it makes up for, as a part of the belief's holding torque.
+    pub observer_limit: f64,
+    /// What is done against the resonance.
+    pub damping: Damping,
+}
+
+/// What the controller does against the resonance of motor and load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Damping {
+    /// Nothing.
+    None,
+    /// The observer predicts over the delay and damps; needs it and a period of at most 1 ms.
+    Active,
+    /// The reference goes through a shaper that the resonance does not answer to, late by a quarter of its period.
+    Shaping,
+}
+
+/// What the controller does when the rotor has fallen into another tooth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LostSteps {
+    /// It is a fault.
+    Fault,
+    /// The command goes to where the rotor is, and back to the reference from there.
+    Resynchronise,
+}
+
+/// Timing of the four processes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Timing {
+    /// plant-simulator or valve-bridge.
+    pub plant: TaskTiming,
+    /// trajectory-generator.
+    pub trajectory: TaskTiming,
+    /// step-controller.
+    pub controller: TaskTiming,
+    /// run-recorder; its phase does not matter.
+    pub recorder: TaskTiming,
+}
+
+/// When and where one process runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskTiming {
+    /// Its deadline after the beginning of each cycle, in nanoseconds.
+    pub phase_ns: u64,
+    /// The core it is bound to; `None`: any.
+    pub core: Option<usize>,
+    /// SCHED_FIFO priority from 1 to 99; `None`: the normal scheduler.
+    pub priority: Option<u8>,
+}

@@ -1,0 +1,264 @@
+//! The scenario's file, section by section.
+
+use crate::bounds::Bounds;
+use crate::error::ConfigErrors;
+use crate::reader::{Section, parse_document};
+use crate::scenario::read_control::read_compensation;
+use crate::scenario::read_set_points::{Frame, read_set_points};
+use crate::scenario::read_timing::read_timing;
+use crate::scenario::{
+    AfterStop, Driver, Encoder, LostSteps, MotionLimits, Profile, Safety, Scenario, checks,
+};
+use crate::source::Source;
+use crate::units::Dimension;
+
+const FORMAT: &str = "stepvalve-scenario";
+const FORMAT_VERSION: u64 = 1;
+
+const PERIOD: Bounds = Bounds::within(1e-4, 1e-2);
+const DURATION: Bounds = Bounds::positive(30.0 * 86_400.0);
+pub(super) const ANGLE: Bounds = Bounds::either_sign(1e6);
+const SPEED: Bounds = Bounds::positive(1e4);
+const ACCELERATION: Bounds = Bounds::positive(1e7);
+const JERK: Bounds = Bounds::positive(1e10);
+const PULSE_RATE: Bounds = Bounds::positive(1e7);
+const PULSE_ACCELERATION: Bounds = Bounds::positive(1e12);
+const NOISE: Bounds = Bounds::within(0.0, 1.0);
+const FOLLOWING_ERROR: Bounds = Bounds::positive(1e6);
+const PER_SPEED: Bounds = Bounds::within(0.0, 10.0);
+pub(super) const PRESSURE: Bounds = Bounds::within(0.0, 1e8);
+const TEMPERATURE: Bounds = Bounds::within(-60.0, 200.0);
+const TIME: Bounds = Bounds::within(0.0, 30.0 * 86_400.0);
+
+const DEFAULT_PERIOD_S: f64 = 1e-3;
+const DEFAULT_OIL_TEMPERATURE_C: f64 = 40.0;
+const DEFAULT_COUNTS_PER_TURN: u64 = 131_072;
+const DEFAULT_SILENCE_CYCLES: u64 = 3;
+
+/// Reads a scenario from its text. `file` names it in errors.
+///
+/// # Errors
+/// All that is wrong in the text: what does not parse, unknown keys, missing ones, values out of range, and set-points
+/// that contradict the limits. What needs the models is checked by [`crate::check_against_models`].
+pub fn parse_scenario(text: &str, file: &str) -> Result<Scenario, ConfigErrors> {
+    let source = Source::new(text, file);
+    let mut scenario = None;
+    if let Some(document) = parse_document(text, &source) {
+        let root = Section::root(&source, &document);
+        if root.has_format(FORMAT, FORMAT_VERSION) {
+            scenario = Some(read(root));
+        }
+    }
+    match scenario {
+        Some(scenario) if source.is_clean() => Ok(scenario),
+        _ => Err(source.into_errors()),
+    }
+}
+
+fn read(root: Section<'_>) -> Scenario {
+    let name = root.text("name", "a name");
+    let period_ns = read_period_ns(&root);
+    let duration_s = read_duration_s(&root, period_ns);
+    let limits = root.section("limits").map_or(NO_LIMITS, read_limits);
+    let driver = root.section("driver").map_or(NO_DRIVER, read_driver);
+    let initial_angle_rad = read_initial_angle_rad(&root, &limits);
+    let frame = Frame {
+        period_ns,
+        duration_s,
+        limits,
+        max_pulse_rate_hz: driver.max_pulse_rate_hz,
+        initial_angle_rad,
+    };
+    let encoder = root.optional_section("encoder").map_or(NO_ENCODER, read_encoder);
+    let (compensation, control) = read_compensation(&root, &encoder, period_ns);
+    let scenario = Scenario {
+        name,
+        period_ns,
+        duration_s,
+        seed: root.integer_or("seed", 0..=i64::MAX as u64, 0),
+        truth: root.text("truth", "the path of a model file"),
+        belief: root.text("belief", "the path of a model file"),
+        initial_angle_rad,
+        limits,
+        driver,
+        encoder,
+        safety: root.section("safety").map_or(NO_SAFETY, read_safety),
+        compensation,
+        control,
+        loop_delay_cycles: root.integer_or("loop_delay_cycles", 1..=2, 1),
+        timing: read_timing(&root, period_ns),
+        pressure_drop: read_profile(&root, "pressure_drop", Dimension::Pressure, PRESSURE, 0.0),
+        oil_temperature: read_profile(
+            &root,
+            "oil_temperature",
+            Dimension::Temperature,
+            TEMPERATURE,
+            DEFAULT_OIL_TEMPERATURE_C,
+        ),
+        set_points: read_set_points(&root, &frame),
+    };
+    root.finish();
+    scenario
+}
+
+// Placeholders for sections that are missing and reported; NaN and zero keep later checks silent.
+const NO_LIMITS: MotionLimits = MotionLimits {
+    min_angle_rad: None,
+    max_angle_rad: None,
+    max_speed_rad_per_s: f64::NAN,
+    max_acceleration_rad_per_s2: f64::NAN,
+    max_jerk_rad_per_s3: f64::NAN,
+};
+const NO_DRIVER: Driver = Driver {
+    max_pulse_rate_hz: f64::NAN,
+    max_pulse_acceleration_hz_per_s: f64::NAN,
+    quick_stop_deceleration_hz_per_s: f64::NAN,
+    after_stop: AfterStop::Hold,
+};
+const NO_SAFETY: Safety = Safety {
+    silence_cycles: 0,
+    max_following_error_rad: f64::NAN,
+    following_error_per_speed_s: 0.0,
+    lost_steps: LostSteps::Fault,
+};
+
+/// What a scenario without `[encoder]` means.
+const NO_ENCODER: Encoder =
+    Encoder { fitted: false, counts_per_turn: DEFAULT_COUNTS_PER_TURN, noise_rad: 0.0, delay_cycles: 0 };
+
+/// The period in nanoseconds; 0 if refused.
+fn read_period_ns(root: &Section<'_>) -> u64 {
+    let Some(field) = root.find("period") else { return (DEFAULT_PERIOD_S * 1e9) as u64 };
+    let period_us = field.quantity(Dimension::Time, PERIOD) * 1e6;
+    if period_us.is_nan() {
+        return 0;
+    }
+    // A decimal such as 0.0003 is no exact double: a nano-part of a microsecond is what reading it costs.
+    if (period_us - period_us.round()).abs() > 1e-6 {
+        field.refuse("a whole number of microseconds");
+        return 0;
+    }
+    period_us.round() as u64 * 1000
+}
+
+fn read_duration_s(root: &Section<'_>, period_ns: u64) -> f64 {
+    let Some(field) = root.require("duration", &DURATION.describe(Dimension::Time)) else { return f64::NAN };
+    let duration_s = field.quantity(Dimension::Time, DURATION);
+    if duration_s < period_ns as f64 / 1e9 {
+        let period = Dimension::Time.display(period_ns as f64 / 1e9);
+        field.refuse(format!("at least one cycle of {period}"));
+    }
+    duration_s
+}
+
+fn read_initial_angle_rad(root: &Section<'_>, limits: &MotionLimits) -> f64 {
+    let Some(field) = root.find("initial_angle") else {
+        if !limits.contain_angle(0.0) {
+            root.require("initial_angle", &checks::angle_within(limits));
+        }
+        return 0.0;
+    };
+    let angle_rad = field.quantity(Dimension::Angle, ANGLE);
+    checks::refuse_angle_outside(&field, angle_rad, limits);
+    angle_rad
+}
+
+fn read_limits(section: Section<'_>) -> MotionLimits {
+    let min_angle_rad = section.optional_quantity("min_angle", Dimension::Angle, ANGLE);
+    let max_angle = section.find("max_angle");
+    let max_angle_rad = max_angle.as_ref().map(|field| field.quantity(Dimension::Angle, ANGLE));
+    if let (Some(field), Some(min), Some(max)) = (max_angle, min_angle_rad, max_angle_rad)
+        && max <= min
+    {
+        field.refuse(format!("an angle above min_angle, {}", Dimension::Angle.display(min)));
+    }
+    let limits = MotionLimits {
+        min_angle_rad,
+        max_angle_rad,
+        max_speed_rad_per_s: section.quantity("max_speed", Dimension::Speed, SPEED),
+        max_acceleration_rad_per_s2: section.quantity(
+            "max_acceleration",
+            Dimension::Acceleration,
+            ACCELERATION,
+        ),
+        max_jerk_rad_per_s3: section.quantity("max_jerk", Dimension::Jerk, JERK),
+    };
+    section.finish();
+    limits
+}
+
+fn read_driver(section: Section<'_>) -> Driver {
+    let ramp = |key| section.quantity(key, Dimension::PulseAcceleration, PULSE_ACCELERATION);
+    let after_stop = section.require("after_stop", "\"hold\" or \"de-energise\"");
+    let words = [("de-energise", AfterStop::DeEnergise)];
+    let driver = Driver {
+        max_pulse_rate_hz: section.quantity("max_pulse_rate", Dimension::PulseRate, PULSE_RATE),
+        max_pulse_acceleration_hz_per_s: ramp("max_pulse_acceleration"),
+        quick_stop_deceleration_hz_per_s: ramp("quick_stop_deceleration"),
+        after_stop: after_stop
+            .and_then(|field| field.choice(("hold", AfterStop::Hold), &words))
+            .unwrap_or(AfterStop::Hold),
+    };
+    section.finish();
+    driver
+}
+
+fn read_encoder(section: Section<'_>) -> Encoder {
+    let encoder = Encoder {
+        fitted: section.require("fitted", "true or false").is_some_and(|field| field.boolean()),
+        counts_per_turn: section.integer_or("counts_per_turn", 4..=1 << 32, DEFAULT_COUNTS_PER_TURN),
+        noise_rad: section.optional_quantity("noise", Dimension::Angle, NOISE).unwrap_or(0.0),
+        delay_cycles: section.integer_or("delay_cycles", 0..=16, 0),
+    };
+    section.finish();
+    encoder
+}
+
+fn read_safety(section: Section<'_>) -> Safety {
+    let safety = Safety {
+        silence_cycles: section.integer_or("silence_cycles", 1..=100_000, DEFAULT_SILENCE_CYCLES),
+        max_following_error_rad: section.quantity("max_following_error", Dimension::Angle, FOLLOWING_ERROR),
+        following_error_per_speed_s: section
+            .optional_quantity("following_error_per_speed", Dimension::Time, PER_SPEED)
+            .unwrap_or(0.0),
+        lost_steps: section
+            .find("lost_steps")
+            .and_then(|field| {
+                field.choice(("fault", LostSteps::Fault), &[("resynchronise", LostSteps::Resynchronise)])
+            })
+            .unwrap_or(LostSteps::Fault),
+    };
+    section.finish();
+    safety
+}
+
+fn read_profile(
+    root: &Section<'_>,
+    key: &str,
+    dimension: Dimension,
+    bounds: Bounds,
+    default: f64,
+) -> Profile {
+    let Some(field) = root.find(key) else { return Profile::constant(default) };
+    if !field.is_array() {
+        return Profile::constant(field.quantity(dimension, bounds));
+    }
+    let elements = field.elements();
+    if elements.is_empty() {
+        field.refuse_as("an empty list", "at least one { time, value }");
+    }
+    let mut points: Vec<(f64, f64)> = Vec::with_capacity(elements.len());
+    for element in elements {
+        let Some(section) = element.section("{ time = …, value = … }") else { continue };
+        let time = section.require("time", &TIME.describe(Dimension::Time));
+        let time_s = time.as_ref().map_or(f64::NAN, |time| time.quantity(Dimension::Time, TIME));
+        if let (Some(time), Some(&(before_s, _))) = (time, points.last())
+            && time_s <= before_s
+        {
+            time.refuse(format!("a time after the point before, {}", Dimension::Time.display(before_s)));
+        }
+        points.push((time_s, section.quantity("value", dimension, bounds)));
+        section.finish();
+    }
+    Profile { points }
+}

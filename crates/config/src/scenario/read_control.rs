@@ -1,0 +1,80 @@
+//! `[compensation]`: how the controller works against friction, and what the encoder and the period allow.
+
+use crate::bounds::Bounds;
+use crate::reader::{Field, Section};
+use crate::scenario::{Compensation, Control, Damping, Encoder};
+use crate::units::Dimension;
+
+const BANDWIDTH: Bounds = Bounds::within(0.1, 1000.0);
+const LIMIT: Bounds = Bounds::within(0.0, 1.0);
+const DEFAULT_BANDWIDTH_HZ: f64 = 320.0;
+const DEFAULT_LIMIT: f64 = 0.5;
+
+/// The longest period at which the observer can predict the resonance over its delay.
+const LONGEST_DAMPING_PERIOD_NS: u64 = 1_000_000;
+
+/// The section, or what a scenario without it means: all that belief and encoder allow.
+pub(super) fn read_compensation(
+    root: &Section<'_>,
+    encoder: &Encoder,
+    period_ns: u64,
+) -> (Compensation, Control) {
+    let Some(section) = root.optional_section("compensation") else {
+        return (Compensation::Full, usual(Compensation::Full, encoder, period_ns));
+    };
+    let levels = [
+        ("coulomb-viscous", Compensation::CoulombViscous),
+        ("full", Compensation::Full),
+        ("full-with-effects", Compensation::FullWithEffects),
+    ];
+    let level = section
+        .find("level")
+        .and_then(|field| field.choice(("none", Compensation::None), &levels))
+        .unwrap_or(Compensation::Full);
+    let mut control = usual(level, encoder, period_ns);
+    if let Some(field) = section.find("observer") {
+        control.observer = field.boolean();
+        if control.observer && !encoder.fitted {
+            field.refuse("false: there is no encoder for an observer to look at");
+        }
+        control.damping = usual_damping(control.observer, period_ns);
+    }
+    if let Some(field) = section.find("damping") {
+        control.damping = read_damping(&field, control.observer, period_ns);
+    }
+    let bandwidth = section.optional_quantity("observer_bandwidth", Dimension::Frequency, BANDWIDTH);
+    control.observer_bandwidth_hz = bandwidth.unwrap_or(DEFAULT_BANDWIDTH_HZ);
+    let limit = section.optional_quantity("observer_limit", Dimension::Ratio, LIMIT);
+    control.observer_limit = limit.unwrap_or(DEFAULT_LIMIT);
+    section.finish();
+    (level, control)
+}
+
+fn read_damping(field: &Field<'_>, observer: bool, period_ns: u64) -> Damping {
+    let ways = [("active", Damping::Active), ("shaping", Damping::Shaping)];
+    let damping = field.choice(("none", Damping::None), &ways).unwrap_or(Damping::None);
+    if damping == Damping::Active && !observer {
+        field.refuse("\"none\" or \"shaping\": active damping needs an encoder and the observer");
+    } else if damping == Damping::Active && period_ns > LONGEST_DAMPING_PERIOD_NS {
+        let period = Dimension::Time.display(period_ns as f64 / 1e9);
+        field.refuse(format!(
+            "\"none\" or \"shaping\": at a period of {period} the command comes too late for the resonance, active \
+             damping needs 1 ms or less"
+        ));
+    }
+    damping
+}
+
+fn usual(level: Compensation, encoder: &Encoder, period_ns: u64) -> Control {
+    let observer = encoder.fitted && level != Compensation::None;
+    Control {
+        observer,
+        observer_bandwidth_hz: DEFAULT_BANDWIDTH_HZ,
+        observer_limit: DEFAULT_LIMIT,
+        damping: usual_damping(observer, period_ns),
+    }
+}
+
+fn usual_damping(observer: bool, period_ns: u64) -> Damping {
+    if observer && period_ns <= LONGEST_DAMPING_PERIOD_NS { Damping::Active } else { Damping::None }
+}
