@@ -1,0 +1,105 @@
+//! One cycle of the trajectory.
+
+use signals::{ControlStatus, ControllerState, Feedback, Reference, SetPoint, SetPointRefusal, validity};
+
+use crate::accept::{accept, stop, to_angle};
+use crate::target::held_flow_angle;
+use crate::{Params, State};
+
+/// What a cycle k sees.
+#[derive(Debug, Clone, Copy)]
+pub struct Input<'a> {
+    /// Cycles since the last call, 1 unless cycles were skipped: time moves on by as many periods.
+    pub advance_cycles: u64,
+    /// Feedback k; `None`: what was measured last still holds.
+    pub feedback: Option<&'a Feedback>,
+    /// ControlStatus k−1; `None`: what it said before still holds.
+    pub status: Option<&'a ControlStatus>,
+    /// A set-point that is new in this cycle.
+    pub set_point: Option<&'a SetPoint>,
+}
+
+/// A held flow is planned anew when its angle has moved by this: a micro-step or two, 0.013 % of a window of 45°.
+const REPLAN_ANGLE_RAD: f64 = 1e-4;
+
+/// Called once in cycle k; gives Reference k+2.
+///
+/// While the controller is not running the reference is the measured angle, at rest, and set-points are refused.
+/// While it runs, a set-point takes effect from Reference k+1, which is published already, on: from there its
+/// motion continues in angle, speed and acceleration. One that is refused changes nothing but `refused_id` and
+/// `refusal`. The reference depends on the inputs alone.
+pub fn step(params: &Params, state: &mut State, input: &Input<'_>) -> Reference {
+    note_status(state, input.status);
+    note_feedback(state, input.feedback);
+    if !state.seen.running {
+        let measured_rad = input.feedback.map(|feedback| feedback.angle_rad);
+        let angle_rad = measured_rad.unwrap_or_else(|| state.now(params).angle_rad);
+        state.rest_at(angle_rad);
+        if let Some(set_point) = input.set_point {
+            refuse(state, set_point, SetPointRefusal::NotRunning);
+        }
+        return state.reference(params);
+    }
+    // What was skipped belongs to the old motion.
+    advance(params, state, input.advance_cycles.saturating_sub(1));
+    if let Some(set_point) = input.set_point
+        && let Err(refusal) = accept(params, state, set_point)
+    {
+        refuse(state, set_point, refusal);
+    }
+    follow_up(params, state);
+    advance(params, state, 1);
+    state.reference(params)
+}
+
+fn refuse(state: &mut State, set_point: &SetPoint, refusal: SetPointRefusal) {
+    state.refused_id = set_point.id;
+    state.refusal = refusal.code();
+}
+
+fn note_status(state: &mut State, status: Option<&ControlStatus>) {
+    if let Some(status) = status {
+        state.seen.running = status.state == ControllerState::Running.code();
+        state.seen.time_scale = status.time_scale.clamp(0.0, 1.0);
+    }
+}
+
+fn note_feedback(state: &mut State, feedback: Option<&Feedback>) {
+    if let Some(feedback) = feedback {
+        state.seen.homed = feedback.validity & validity::HOMED != 0;
+        let measured = feedback.validity & validity::PRESSURE != 0;
+        state.seen.pressure_drop_pa = measured.then_some(feedback.pressure_drop_pa);
+    }
+}
+
+/// What a set-point taken earlier still asks for: the stop that had to wait, the flow that is held. Either is tried
+/// again in the next cycle if it can't be had in this one; the present motion stays within the limits meanwhile.
+fn follow_up(params: &Params, state: &mut State) {
+    if state.stop_wanted
+        && let Some(course) = stop(params, state)
+    {
+        state.stop_wanted = false;
+        state.course = course;
+    }
+    let Some((flow_m3_per_s, pressure_drop_pa)) = state.held_flow_m3_per_s.zip(state.seen.pressure_drop_pa)
+    else {
+        return;
+    };
+    let Some(target_rad) = held_flow_angle(params, flow_m3_per_s, pressure_drop_pa) else { return };
+    let rest_rad = state.course.motion.rest_angle_rad();
+    let moved = rest_rad.is_none_or(|rest_rad| (target_rad - rest_rad).abs() > REPLAN_ANGLE_RAD);
+    if moved && let Some(course) = to_angle(params, state, target_rad) {
+        state.course = course;
+    }
+}
+
+/// Lets time run along the motion.
+fn advance(params: &Params, state: &mut State, periods: u64) {
+    if periods == 0 {
+        return;
+    }
+    let pace = state.pace.towards(state.seen.time_scale, params, &state.course, periods);
+    let mean_scale = (state.pace.scale + pace.scale) / 2.0;
+    state.course = state.course.later(periods, params.period_s, mean_scale);
+    state.pace = pace;
+}
