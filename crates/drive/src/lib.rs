@@ -1,0 +1,28 @@
+//! The plant side's guard: it stands between StepCommand and motor, in simulator and bus bridge alike.
+//!
+//! Once per cycle [`step`] takes the cycle's command, or notes that there is none, and says how the micro-step
+//! command moves in that cycle: at a constant pulse rate, within the driver's limits whatever was asked. When the
+//! commands stop coming it stops the valve by itself. Positions are absolute micro-steps, rates micro-steps per
+//! second (Hz). Pure: no clock, no heap.
+//!
+//! ```text
+//!          follow=1                 `silence_cycles` without a command
+//!  Idle ─────────────▶ Following ───────────────────────────────────▶ Stopped by itself
+//!   ▲  ◀─────────────     ▲                                                 │
+//!   │      follow=0       │ follow=1, its position our own                  │ follow=0, at standstill
+//!   │                     └──────────────── Released ◀──────────────────────┘
+//!   └── (start)
+//! ```
+//! In every mode but Following the rate ramps to zero at the quick-stop deceleration, and stays there.
+#![forbid(unsafe_code)]
+
+mod approach;
+mod limits;
+mod params;
+mod state;
+mod step;
+
+pub use limits::{Travel, follow, ramp_down};
+pub use params::{AfterStop, DriveError, Params, stop_cycles_bound};
+pub use state::{Mode, State};
+pub use step::{Motion, step};

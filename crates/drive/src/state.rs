@@ -1,0 +1,89 @@
+//! What the guard remembers from cycle to cycle.
+
+/// What the guard is doing; the drawing stands in the crate's documentation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Nothing is asked for: ramps to a stop and stays.
+    Idle,
+    /// Follows the commands within the limits.
+    Following,
+    /// The commands fell silent: ramps to a stop and stays, latched.
+    StoppedItself,
+    /// The latch is off; waits for a command that stands where the drive stands.
+    Released,
+}
+
+/// The guard's state between two cycles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Where the command stands, before rounding, micro-steps.
+    pub(crate) position: f64,
+    /// Where the motor is driven to: whole micro-steps.
+    pub(crate) accepted: i64,
+    /// Way of the last cycle, micro-steps, signed.
+    pub(crate) travel: f64,
+    /// Cycles in a row without a command.
+    pub(crate) missed: u64,
+    /// What the drive is doing.
+    pub(crate) mode: Mode,
+    /// Whether the windings carry current.
+    pub(crate) energised: bool,
+    /// Whether the last command wanted current.
+    pub(crate) energise_wanted: bool,
+    /// Position that the last cycle's command asked for; `None` when it had none to follow.
+    pub(crate) previous_command: Option<f64>,
+    /// The cycle of the newest command taken.
+    pub(crate) command_cycle: u64,
+}
+
+impl State {
+    /// A drive at rest, its windings without current, that has seen no command.
+    pub fn at_rest(accepted_microsteps: i64) -> Self {
+        Self {
+            position: accepted_microsteps as f64,
+            accepted: accepted_microsteps,
+            travel: 0.0,
+            missed: 0,
+            mode: Mode::Idle,
+            energised: false,
+            energise_wanted: false,
+            previous_command: None,
+            command_cycle: 0,
+        }
+    }
+
+    /// The same with the windings carrying current from the start.
+    pub fn at_rest_energised(accepted_microsteps: i64) -> Self {
+        Self { energised: true, energise_wanted: true, ..Self::at_rest(accepted_microsteps) }
+    }
+
+    /// Where the command stands now, in whole micro-steps (Feedback's `accepted_microsteps`).
+    pub fn accepted_microsteps(&self) -> i64 {
+        self.accepted
+    }
+
+    /// Where the command stands now, before rounding, micro-steps.
+    pub fn position_unrounded(&self) -> f64 {
+        self.position
+    }
+
+    /// The cycle of the newest command taken (Feedback's `command_cycle`); 0 before the first.
+    pub fn command_cycle(&self) -> u64 {
+        self.command_cycle
+    }
+
+    /// What the drive is doing.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Cycles in a row without a command.
+    pub fn missed_cycles(&self) -> u64 {
+        self.missed
+    }
+
+    /// Whether the windings carry current.
+    pub fn energised(&self) -> bool {
+        self.energised
+    }
+}

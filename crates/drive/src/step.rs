@@ -1,0 +1,148 @@
+//! One cycle of the guard.
+
+use signals::{FaultCode, MAX_MICROSTEPS, StepCommand, validity};
+
+use crate::limits::{self, Travel};
+use crate::{AfterStop, Mode, Params, State};
+
+/// How the micro-step command moves in one cycle, and what the drive has to say about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Command at the cycle's beginning, whole micro-steps.
+    pub start_microsteps: f64,
+    /// Command at its end, whole micro-steps; linear in between.
+    pub end_microsteps: f64,
+    /// Pulse rate of the cycle, signed, before rounding.
+    pub pulse_rate_hz: f64,
+    /// Whether the windings carry current in this cycle.
+    pub energised: bool,
+    /// The drive's own bits of [`validity`] for the Feedback at the cycle's end: `ENERGISED`, `STANDSTILL`,
+    /// `LIMITED`, `STOPPED_ITSELF`, `COMMAND_MISSED`.
+    pub flags: u64,
+    /// Why the drive stopped by itself; `None` while it did not.
+    pub fault: FaultCode,
+}
+
+/// Takes the guard through cycle `cycle`.
+///
+/// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.
+pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Motion {
+    match command {
+        Some(command) => note_command(params, state, cycle, command),
+        None => state.missed = state.missed.saturating_add(1),
+    }
+    let start = state.accepted;
+    let travel = match (state.mode, command) {
+        (Mode::Following, Some(command)) => follow(params, state, command),
+        (Mode::Following, None) => go_on(state),
+        _ => stop(params, state, command),
+    };
+    accept(state, &travel, command);
+    // Counted to the end, so that the ramp begins in the next cycle.
+    if state.mode == Mode::Following && state.missed >= params.silence_cycles {
+        state.mode = Mode::StoppedItself;
+    }
+    switch_current(params, state);
+    report(params, state, start, travel.limited(), command.is_none())
+}
+
+/// Changes of mode that a command brings.
+fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCommand) {
+    state.missed = 0;
+    state.command_cycle = cycle;
+    state.energise_wanted = command.energise == 1;
+    let follow = command.follow == 1 && state.energise_wanted;
+    if follow && !state.energised && state.travel == 0.0 && state.mode != Mode::StoppedItself {
+        // Without current the count means nothing: energising begins where the command does.
+        state.position = command.position_unrounded - command.pulse_rate_hz * params.period_s;
+        state.accepted = state.position.round() as i64;
+    }
+    let agrees = (command.position_unrounded - state.position).abs() <= 1.0;
+    state.mode = match (state.mode, follow) {
+        (Mode::StoppedItself, false) if state.travel == 0.0 => Mode::Released,
+        (Mode::StoppedItself, _) => Mode::StoppedItself,
+        (Mode::Released, true) if !agrees => Mode::Released,
+        (Mode::Released, false) => Mode::Released,
+        (_, true) => Mode::Following,
+        (_, false) => Mode::Idle,
+    };
+    if state.mode != Mode::Following {
+        state.previous_command = None;
+    }
+}
+
+/// Goes where the command wants, or as far as the limits let it.
+fn follow(params: &Params, state: &State, command: &StepCommand) -> Travel {
+    let target = command.position_unrounded;
+    // The command's own word on its speed is only asked for where the last command is unknown.
+    let own_way = match state.previous_command {
+        Some(previous) => target - previous,
+        None => (command.pulse_rate_hz * params.period_s).clamp(-params.max_travel(), params.max_travel()),
+    };
+    limits::follow(params, state.position, state.travel, target, own_way)
+}
+
+/// No command: the last rate for one more cycle.
+fn go_on(state: &State) -> Travel {
+    go(state, state.travel, false)
+}
+
+/// The next cycle of a quick stop; rest once the rate is zero. A command that wants to be followed all the same
+/// counts as cut.
+fn stop(params: &Params, state: &State, command: Option<&StepCommand>) -> Travel {
+    let refused = command.is_some_and(|command| command.follow == 1);
+    go(state, limits::ramp_down(params, state.travel), refused)
+}
+
+fn go(state: &State, way: f64, change_limited: bool) -> Travel {
+    Travel { way, position: state.position + way, rate_limited: false, change_limited }
+}
+
+/// Takes over the cycle's way, and rounds.
+fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
+    state.travel = travel.way;
+    state.position = travel.position.clamp(-MAX_MICROSTEPS, MAX_MICROSTEPS);
+    let untouched = command.filter(|command| {
+        state.mode == Mode::Following
+            && !travel.limited()
+            && (command.position_microsteps as f64 - state.position).abs() <= 1.0
+    });
+    // The controller has rounded once; rounding a second time could only differ from what it believes.
+    state.accepted = match untouched {
+        Some(command) => command.position_microsteps,
+        None => state.position.round() as i64,
+    };
+    if state.mode == Mode::Following {
+        state.previous_command = command.map(|command| command.position_unrounded);
+    }
+}
+
+/// Windings: on when asked for; off when not wanted, and after a stop by itself if so set, but never in motion.
+fn switch_current(params: &Params, state: &mut State) {
+    let latched = state.mode == Mode::StoppedItself;
+    let wanted = state.energise_wanted && !(latched && params.after_stop == AfterStop::DeEnergise);
+    if wanted && !latched {
+        state.energised = true;
+    } else if !wanted && state.travel == 0.0 {
+        state.energised = false;
+    }
+}
+
+fn report(params: &Params, state: &State, start: i64, limited: bool, missed: bool) -> Motion {
+    let latched = state.mode == Mode::StoppedItself;
+    let bits = [
+        (validity::ENERGISED, state.energised),
+        (validity::STANDSTILL, state.travel == 0.0),
+        (validity::LIMITED, limited),
+        (validity::STOPPED_ITSELF, latched),
+        (validity::COMMAND_MISSED, missed),
+    ];
+    Motion {
+        start_microsteps: start as f64,
+        end_microsteps: state.accepted as f64,
+        pulse_rate_hz: state.travel / params.period_s,
+        energised: state.energised,
+        flags: bits.iter().filter(|(_, set)| *set).fold(0, |flags, (bit, _)| flags | bit),
+        fault: if latched { FaultCode::CommandSilent } else { FaultCode::None },
+    }
+}
