@@ -1,0 +1,33 @@
+//! Reference + Feedback → StepCommand: friction compensation through the load angle, and the safety state machine.
+//!
+//! ```text
+//!  Disarmed ──arm──▶ Running ──disarm──▶ QuickStop ──stopped──▶ Disarmed
+//!     ▲                 │ fault, silence, limit exceeded
+//!     └────reset────  Fault ◀──stopped──  QuickStop
+//! ```
+//! During cycle k the controller turns Feedback k and Reference k+2 into StepCommand k+1, which says where the
+//! micro-step command shall be at t_k+2. It knows a model of the valve (its belief), never the plant's truth.
+//! No clock, heap, lock or I/O.
+#![forbid(unsafe_code)]
+
+mod compensation;
+mod correction;
+mod machine;
+mod matrix;
+mod observer;
+mod pace;
+mod params;
+mod partner;
+mod recovery;
+mod shaper;
+mod state;
+mod step;
+mod track;
+mod tuning;
+mod window;
+
+pub use observer::{Observer, ObserverSettings};
+pub use params::{Compensation, ControlError, LostSteps, Params};
+pub use shaper::Shaper;
+pub use state::State;
+pub use step::{Input, Output, step};

@@ -1,0 +1,135 @@
+//! What the controller is set to: its belief of the valve, its limits, its reactions.
+
+use crate::observer::{Observer, ObserverSettings, Shaft};
+use crate::shaper::Shaper;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use valve_model::{FrictionLaw, MotionParams, MotorParams};
+
+/// How much friction the controller compensates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Compensation {
+    /// None: the command is the reference.
+    None,
+    /// Coulomb and viscous friction on the reference's speed, smooth through zero.
+    CoulombViscous,
+    /// The belief's whole friction law, driven by the reference.
+    Full,
+    /// The same with the belief's effects: what loads the spool beside friction, and what changes friction.
+    FullWithEffects,
+}
+
+/// What follows lost steps, where an encoder sees them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LostSteps {
+    /// A fault.
+    Fault,
+    /// The command goes to where the rotor is, and back to the reference from there.
+    Resynchronise,
+}
+
+/// The controller's settings; [`Params::validate`] once, before the first step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Params {
+    /// Length of a cycle, s.
+    pub period_s: f64,
+    /// Cycles from Feedback to the beginning of the command's cycle, 1 or 2.
+    pub loop_delay_cycles: u64,
+    /// The motor, as believed.
+    pub motor: MotorParams,
+    /// Rotor and load together, as believed, kg·m².
+    pub inertia_kg_m2: f64,
+    /// The friction law, as believed.
+    pub friction: FrictionLaw,
+    /// The friction law and all else that loads the spool, effects included, as believed.
+    pub with_effects: MotionParams,
+    /// The belief's Coulomb torque, N·m.
+    pub coulomb_torque_nm: f64,
+    /// The belief's viscous coefficient, N·m·s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// How much of it is compensated.
+    pub compensation: Compensation,
+    /// The disturbance observer, where an encoder is fitted and it is wanted; made by [`Params::with_observer`].
+    pub observer: Option<Observer>,
+    /// The input shaper, where it is wanted; made by [`Params::with_shaper`].
+    pub shaper: Option<Shaper>,
+    /// Age of the encoder's reading in Feedback, cycles.
+    pub encoder_delay_cycles: u64,
+    /// What follows lost steps.
+    pub lost_steps: LostSteps,
+    /// The driver's limits; the drive enforces the same, last.
+    pub drive: drive::Params,
+    /// Following error at rest that is a fault, rad.
+    pub max_following_error_rad: f64,
+    /// By how much that grows with the reference's speed, s.
+    pub following_error_per_speed_s: f64,
+    /// Arms by itself in this cycle: for simulated scenarios.
+    pub arm_at_cycle: Option<u64>,
+    /// Disarms by itself in this cycle: for simulated scenarios.
+    pub disarm_at_cycle: Option<u64>,
+}
+
+/// A setting that no controller can have.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum ControlError {
+    /// A number out of its range.
+    #[error("`{key}` is {found}, expected {expected}")]
+    Number {
+        /// The field's name.
+        key: &'static str,
+        /// The value found.
+        found: f64,
+        /// What would have been accepted.
+        expected: &'static str,
+    },
+    /// The driver's limits are wrong.
+    #[error(transparent)]
+    Drive(#[from] drive::DriveError),
+}
+
+impl Params {
+    /// These settings with an observer designed for them.
+    #[must_use]
+    pub fn with_observer(self, settings: ObserverSettings) -> Self {
+        let shaft = Shaft {
+            inertia_kg_m2: self.inertia_kg_m2,
+            stiffness_nm_per_rad: self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth),
+            damping_nm_s_per_rad: self.motor.damping_nm_s_per_rad,
+            period_s: self.period_s,
+        };
+        Self { observer: Some(Observer::design(&shaft, settings)), ..self }
+    }
+
+    /// These settings with an input shaper for the believed resonance of motor and load in sliding; without one where
+    /// there is no such resonance, or half its period is longer than the shaper remembers.
+    #[must_use]
+    pub fn with_shaper(self) -> Self {
+        let stiffness = self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth);
+        let frequency = (stiffness / self.inertia_kg_m2).sqrt();
+        let damping = self.motor.damping_nm_s_per_rad + self.viscous_nm_s_per_rad;
+        let ratio = damping / (2.0 * (stiffness * self.inertia_kg_m2).sqrt());
+        Self { shaper: Shaper::design(frequency, ratio, self.period_s), ..self }
+    }
+
+    /// Checks all numbers that this crate uses itself; motor and friction are validated where they are made.
+    ///
+    /// # Errors
+    /// The first that is not finite, not positive where it must be, or out of range.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        let positive = [
+            ("period_s", self.period_s),
+            ("inertia_kg_m2", self.inertia_kg_m2),
+            ("max_following_error_rad", self.max_following_error_rad),
+        ];
+        for (key, found) in positive {
+            if !(found > 0.0 && found.is_finite()) {
+                return Err(ControlError::Number { key, found, expected: "a finite number above 0" });
+            }
+        }
+        if !(1..=2).contains(&self.loop_delay_cycles) {
+            let found = self.loop_delay_cycles as f64;
+            return Err(ControlError::Number { key: "loop_delay_cycles", found, expected: "1 or 2" });
+        }
+        Ok(self.drive.validate()?)
+    }
+}

@@ -1,0 +1,92 @@
+//! Parameters changed while the controller runs: checked, taken over between two cycles, kept until it ends.
+
+use crate::matrix::Filter;
+use crate::observer::Observer;
+use crate::params::{Compensation, Params};
+use signals::{ControlParameter, OperatorResult};
+
+/// The bounds of the values, as the scenario's reader has them.
+const BANDWIDTH_HZ: (f64, f64) = (0.1, 1000.0);
+const FOLLOWING_ERROR_RAD: (f64, f64) = (1e-9, 1e6);
+const PER_SPEED_S: (f64, f64) = (0.0, 10.0);
+
+/// What was changed; all else is as in [`Params`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Tuning {
+    compensation: Option<Compensation>,
+    filter: Option<Filter>,
+    observer_limit_nm: Option<f64>,
+    max_following_error_rad: Option<f64>,
+    following_error_per_speed_s: Option<f64>,
+}
+
+impl Tuning {
+    /// Changes a parameter, or says that it can't have this value.
+    pub(crate) fn set(&mut self, params: &Params, parameter: ControlParameter, value: f64) -> OperatorResult {
+        let taken = match parameter {
+            ControlParameter::None => false,
+            ControlParameter::CompensationLevel => put(&mut self.compensation, level(value)),
+            ControlParameter::ObserverBandwidth => {
+                let retuned = |observer: &Observer| observer.retuned(self.filter(observer), value);
+                let filter = within(value, BANDWIDTH_HZ).and(params.observer.as_ref()).map(retuned);
+                put(&mut self.filter, filter)
+            }
+            ControlParameter::ObserverLimit => {
+                let limit_nm = within(value, (0.0, params.motor.holding_torque_nm));
+                put(&mut self.observer_limit_nm, limit_nm.filter(|_| params.observer.is_some()))
+            }
+            ControlParameter::MaxFollowingError => {
+                put(&mut self.max_following_error_rad, within(value, FOLLOWING_ERROR_RAD))
+            }
+            ControlParameter::FollowingErrorPerSpeed => {
+                put(&mut self.following_error_per_speed_s, within(value, PER_SPEED_S))
+            }
+        };
+        if taken { OperatorResult::Done } else { OperatorResult::Refused }
+    }
+
+    /// A cycle later: the observer's gain follows its new bandwidth.
+    pub(crate) fn settle(&mut self, observer: &Observer) {
+        if let Some(filter) = &mut self.filter {
+            observer.settle(filter);
+        }
+    }
+
+    pub(crate) fn compensation(&self, params: &Params) -> Compensation {
+        self.compensation.unwrap_or(params.compensation)
+    }
+
+    pub(crate) fn filter(&self, observer: &Observer) -> Filter {
+        self.filter.unwrap_or(observer.filter)
+    }
+
+    pub(crate) fn observer_limit_nm(&self, observer: &Observer) -> f64 {
+        self.observer_limit_nm.unwrap_or(observer.settings.torque_limit_nm)
+    }
+
+    /// Following error that is a fault at a speed, rad.
+    pub(crate) fn following_error_limit_rad(&self, params: &Params, speed_rad_per_s: f64) -> f64 {
+        let at_rest = self.max_following_error_rad.unwrap_or(params.max_following_error_rad);
+        let per_speed = self.following_error_per_speed_s.unwrap_or(params.following_error_per_speed_s);
+        at_rest + per_speed * speed_rad_per_s.abs()
+    }
+}
+
+/// Puts a value there if it is one; whether it is.
+fn put<T>(place: &mut Option<T>, value: Option<T>) -> bool {
+    let taken = value.is_some();
+    if taken {
+        *place = value;
+    }
+    taken
+}
+
+fn within(value: f64, (low, high): (f64, f64)) -> Option<f64> {
+    (value >= low && value <= high).then_some(value)
+}
+
+fn level(value: f64) -> Option<Compensation> {
+    let levels =
+        [Compensation::None, Compensation::CoulombViscous, Compensation::Full, Compensation::FullWithEffects];
+    levels.into_iter().zip(0_u8..).find(|(_, code)| f64::from(*code) == value).map(|(level, _)| level)
+}
