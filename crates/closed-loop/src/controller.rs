@@ -1,0 +1,39 @@
+//! The step controller's role: Reference, Feedback and orders in; StepCommand and ControlStatus out.
+
+use serde::{Deserialize, Serialize};
+use signals::{Feedback, OperatorCommand, Reference};
+use step_control::{Input, Output};
+
+/// What the step controller is told: its belief, never the truth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControllerPart {
+    /// Belief, limits, reactions.
+    pub params: step_control::Params,
+    /// Where the command stands at the start, micro-steps.
+    pub initial_microsteps: i64,
+}
+
+/// The controller between two cycles.
+#[derive(Debug, Clone)]
+pub struct ControllerRole {
+    params: step_control::Params,
+    state: step_control::State,
+}
+
+impl ControllerRole {
+    /// A disarmed controller.
+    pub fn new(part: &ControllerPart) -> Self {
+        Self { params: part.params.clone(), state: step_control::State::new(part.initial_microsteps) }
+    }
+
+    /// StepCommand k+1 and ControlStatus k, from Feedback k, Reference k+2 and a new order if one came.
+    pub fn step(
+        &mut self,
+        cycle: u64,
+        feedback: Option<&Feedback>,
+        reference: Option<&Reference>,
+        order: Option<&OperatorCommand>,
+    ) -> Output {
+        step_control::step(&self.params, &mut self.state, cycle, &Input { feedback, reference, order })
+    }
+}

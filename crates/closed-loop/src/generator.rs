@@ -1,0 +1,96 @@
+//! The trajectory generator's role: set-points, Feedback and ControlStatus in; Reference out.
+
+use serde::{Deserialize, Serialize};
+use signals::{ControlStatus, Feedback, Reference, SetPoint, SetPointKind};
+
+/// A set-point of the scenario's, due in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DueSetPoint {
+    /// The cycle.
+    pub cycle: u64,
+    /// Code of the kind, a [`SetPointKind`].
+    pub kind: u64,
+    /// Its value, in the kind's unit.
+    pub value: f64,
+    /// A sine's frequency, Hz; else 0.
+    pub frequency_hz: f64,
+    /// The pressure drop that a flow is meant at; `None` for the measured one.
+    pub pressure_drop_pa: Option<f64>,
+}
+
+impl DueSetPoint {
+    /// It as a message, with its place in the list as id.
+    pub fn message(&self, id: u64) -> SetPoint {
+        SetPoint {
+            id,
+            kind: self.kind,
+            value: self.value,
+            frequency_hz: self.frequency_hz,
+            pressure_drop_pa: self.pressure_drop_pa.unwrap_or(0.0),
+            pressure_given: u64::from(self.pressure_drop_pa.is_some()),
+        }
+    }
+
+    /// One that asks for a stop.
+    pub fn hold(cycle: u64) -> Self {
+        Self { cycle, kind: SetPointKind::Hold.code(), value: 0.0, frequency_hz: 0.0, pressure_drop_pa: None }
+    }
+}
+
+/// What the trajectory generator is told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GeneratorPart {
+    /// Limits, orifice, period.
+    pub params: trajectory::Params,
+    /// Angle at the start, rad.
+    pub initial_angle_rad: f64,
+    /// The scenario's set-points in the order of their cycles.
+    pub set_points: Vec<DueSetPoint>,
+}
+
+/// The trajectory generator between two cycles.
+pub struct GeneratorRole {
+    part: GeneratorPart,
+    state: trajectory::State,
+    next: usize,
+    last_cycle: Option<u64>,
+}
+
+impl GeneratorRole {
+    /// A trajectory that holds where the scenario begins.
+    pub fn new(part: GeneratorPart) -> Self {
+        let state = trajectory::State::at_rest(part.initial_angle_rad);
+        Self { part, state, next: 0, last_cycle: None }
+    }
+
+    /// Reference k+2 of cycle k, from Feedback k, ControlStatus k−1, and an operator's set-point if one came. One
+    /// that the scenario has for this cycle comes first.
+    pub fn step(
+        &mut self,
+        cycle: u64,
+        feedback: Option<&Feedback>,
+        status: Option<&ControlStatus>,
+        operator: Option<&SetPoint>,
+    ) -> Reference {
+        let due = self.due(cycle);
+        let advance_cycles = self.last_cycle.map_or(1, |last| cycle.saturating_sub(last).max(1));
+        self.last_cycle = Some(cycle);
+        let set_point = due.as_ref().or(operator);
+        trajectory::step(
+            &self.part.params,
+            &mut self.state,
+            &trajectory::Input { advance_cycles, feedback, status, set_point },
+        )
+    }
+
+    fn due(&mut self, cycle: u64) -> Option<SetPoint> {
+        let due = self.part.set_points.get(self.next).filter(|due| due.cycle <= cycle)?;
+        self.next += 1;
+        Some(due.message(self.next as u64))
+    }
+
+    /// Whether the scenario has a set-point for this cycle: an operator's must wait then.
+    pub fn has_due(&self, cycle: u64) -> bool {
+        self.part.set_points.get(self.next).is_some_and(|due| due.cycle <= cycle)
+    }
+}

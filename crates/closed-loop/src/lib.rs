@@ -1,0 +1,21 @@
+//! Trajectory, step-control, drive and plant as the three roles of the loop, and all of them wired in one thread.
+//!
+//! A role takes the messages of a cycle and gives the messages of that cycle: the processes call the same functions,
+//! so that real time, lockstep and in process agree bit for bit.
+#![forbid(unsafe_code)]
+
+mod controller;
+mod encoder;
+mod generator;
+mod in_process;
+mod plant;
+mod timeline;
+mod wiring;
+
+pub use controller::{ControllerPart, ControllerRole};
+pub use encoder::EncoderParams;
+pub use generator::{DueSetPoint, GeneratorPart, GeneratorRole};
+pub use in_process::{CycleMessages, InProcess};
+pub use plant::{PlantPart, PlantRole, PlantSample};
+pub use timeline::{ARM_CYCLE, Timeline};
+pub use wiring::{Parts, WiringError, wire};

@@ -1,0 +1,170 @@
+//! The plant's role: drive, valve and sensors. StepCommand in; Feedback and, for the recorder alone, PlantTruth out.
+
+use crate::encoder::{Encoder, EncoderParams};
+use crate::timeline::Timeline;
+use config::Profile;
+use serde::{Deserialize, Serialize};
+use signals::{Feedback, PlantTruth, StepCommand, validity};
+use valve_model::{MotorParams, ValveInput, ValveOutput, ValveParams, ValveState};
+
+/// What the plant simulator is told: the truth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlantPart {
+    /// The run's cycles.
+    pub timeline: Timeline,
+    /// The valve as it is.
+    pub valve: ValveParams,
+    /// Its motor.
+    pub motor: MotorParams,
+    /// The driver's limits and reactions.
+    pub drive: drive::Params,
+    /// The encoder, where one is fitted.
+    pub encoder: Option<EncoderParams>,
+    /// Cycles from Feedback to the beginning of the command's cycle, 1 or 2.
+    pub loop_delay_cycles: u64,
+    /// Angle at the start, rad.
+    pub initial_angle_rad: f64,
+    /// Pressure drop over scenario time, Pa.
+    pub pressure_drop_pa: Profile,
+    /// Oil temperature over scenario time, °C.
+    pub oil_temperature_c: Profile,
+}
+
+/// The plant at the beginning of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlantSample {
+    /// For the controller and the trajectory.
+    pub feedback: Feedback,
+    /// For the recorder.
+    pub truth: PlantTruth,
+}
+
+/// The plant between two cycles.
+#[derive(Debug, Clone)]
+pub struct PlantRole {
+    part: PlantPart,
+    drive: drive::State,
+    valve: ValveState,
+    encoder: Option<Encoder>,
+    // The command of the last cycle, which a loop with two cycles of delay follows in this one.
+    delayed: Option<StepCommand>,
+    motion: Option<drive::Motion>,
+    output: Option<ValveOutput>,
+    lost_steps_at_start: i64,
+}
+
+impl PlantRole {
+    /// A plant at rest where the scenario begins.
+    pub fn new(part: PlantPart) -> Self {
+        let angle_rad = part.initial_angle_rad;
+        let microsteps = (angle_rad / part.drive.microstep_angle_rad).round() as i64;
+        let holds = part.drive.after_stop == drive::AfterStop::Hold;
+        let drive = if holds {
+            drive::State::at_rest_energised(microsteps)
+        } else {
+            drive::State::at_rest(microsteps)
+        };
+        let encoder = part.encoder.map(|params| Encoder::new(params, angle_rad));
+        let valve = ValveState::at_rest(angle_rad);
+        let mut role = Self {
+            part,
+            drive,
+            valve,
+            encoder,
+            delayed: None,
+            motion: None,
+            output: None,
+            lost_steps_at_start: 0,
+        };
+        role.lost_steps_at_start = role.lost_steps();
+        role
+    }
+
+    /// Feedback k and PlantTruth k: the plant at t_k.
+    pub fn sample(&self, cycle: u64) -> PlantSample {
+        let time_s = self.part.timeline.scenario_time_s(cycle);
+        let pressure_drop_pa = self.part.pressure_drop_pa.at(time_s);
+        let oil_temperature_c = self.part.oil_temperature_c.at(time_s);
+        PlantSample { feedback: self.feedback(pressure_drop_pa, oil_temperature_c), truth: self.truth() }
+    }
+
+    /// Moves through cycle k, with StepCommand k where it came in time.
+    pub fn advance(&mut self, cycle: u64, command: Option<&StepCommand>) {
+        let effective = if self.part.loop_delay_cycles <= 1 {
+            command.copied()
+        } else {
+            std::mem::replace(&mut self.delayed, command.copied())
+        };
+        let motion = drive::step(&self.part.drive, &mut self.drive, cycle, effective.as_ref());
+        let time_s = self.part.timeline.scenario_time_s(cycle);
+        let microstep_rad = self.part.drive.microstep_angle_rad;
+        let input = ValveInput {
+            command_start_rad: motion.start_microsteps * microstep_rad,
+            command_end_rad: motion.end_microsteps * microstep_rad,
+            pressure_drop_pa: self.part.pressure_drop_pa.at(time_s),
+            oil_temperature_c: self.part.oil_temperature_c.at(time_s),
+            energised: motion.energised,
+        };
+        let output =
+            valve_model::step(&self.part.valve, &mut self.valve, &input, self.part.timeline.period_s());
+        if let Some(encoder) = &mut self.encoder {
+            encoder.sample(output.encoder_angle_rad);
+        }
+        self.motion = Some(motion);
+        self.output = Some(output);
+    }
+
+    /// Whether the drive stands still.
+    pub fn at_standstill(&self) -> bool {
+        self.motion.is_none_or(|motion| motion.flags & validity::STANDSTILL != 0)
+    }
+
+    fn command_rad(&self) -> f64 {
+        self.drive.accepted_microsteps() as f64 * self.part.drive.microstep_angle_rad
+    }
+
+    fn lost_steps(&self) -> i64 {
+        self.part.motor.lost_steps(self.command_rad(), self.valve.angle_rad)
+    }
+
+    fn feedback(&self, pressure_drop_pa: f64, oil_temperature_c: f64) -> Feedback {
+        let sensors = validity::HOMED | validity::PRESSURE | validity::TEMPERATURE;
+        let energised = if self.drive.energised() { validity::ENERGISED } else { 0 };
+        let drive_flags = self.motion.map_or(validity::STANDSTILL | energised, |motion| motion.flags);
+        let (encoder_flag, (encoder_counts, angle_rad)) = match &self.encoder {
+            Some(encoder) => (validity::ENCODER, encoder.reading()),
+            None => (0, (0, self.command_rad())),
+        };
+        Feedback {
+            encoder_counts,
+            angle_rad,
+            accepted_microsteps: self.drive.accepted_microsteps(),
+            pulse_rate_hz: self.motion.map_or(0.0, |motion| motion.pulse_rate_hz),
+            pressure_drop_pa,
+            oil_temperature_c,
+            validity: sensors | drive_flags | encoder_flag,
+            drive_fault: self.motion.map_or(0, |motion| motion.fault.code()),
+            command_cycle: self.drive.command_cycle(),
+            ..Feedback::default()
+        }
+    }
+
+    fn truth(&self) -> PlantTruth {
+        let at_rest = PlantTruth {
+            angle_rad: self.valve.angle_rad,
+            speed_rad_per_s: self.valve.speed_rad_per_s,
+            command_angle_rad: self.command_rad(),
+            lost_teeth: self.lost_steps() - self.lost_steps_at_start,
+            ..PlantTruth::default()
+        };
+        self.output.map_or(at_rest, |output| PlantTruth {
+            motor_torque_nm: output.motor_torque_nm,
+            friction_torque_nm: output.friction_torque_nm,
+            other_torque_nm: output.other_torque_nm,
+            load_torque_nm: output.load_torque_nm,
+            bristle_deflection_rad: output.bristle_deflection_rad,
+            flow_m3_per_s: output.flow_m3_per_s,
+            ..at_rest
+        })
+    }
+}

@@ -1,0 +1,252 @@
+//! From a validated scenario and its two models to what each process is told.
+
+use crate::controller::ControllerPart;
+use crate::encoder::EncoderParams;
+use crate::generator::{DueSetPoint, GeneratorPart};
+use crate::plant::PlantPart;
+use crate::timeline::Timeline;
+use config::{FlowPressure, Scenario, ScheduledSetPoint, Target};
+use signals::SetPointKind;
+use std::f64::consts::TAU;
+use step_control::ObserverSettings;
+use thiserror::Error;
+use valve_model::{
+    FrictionLaw, FrictionParams, LoadParams, Model, MotionParams, MotorParams, ParamError, ValveParams,
+};
+
+/// A scenario that can't be wired. Files that passed `config`'s checks never give one.
+#[derive(Debug, Error)]
+pub enum WiringError {
+    /// A model lacks a section or has a number that no valve can have.
+    #[error("{role} model: {source}")]
+    Model {
+        /// "truth" or "belief".
+        role: &'static str,
+        /// What is wrong.
+        source: ParamError,
+    },
+    /// The driver's or the controller's settings.
+    #[error(transparent)]
+    Controller(#[from] step_control::ControlError),
+    /// The trajectory's settings.
+    #[error(transparent)]
+    Trajectory(#[from] trajectory::TrajectoryError),
+}
+
+/// What each process is told, and the run's cycles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parts {
+    /// The run's cycles.
+    pub timeline: Timeline,
+    /// For the plant simulator: the truth.
+    pub plant: PlantPart,
+    /// For the trajectory generator.
+    pub generator: GeneratorPart,
+    /// For the step controller: the belief.
+    pub controller: ControllerPart,
+}
+
+impl Parts {
+    /// The same valve without the scenario's course: it arms, moves and ends only when it is told to.
+    #[must_use]
+    pub fn without_end(mut self) -> Self {
+        self.timeline = self.timeline.without_end();
+        self.plant.timeline = self.timeline;
+        self.controller.params.arm_at_cycle = None;
+        self.controller.params.disarm_at_cycle = None;
+        self.generator.set_points.clear();
+        self
+    }
+}
+
+/// Wires a scenario: `truth` becomes the plant, `belief` what the controller knows.
+///
+/// # Errors
+/// [`WiringError`], naming the model or setting.
+pub fn wire(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Parts, WiringError> {
+    let (truth_motor, _) = shaft_of(truth, "truth")?;
+    let (belief_motor, belief_load) = shaft_of(belief, "belief")?;
+    // The driver's micro-step is a fact of the rig; both sides count the same.
+    let drive = drive_params(scenario, &truth_motor);
+    let timeline = Timeline::new(scenario.period_ns, scenario.duration_s, drive::stop_cycles_bound(&drive));
+    let valve = ValveParams::new(truth).map_err(|source| WiringError::Model { role: "truth", source })?;
+    let with_effects =
+        MotionParams::new(belief).map_err(|source| WiringError::Model { role: "belief", source })?;
+    let mut params =
+        controller_params(scenario, belief, belief_motor, belief_load, with_effects, drive, &timeline);
+    if scenario.control.observer && scenario.encoder.fitted {
+        params = params.with_observer(observer_settings(scenario, &belief_motor));
+    }
+    if scenario.control.damping == config::Damping::Shaping {
+        params = params.with_shaper();
+    }
+    params.validate()?;
+    let generator = generator_part(scenario, belief, &timeline, drive.microstep_angle_rad);
+    generator.params.validate()?;
+    let initial_microsteps = (scenario.initial_angle_rad / drive.microstep_angle_rad).round() as i64;
+    Ok(Parts {
+        timeline,
+        plant: plant_part(scenario, valve, truth_motor, drive, timeline),
+        generator,
+        controller: ControllerPart { params, initial_microsteps },
+    })
+}
+
+fn shaft_of(model: &Model, role: &'static str) -> Result<(MotorParams, LoadParams), WiringError> {
+    let missing = |key: &'static str, expected: &'static str| WiringError::Model {
+        role,
+        source: ParamError { key, found: "missing".to_owned(), expected },
+    };
+    let motor = model.motor.ok_or_else(|| missing("motor", "a section [motor]"))?;
+    let load = model.load.ok_or_else(|| missing("load", "a section [load]"))?;
+    Ok((motor, load))
+}
+
+fn drive_params(scenario: &Scenario, motor: &MotorParams) -> drive::Params {
+    drive::Params {
+        period_s: scenario.period_s(),
+        microstep_angle_rad: motor.microstep_angle_rad(),
+        max_pulse_rate_hz: scenario.driver.max_pulse_rate_hz,
+        max_pulse_acceleration_hz_per_s: scenario.driver.max_pulse_acceleration_hz_per_s,
+        quick_stop_deceleration_hz_per_s: scenario.driver.quick_stop_deceleration_hz_per_s,
+        after_stop: match scenario.driver.after_stop {
+            config::AfterStop::Hold => drive::AfterStop::Hold,
+            config::AfterStop::DeEnergise => drive::AfterStop::DeEnergise,
+        },
+        silence_cycles: scenario.safety.silence_cycles,
+    }
+}
+
+fn controller_params(
+    scenario: &Scenario,
+    belief: &Model,
+    motor: MotorParams,
+    load: LoadParams,
+    with_effects: MotionParams,
+    drive: drive::Params,
+    timeline: &Timeline,
+) -> step_control::Params {
+    let (coulomb_torque_nm, viscous_nm_s_per_rad) = coulomb_and_viscous(&belief.friction);
+    step_control::Params {
+        period_s: scenario.period_s(),
+        loop_delay_cycles: scenario.loop_delay_cycles,
+        motor,
+        inertia_kg_m2: motor.rotor_inertia_kg_m2 + load.inertia_kg_m2,
+        friction: FrictionLaw::new(&belief.friction),
+        with_effects,
+        coulomb_torque_nm,
+        viscous_nm_s_per_rad,
+        compensation: match scenario.compensation {
+            config::Compensation::None => step_control::Compensation::None,
+            config::Compensation::CoulombViscous => step_control::Compensation::CoulombViscous,
+            config::Compensation::Full => step_control::Compensation::Full,
+            config::Compensation::FullWithEffects => step_control::Compensation::FullWithEffects,
+        },
+        observer: None,
+        shaper: None,
+        encoder_delay_cycles: scenario.encoder.delay_cycles,
+        lost_steps: match scenario.safety.lost_steps {
+            config::LostSteps::Fault => step_control::LostSteps::Fault,
+            config::LostSteps::Resynchronise => step_control::LostSteps::Resynchronise,
+        },
+        drive,
+        max_following_error_rad: scenario.safety.max_following_error_rad,
+        following_error_per_speed_s: scenario.safety.following_error_per_speed_s,
+        arm_at_cycle: Some(timeline.arm_cycle),
+        disarm_at_cycle: Some(timeline.disarm_cycle),
+    }
+}
+
+fn observer_settings(scenario: &Scenario, motor: &MotorParams) -> ObserverSettings {
+    let control = &scenario.control;
+    ObserverSettings {
+        bandwidth_hz: control.observer_bandwidth_hz,
+        torque_limit_nm: control.observer_limit * motor.holding_torque_nm,
+        count_rad: TAU / scenario.encoder.counts_per_turn as f64,
+        noise_rad: scenario.encoder.noise_rad,
+        delay_cycles: scenario.encoder.delay_cycles,
+        damps: control.damping == config::Damping::Active,
+    }
+}
+
+fn coulomb_and_viscous(friction: &FrictionParams) -> (f64, f64) {
+    match friction {
+        FrictionParams::Stribeck(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
+        FrictionParams::Dahl(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
+        FrictionParams::LuGre(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
+        FrictionParams::Leuven(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
+    }
+}
+
+fn plant_part(
+    scenario: &Scenario,
+    valve: ValveParams,
+    motor: MotorParams,
+    drive: drive::Params,
+    timeline: Timeline,
+) -> PlantPart {
+    let encoder = scenario.encoder.fitted.then(|| EncoderParams {
+        counts_per_turn: scenario.encoder.counts_per_turn as f64,
+        noise_rad: scenario.encoder.noise_rad,
+        delay_cycles: usize::try_from(scenario.encoder.delay_cycles).unwrap_or(usize::MAX),
+        seed: scenario.seed,
+    });
+    PlantPart {
+        timeline,
+        valve,
+        motor,
+        drive,
+        encoder,
+        loop_delay_cycles: scenario.loop_delay_cycles,
+        initial_angle_rad: scenario.initial_angle_rad,
+        pressure_drop_pa: scenario.pressure_drop.clone(),
+        oil_temperature_c: scenario.oil_temperature.clone(),
+    }
+}
+
+fn generator_part(
+    scenario: &Scenario,
+    belief: &Model,
+    timeline: &Timeline,
+    microstep_rad: f64,
+) -> GeneratorPart {
+    let limits = &scenario.limits;
+    GeneratorPart {
+        params: trajectory::Params {
+            period_s: scenario.period_s(),
+            limits: trajectory::Limits {
+                min_angle_rad: limits.min_angle_rad,
+                max_angle_rad: limits.max_angle_rad,
+                max_speed_rad_per_s: limits.max_speed_rad_per_s,
+                max_acceleration_rad_per_s2: limits.max_acceleration_rad_per_s2,
+                max_jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
+            },
+            orifice: belief.orifice,
+            oil_density_kg_per_m3: belief.oil.map(|oil| oil.density_kg_per_m3),
+        },
+        initial_angle_rad: scenario.initial_angle_rad,
+        set_points: scenario.set_points.iter().map(|point| due(point, timeline, microstep_rad)).collect(),
+    }
+}
+
+fn due(point: &ScheduledSetPoint, timeline: &Timeline, microstep_rad: f64) -> DueSetPoint {
+    let nothing = DueSetPoint::hold(timeline.cycle_of(point.time_s));
+    let of = |kind: SetPointKind, value: f64| DueSetPoint { kind: kind.code(), value, ..nothing };
+    match point.target {
+        Target::Angle { angle_rad } => of(SetPointKind::Angle, angle_rad),
+        Target::Opening { opening } => of(SetPointKind::Opening, opening),
+        Target::Flow { flow_m3_per_s, pressure_drop } => DueSetPoint {
+            pressure_drop_pa: match pressure_drop {
+                FlowPressure::Measured => None,
+                FlowPressure::Given(pressure_pa) => Some(pressure_pa),
+            },
+            ..of(SetPointKind::Flow, flow_m3_per_s)
+        },
+        Target::Speed { speed_rad_per_s } => of(SetPointKind::Speed, speed_rad_per_s),
+        Target::PulseRate { pulse_rate_hz } => of(SetPointKind::Speed, pulse_rate_hz * microstep_rad),
+        Target::Sine { amplitude_rad, frequency_hz } => {
+            DueSetPoint { frequency_hz, ..of(SetPointKind::Sine, amplitude_rad) }
+        }
+        Target::Hold => nothing,
+    }
+}
