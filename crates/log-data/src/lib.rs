@@ -1,0 +1,13 @@
+//! Measured runs in memory: channels with fixed units, and the checks that every log must pass.
+//!
+//! A [`Log`] is what a rig record or a run of the loop is as numbers: runs on one clock, each a table of
+//! samples. It knows no file; `run-log` reads and writes it. A missing sample is NaN; time is never missing.
+#![forbid(unsafe_code)]
+
+mod channel;
+mod check;
+mod log;
+
+pub use channel::Channel;
+pub use check::LogError;
+pub use log::{AngleZero, Attribute, Extra, Log, Run};

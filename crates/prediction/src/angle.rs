@@ -1,0 +1,77 @@
+//! The angle that a command leads to, motor included.
+
+use crate::conditions::{Conditions, whole};
+use crate::delay::delay;
+use crate::{Noise, Past, Predicted, PredictionError, Smoother, Start};
+use log_data::{Channel, Run};
+use valve_model::{ContactPast, Model, ParamError, ValveInput, ValveParams, step};
+
+/// The longest step that the integrator is asked for, s.
+const LONGEST_S: f64 = 5e-3;
+
+/// Replaces the run's angle by what the model has for its command. The run begins where it was measured, its bristles
+/// holding against the motor.
+pub(crate) fn predict(run: &mut Run, model: &Model, past: &Past) -> Result<Predicted, PredictionError> {
+    let refused = |source: ParamError| PredictionError::Model { run: run.name.clone(), source };
+    let params = ValveParams::new(model).map_err(refused)?;
+    let mut angle_rad = std::mem::take(&mut run.angle_rad);
+    let found = walk(run, model, &params, past, &mut angle_rad);
+    run.angle_rad = angle_rad;
+    found
+}
+
+fn walk(
+    run: &Run,
+    model: &Model,
+    params: &ValveParams,
+    past: &Past,
+    angle_rad: &mut [f64],
+) -> Result<Predicted, PredictionError> {
+    whole(run, Channel::Angle, angle_rad)?;
+    let command_rad =
+        whole(run, Channel::AngleCommand, run.angle_command_rad.as_deref().unwrap_or_default())?;
+    let conditions = Conditions::of(run, model)?;
+    let noise = Noise::of(angle_rad);
+    let first = Smoother::new(&run.time_s, angle_rad, noise).motion(0);
+    let contact = ContactPast { deflection_rad: 0.0, rest_s: past.rest_s, distance_rad: past.distance_rad };
+    let command = |index: usize| command_rad.get(index).copied().unwrap_or(f64::NAN);
+    let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, command(0), &contact);
+    let deflection_rad = state.friction.bristle_deflection_rad();
+    let predicted = angle_rad
+        .iter_mut()
+        .enumerate()
+        .zip(run.time_s.windows(2))
+        .map(|((index, angle), times)| (index, angle, times));
+    let mut last = first.angle_rad;
+    for (index, angle, times) in predicted {
+        *angle = last;
+        let dt_s = times.iter().fold(0.0, |before, after| after - before);
+        let (pressure_drop_pa, oil_temperature_c) = conditions.before(index + 1);
+        let pieces = (dt_s / LONGEST_S).ceil().max(1.0);
+        for piece in 0..pieces as u64 {
+            let at =
+                |piece: u64| command(index) + (command(index + 1) - command(index)) * piece as f64 / pieces;
+            let input = ValveInput {
+                command_start_rad: at(piece),
+                command_end_rad: at(piece + 1),
+                pressure_drop_pa,
+                oil_temperature_c,
+                energised: true,
+            };
+            last = step(params, &mut state, &input, dt_s / pieces).encoder_angle_rad;
+        }
+    }
+    if let Some(angle) = angle_rad.last_mut() {
+        *angle = last;
+    }
+    delay(&run.time_s, angle_rad, params.sensor_delay_s());
+    let end = state.friction.past();
+    let start = Start::Estimated { deflection_rad };
+    Ok(Predicted {
+        channel: Channel::Angle,
+        start,
+        left_out: 0,
+        noise,
+        end: Past { rest_s: end.rest_s, distance_rad: end.distance_rad },
+    })
+}

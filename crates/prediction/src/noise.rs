@@ -1,0 +1,75 @@
+//! What an encoder adds to an angle: its step, and noise.
+
+/// How far a measured angle is from the true one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Standard deviation of noise and quantisation together, rad.
+    pub deviation_rad: f64,
+    /// The encoder's step, rad; 0 where the angles show none.
+    pub step_rad: f64,
+}
+
+/// The samples looked at; more would say the same.
+const SAMPLES: usize = 200_000;
+/// Samples whose noise is taken together.
+const BLOCK: usize = 256;
+/// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
+const FOURTH: f64 = 70.0;
+/// A number's own rounding, in parts of it, and a little more.
+const ROUNDING: f64 = 1e3 * f64::EPSILON;
+
+impl Noise {
+    /// Estimates what an encoder adds, from the angles alone (rad, at even times).
+    ///
+    /// The noise is the median over blocks of that of the fourth differences, in which motion hardly shows.
+    pub fn of(angle_rad: &[f64]) -> Self {
+        let angles = angle_rad.get(..SAMPLES).unwrap_or(angle_rad);
+        let largest = angles.iter().fold(1e-3, |most: f64, angle| most.max(angle.abs()));
+        let step_rad = encoder_step(angles, ROUNDING * largest);
+        let quantisation_rad = step_rad / 12f64.sqrt();
+        let deviation_rad = block_deviation(angles).max(quantisation_rad).max(ROUNDING * largest);
+        Self { deviation_rad, step_rad }
+    }
+
+    /// The part of the noise that is no quantisation, rad.
+    pub fn beyond_quantisation_rad(&self) -> f64 {
+        let quantisation = self.step_rad * self.step_rad / 12.0;
+        (self.deviation_rad * self.deviation_rad - quantisation).max(0.0).sqrt()
+    }
+}
+
+fn block_deviation(angles: &[f64]) -> f64 {
+    let variance = |block: &[f64]| {
+        let (sum, count) = block.windows(5).fold((0.0, 0.0), |(sum, count), five| {
+            let fourth: f64 =
+                five.iter().zip([1.0, -4.0, 6.0, -4.0, 1.0]).map(|(angle, weight)| weight * angle).sum();
+            (sum + fourth * fourth, count + 1.0)
+        });
+        if count > 0.0 { sum / (count * FOURTH) } else { 0.0 }
+    };
+    let mut variances: Vec<f64> =
+        angles.chunks(BLOCK).map(variance).filter(|variance| *variance > 0.0).collect();
+    let middle = variances.len() / 2;
+    if variances.is_empty() { 0.0 } else { variances.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt() }
+}
+
+/// The greatest step that all differences are whole multiples of; 0 where there is none beyond rounding.
+fn encoder_step(angles: &[f64], rounding_rad: f64) -> f64 {
+    let mut step = 0.0;
+    for pair in angles.windows(2) {
+        let [before, after] = pair else { continue };
+        let (mut larger, mut smaller) = (step, (after - before).abs());
+        // Euclid's algorithm, up to rounding.
+        while smaller > 100.0 * rounding_rad {
+            (larger, smaller) = (smaller, (larger - smaller * (larger / smaller).round()).abs());
+        }
+        step = larger;
+        if step > 0.0 && step < 1e4 * rounding_rad {
+            return 0.0;
+        }
+    }
+    // A motion at one constant speed is no encoder's.
+    let steps = |pair: &[f64]| (pair.iter().fold(0.0, |before, after| after - before) / step).abs();
+    let varied = angles.windows(2).any(|pair| !(0.5..1.5).contains(&steps(pair)));
+    if varied { step } else { 0.0 }
+}

@@ -1,0 +1,309 @@
+//! The motion behind a measured angle: angle, speed and acceleration without the encoder's steps and noise.
+//!
+//! The smoothest curve that the samples allow, everywhere as smooth as they allow there: of a ladder of smoothing
+//! strengths each sample takes the strongest whose residuals, nearby, are no larger than the encoder's noise. A rest or
+//! a slow loop is then averaged over hundreds of samples, and a slip next to it keeps its edges.
+
+use crate::noise::Noise;
+use crate::penalty::{Differences, Solver};
+use std::ops::Range;
+use valve_model::Motion;
+
+/// Strengths λ of smoothing, from the strongest; the width that is averaged over goes with λ^(1/6) samples.
+const STRENGTHS: [f64; 10] = [1e12, 1e11, 1e10, 1e9, 1e8, 1e7, 1e6, 3e4, 1e3, 10.0];
+/// Samples smoothed at a time, so that the work space doesn't grow with the run, and those on either side of them that
+/// are smoothed too and left out.
+const BLOCK: usize = 32_768;
+const MARGIN: usize = 2_048;
+/// Residuals accepted: their root mean square nearby in parts of the noise's, and the largest, in encoder steps and in
+/// parts of the noise beyond quantisation.
+const RMS: f64 = 1.1;
+const LARGEST_STEPS: f64 = 0.75;
+const LARGEST_NOISE: f64 = 5.0;
+/// Standard deviation of what strong smoothing leaves of noise, in parts of it.
+const LEFT: f64 = 0.06;
+/// A motion within so many of these deviations is taken for a rest.
+const REST: f64 = 3.0;
+/// Samples on either side that show whether a stretch of `STILL_STRETCH` samples is a rest.
+const STILL_REACH: usize = 128;
+const STILL_STRETCH: usize = 64;
+/// A rest's samples lie within two steps and so many deviations of the noise beyond quantisation; the means of its halves
+/// differ by no more than so many of their deviations.
+const STILL_NOISE: f64 = 8.0;
+const STILL_TREND: f64 = 4.0;
+
+/// A run's angle, smoothed block by block.
+pub struct Smoother<'a> {
+    time_s: &'a [f64],
+    angle_rad: &'a [f64],
+    noise: Noise,
+    step_s: f64,
+    work: Work,
+    /// The block's first sample and the motions from there on.
+    first: usize,
+    motions: Vec<Motion>,
+    /// The angle after which the present one is drawn, with a play of `play_rad` either way.
+    drawn_rad: f64,
+    play_rad: f64,
+}
+
+#[derive(Default)]
+struct Work {
+    differences: Differences,
+    solver: Solver,
+    penalties: Vec<f64>,
+    strengths: Vec<f64>,
+    sums: Vec<f64>,
+    beyond: Vec<bool>,
+    angles: Vec<f64>,
+}
+
+impl<'a> Smoother<'a> {
+    /// Takes a run's times (s, increasing) and angles (rad, finite), as many of one as of the other.
+    pub fn new(time_s: &'a [f64], angle_rad: &'a [f64], noise: Noise) -> Self {
+        // Noise on top of the steps makes even strongly smoothed angles wander at rest.
+        let wanders = noise.beyond_quantisation_rad() > 0.1 * noise.step_rad;
+        Self {
+            time_s,
+            angle_rad,
+            noise,
+            step_s: usual_step_s(time_s),
+            work: Work::default(),
+            first: 0,
+            motions: Vec::new(),
+            drawn_rad: f64::NAN,
+            play_rad: if wanders { REST * LEFT * noise.deviation_rad } else { 0.0 },
+        }
+    }
+
+    /// The motion at sample `index`. To be asked from the first sample on, one after the other.
+    pub fn motion(&mut self, index: usize) -> Motion {
+        let first = index - index % BLOCK;
+        if self.motions.is_empty() || self.first != first {
+            self.smooth(first);
+        }
+        let angle_rad = self.angle_rad.get(index).copied().unwrap_or(f64::NAN);
+        let unknown = Motion { angle_rad, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+        self.motions.get(index - first).copied().unwrap_or(unknown)
+    }
+
+    fn smooth(&mut self, first: usize) {
+        let last = (first + BLOCK).min(self.time_s.len());
+        let range = first.saturating_sub(MARGIN)..(last + MARGIN).min(self.time_s.len());
+        let time_s = self.time_s.get(range.clone()).unwrap_or_default();
+        let angle_rad = self.angle_rad.get(range.clone()).unwrap_or_default();
+        self.work.smooth(time_s, angle_rad, self.noise, self.step_s);
+        self.first = first;
+        self.motions.clear();
+        let (from, to) = (first - range.start, last - range.start);
+        self.draw(from, to);
+        let angles = &self.work.angles;
+        self.motions.extend((from..to).map(|index| motion(time_s, angles, index)));
+    }
+
+    /// Draws the angles after each other with play, from the block's first sample to the one after its last.
+    fn draw(&mut self, from: usize, to: usize) {
+        if self.play_rad == 0.0 {
+            return;
+        }
+        let before = from.checked_sub(1).and_then(|index| self.work.angles.get_mut(index));
+        let mut drawn = self.drawn_rad;
+        match before {
+            Some(before) => *before = drawn,
+            None => drawn = self.work.angles.first().copied().unwrap_or(drawn),
+        }
+        for (index, angle) in self.work.angles.iter_mut().enumerate().skip(from).take(to + 1 - from) {
+            drawn = drawn.max(*angle - self.play_rad).min(*angle + self.play_rad);
+            *angle = drawn;
+            if index < to {
+                self.drawn_rad = drawn;
+            }
+        }
+    }
+}
+
+impl Work {
+    fn smooth(&mut self, time_s: &[f64], angle_rad: &[f64], noise: Noise, step_s: f64) {
+        self.angles.clear();
+        self.angles.extend_from_slice(angle_rad);
+        if angle_rad.len() < 8 {
+            return;
+        }
+        self.differences.set(time_s, step_s);
+        self.choose(angle_rad, noise);
+        let correction = self.solver.correction(&self.differences, &self.penalties, angle_rad);
+        for (angle, correction) in self.angles.iter_mut().zip(correction) {
+            *angle += correction;
+        }
+    }
+
+    /// The penalties, for each third difference.
+    fn choose(&mut self, angle_rad: &[f64], noise: Noise) {
+        let count = angle_rad.len();
+        self.strengths.clear();
+        self.strengths.resize(count, 0.0);
+        let largest = LARGEST_STEPS * noise.step_rad + LARGEST_NOISE * noise.beyond_quantisation_rad();
+        self.find_rests(angle_rad, noise);
+        for strength in STRENGTHS {
+            let reach = ((2.0 * strength.powf(1.0 / 6.0)) as usize).clamp(3, 256);
+            let window = (2 * reach + 1) as f64;
+            let most = RMS * noise.deviation_rad * (1.0 + 1.0 / window.sqrt());
+            let bounds = Bounds { reach, shadow: 3 * reach, mean_square: most * most, largest };
+            let mut next = 0;
+            while let Some(open) = open_stretch(&self.strengths, next, 8 * reach) {
+                next = open.end;
+                self.try_strength(angle_rad, strength, &bounds, open);
+            }
+            if self.strengths.iter().all(|strength| *strength > 0.0) {
+                break;
+            }
+        }
+        let least =
+            |four: &[f64]| four.iter().fold(f64::INFINITY, |least: f64, strength| least.min(*strength));
+        self.penalties.clear();
+        self.penalties.extend(self.strengths.windows(4).map(least));
+    }
+
+    /// Gives rests the greatest strength: flickering between two steps, their residuals would look like motion.
+    fn find_rests(&mut self, angle_rad: &[f64], noise: Noise) {
+        let spread = 2.01 * noise.step_rad + STILL_NOISE * noise.beyond_quantisation_rad();
+        let stretches = self.strengths.chunks_mut(STILL_STRETCH).enumerate();
+        for (index, stretch) in stretches.map(|(number, stretch)| (number * STILL_STRETCH, stretch)) {
+            let (from, to) = (index.saturating_sub(STILL_REACH), index + stretch.len() + STILL_REACH);
+            let window = angle_rad.get(from..to.min(angle_rad.len())).unwrap_or_default();
+            if is_still(window, spread) {
+                stretch.fill(STRENGTHS[0]);
+            }
+        }
+    }
+
+    /// Gives a strength to the samples of a stretch that have none yet and whose surroundings bear it.
+    fn try_strength(&mut self, angle_rad: &[f64], strength: f64, bounds: &Bounds, open: Range<usize>) {
+        let margin = 8 * bounds.reach;
+        let range = open.start.saturating_sub(margin)..(open.end + margin).min(angle_rad.len());
+        let angles = angle_rad.get(range.clone()).unwrap_or_default();
+        if angles.len() < 8 {
+            return;
+        }
+        let residuals = self.solver.even_correction(&self.differences, range.start, strength, angles);
+        bounds.check(residuals, &mut self.sums, &mut self.beyond);
+        let chosen = self.strengths.iter_mut().skip(range.start);
+        for (index, (chosen, beyond)) in chosen.zip(&self.beyond).enumerate() {
+            if *chosen == 0.0 && !*beyond && open.contains(&(index + range.start)) {
+                *chosen = strength;
+            }
+        }
+    }
+}
+
+/// Whether samples stay within a spread and show no trend beyond their own scatter.
+fn is_still(angles: &[f64], spread_rad: f64) -> bool {
+    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
+    if angles.len() < STILL_REACH || (last - first).abs() > spread_rad {
+        return false;
+    }
+    let (least, most) = angles
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), angle| (angle.min(least), angle.max(most)));
+    let (before, after) = angles.split_at(angles.len() / 2);
+    let mean = |half: &[f64]| half.iter().map(|angle| angle - first).sum::<f64>() / half.len() as f64;
+    let (mean_before, mean_after) = (mean(before), mean(after));
+    let square =
+        |half: &[f64], mean: f64| half.iter().map(|angle| (angle - first - mean).powi(2)).sum::<f64>();
+    let variance = (square(before, mean_before) + square(after, mean_after)) / angles.len() as f64;
+    let deviation = 2.0 * (variance / angles.len() as f64).sqrt();
+    most - least <= spread_rad && (mean_after - mean_before).abs() <= STILL_TREND * deviation
+}
+
+/// The next stretch of samples without a strength; stretches closer than `apart` count as one.
+fn open_stretch(strengths: &[f64], from: usize, apart: usize) -> Option<Range<usize>> {
+    let mut open = strengths
+        .iter()
+        .enumerate()
+        .skip(from)
+        .filter(|(_, strength)| **strength == 0.0)
+        .map(|(index, _)| index);
+    let start = open.next()?;
+    let mut end = start + 1;
+    for index in open {
+        if index > end + apart {
+            break;
+        }
+        end = index + 1;
+    }
+    Some(start..end)
+}
+
+/// What residuals may be where noise explains them.
+struct Bounds {
+    /// Samples on either side that are judged together.
+    reach: usize,
+    /// Samples on either side that fall with them: where residuals happen to cross zero, all is not well.
+    shadow: usize,
+    /// The largest mean square of those, rad².
+    mean_square: f64,
+    /// The largest single one, rad.
+    largest: f64,
+}
+
+impl Bounds {
+    /// Marks the samples near which the residuals are beyond the bounds.
+    fn check(&self, residuals: &[f64], sums: &mut Vec<f64>, beyond: &mut Vec<bool>) {
+        let count = residuals.len();
+        sums.clear();
+        sums.push(0.0);
+        let mut sum = 0.0;
+        sums.extend(residuals.iter().map(|residual| {
+            sum += residual * residual;
+            sum
+        }));
+        beyond.clear();
+        beyond.resize(count, false);
+        // One place that stands out condemns its surroundings.
+        let mut condemned = 0;
+        for (index, residual) in residuals.iter().enumerate() {
+            let (from, to) = (index.saturating_sub(self.reach), (index + self.reach + 1).min(count));
+            let within = sums.get(to).copied().unwrap_or(sum) - sums.get(from).copied().unwrap_or(0.0);
+            if within > self.mean_square * (to - from) as f64 || residual.abs() > self.largest {
+                let (from, to) = (index.saturating_sub(self.shadow), (index + self.shadow + 1).min(count));
+                if let Some(surroundings) = beyond.get_mut(from.max(condemned)..to) {
+                    surroundings.fill(true);
+                }
+                condemned = to;
+            }
+        }
+    }
+}
+
+/// The usual distance between samples: the median, of the first few thousand.
+fn usual_step_s(time_s: &[f64]) -> f64 {
+    let times = time_s.get(..4096).unwrap_or(time_s);
+    let mut steps: Vec<f64> =
+        times.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before)).collect();
+    let middle = steps.len() / 2;
+    if steps.is_empty() { 1.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Speed and acceleration from three samples; one-sided at the ends.
+fn motion(time_s: &[f64], angles: &[f64], index: usize) -> Motion {
+    let at = |index: usize| time_s.get(index).copied().zip(angles.get(index).copied());
+    let angle_rad = angles.get(index).copied().unwrap_or(f64::NAN);
+    let here = at(index);
+    let slope = |a: Option<(f64, f64)>, b: Option<(f64, f64)>| Some((b?.1 - a?.1) / (b?.0 - a?.0));
+    let before = index.checked_sub(1).and_then(at);
+    let after = at(index + 1);
+    let (left, right) = (slope(before, here), slope(here, after));
+    let (speed_rad_per_s, acceleration_rad_per_s2) = match (left, right) {
+        (Some(left), Some(right)) => {
+            let (short, long) = (
+                here.map_or(0.0, |h| h.0 - before.map_or(h.0, |b| b.0)),
+                after.map_or(0.0, |a| a.0 - here.map_or(a.0, |h| h.0)),
+            );
+            let total = short + long;
+            ((left * long + right * short) / total, 2.0 * (right - left) / total)
+        }
+        (Some(one), None) | (None, Some(one)) => (one, 0.0),
+        (None, None) => (0.0, 0.0),
+    };
+    Motion { angle_rad, speed_rad_per_s, acceleration_rad_per_s2 }
+}

@@ -1,0 +1,165 @@
+//! What an encoder's steps do to a predicted torque: at rest, in slow loops, in fast motion. The noise-free torque of the
+//! exact motion is the truth; 0.02 N·m is the noise of a usual torque transducer.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use log_data::Run;
+use prediction::{Noise, Past, Smoother, predict};
+use rand::prelude::*;
+use rand_distr::Normal;
+use std::f64::consts::TAU;
+use valve_model::{
+    FrictionParams, LoadParams, LuGreParams, Model, Motion, MotionInput, MotionParams, motion_step,
+};
+
+const STEP_RAD: f64 = TAU / 131_072.0;
+const TRANSDUCER_NM: f64 = 0.02;
+
+fn rig() -> Model {
+    let friction = LuGreParams {
+        coulomb_torque_nm: 1.5,
+        static_torque_nm: 3.0,
+        stribeck_velocity_rad_per_s: 0.05,
+        stribeck_exponent: 2.0,
+        bristle_stiffness_nm_per_rad: 1000.0,
+        bristle_damping_nm_s_per_rad: 1.0,
+        viscous_nm_s_per_rad: 2e-4,
+    };
+    Model {
+        name: "rig".into(),
+        motor: None,
+        load: Some(LoadParams { inertia_kg_m2: 1e-4 }),
+        friction: FrictionParams::LuGre(friction),
+        orifice: None,
+        oil: None,
+        clearance: None,
+        seals: None,
+        effects: vec![],
+    }
+}
+
+/// A motion known exactly, and its torque: sampled at 1 kHz, integrated at 10 kHz.
+fn exact(duration_s: f64, angle: impl Fn(f64) -> f64) -> Run {
+    const FINE_S: f64 = 1e-4;
+    const DIFFERENCE_S: f64 = 1e-5;
+    let motion = |time_s: f64| {
+        let (before, now, after) =
+            (angle(time_s - DIFFERENCE_S), angle(time_s), angle(time_s + DIFFERENCE_S));
+        Motion {
+            angle_rad: now,
+            speed_rad_per_s: (after - before) / (2.0 * DIFFERENCE_S),
+            acceleration_rad_per_s2: (after - 2.0 * now + before) / (DIFFERENCE_S * DIFFERENCE_S),
+        }
+    };
+    let params = MotionParams::new(&rig()).unwrap();
+    let mut state = params.at_start(&motion(0.0));
+    let mut run = Run { name: "run".into(), torque_nm: Some(Vec::new()), ..Run::default() };
+    for k in 0..(duration_s / FINE_S) as usize {
+        let (begin_s, end_s) = (k as f64 * FINE_S, (k + 1) as f64 * FINE_S);
+        let input = MotionInput {
+            start: motion(begin_s),
+            end: motion(end_s),
+            pressure_drop_pa: 0.0,
+            oil_temperature_c: 40.0,
+        };
+        let output = motion_step(&params, &mut state, &input, FINE_S);
+        if (k + 1) % 10 == 0 {
+            run.time_s.push(end_s);
+            run.angle_rad.push(angle(end_s));
+            run.torque_nm.as_mut().unwrap().push(output.load_torque_nm);
+        }
+    }
+    run
+}
+
+/// The run as an encoder sees it, with noise of so many steps on top.
+fn measured(run: &Run, noise_steps: f64) -> Run {
+    let mut generator = rand_pcg::Pcg64::seed_from_u64(7);
+    let noise = Normal::new(0.0, noise_steps).unwrap();
+    let mut seen = run.clone();
+    for angle in &mut seen.angle_rad {
+        *angle = (*angle / STEP_RAD + noise.sample(&mut generator)).round() * STEP_RAD;
+    }
+    seen
+}
+
+/// Root mean square of the error that the encoder causes, N·m.
+fn error_nm(run: &Run, noise_steps: f64) -> f64 {
+    let mut seen = measured(run, noise_steps);
+    predict(&mut seen, &rig(), &Past::default()).unwrap();
+    let pairs = seen.torque_nm.as_ref().unwrap().iter().zip(run.torque_nm.as_ref().unwrap());
+    let sum: f64 = pairs.map(|(predicted, truth)| (predicted - truth).powi(2)).sum();
+    (sum / run.len() as f64).sqrt()
+}
+
+/// The residual over the transducer's noise.
+fn ratio(run: &Run, noise_steps: f64) -> f64 {
+    (1.0 + (error_nm(run, noise_steps) / TRANSDUCER_NM).powi(2)).sqrt()
+}
+
+#[test]
+fn slow_loops_stay_within_five_percent_of_the_noise() {
+    let loops = [
+        ("1 mrad at 0.1 Hz", exact(20.0, |t| 1e-3 * (TAU * 0.1 * t).sin())),
+        ("4 mrad at 0.5 Hz", exact(20.0, |t| 4e-3 * (TAU * 0.5 * t).sin())),
+        ("loops in loops", exact(20.0, |t| 4e-3 * (TAU * 0.2 * t).sin() + 1e-3 * (TAU * 1.3 * t).sin())),
+        ("constant 3 mrad/s", exact(10.0, |t| 3e-3 * t)),
+    ];
+    for (name, run) in &loops {
+        let found = ratio(run, 0.0);
+        println!("{name}: {found:.3} times the noise; {:.3} with noise of 0.3 steps", ratio(run, 0.3));
+        assert!(found < 1.05, "{name}: {found}");
+    }
+}
+
+#[test]
+fn fast_motion_keeps_its_edges() {
+    let run = exact(10.0, |t| 0.2 * (TAU * t).sin());
+    let found = ratio(&run, 0.0);
+    println!("{found:.3} times the noise");
+    assert!(found < 1.02, "{found}");
+}
+
+#[test]
+fn nothing_creeps_at_rest() {
+    let up = |t: f64| 0.01 * (0.5 * std::f64::consts::PI * t.min(1.0)).sin().powi(2) + 0.4 * STEP_RAD;
+    let run = exact(20.0, up);
+    for noise_steps in [0.0, 0.3] {
+        let mut seen = measured(&run, noise_steps);
+        predict(&mut seen, &rig(), &Past::default()).unwrap();
+        let torque_nm = seen.torque_nm.unwrap();
+        let creep_nm = (torque_nm[2_000] - torque_nm[19_900]).abs();
+        println!("noise of {noise_steps} steps: {creep_nm:.1e} N·m in 18 s of rest");
+        assert!(creep_nm < 2e-3, "{noise_steps}: {creep_nm}");
+    }
+}
+
+#[test]
+fn the_encoder_is_found_in_its_angles() {
+    let run = exact(2.0, |t| 0.3 * t);
+    let noise = Noise::of(&measured(&run, 0.0).angle_rad);
+    assert!((noise.step_rad / STEP_RAD - 1.0).abs() < 1e-9, "{noise:?}");
+    let noise = Noise::of(&measured(&run, 2.0).angle_rad);
+    assert!((noise.deviation_rad / STEP_RAD - 2.02).abs() < 0.2, "{noise:?}");
+    assert_eq!(Noise::of(&run.angle_rad).step_rad, 0.0);
+}
+
+#[test]
+fn a_block_begins_where_the_last_one_ended() {
+    // Long enough for several blocks, with noise so that the play is in use.
+    let time_s: Vec<f64> = (0..80_000).map(|k| 1e-3 * f64::from(k)).collect();
+    let mut generator = rand_pcg::Pcg64::seed_from_u64(3);
+    let noise = Normal::new(0.0, 0.5).unwrap();
+    let truth = |t: f64| 0.01 * (0.3 * t).sin();
+    let angles: Vec<f64> = time_s
+        .iter()
+        .map(|t| (truth(*t) / STEP_RAD + noise.sample(&mut generator)).round() * STEP_RAD)
+        .collect();
+    let mut smoother = Smoother::new(&time_s, &angles, Noise::of(&angles));
+    let motions: Vec<Motion> = (0..time_s.len()).map(|index| smoother.motion(index)).collect();
+    for (pair, time) in motions.windows(2).zip(&time_s) {
+        let jump = (pair[1].angle_rad - pair[0].angle_rad).abs();
+        assert!(jump < 1e-5, "a jump of {jump} rad at {time} s");
+    }
+    let worst = motions.iter().zip(&time_s).map(|(motion, t)| (motion.angle_rad - truth(*t)).abs());
+    assert!(worst.fold(0.0, f64::max) < STEP_RAD);
+}
