@@ -1,0 +1,104 @@
+//! Absolute sleeps on a common epoch plus a phase of one's own; overruns skip whole periods.
+
+use crate::clock::now_ns;
+use nix::errno::Errno;
+use nix::sys::time::TimeSpec;
+use nix::time::{ClockId, ClockNanosleepFlags, clock_nanosleep};
+
+/// Wakes its process once a period: cycle k at epoch + k·period + phase.
+#[derive(Debug, Clone)]
+pub struct CyclicTimer {
+    first_ns: u64,
+    period_ns: u64,
+    next_cycle: u64,
+}
+
+/// A wake-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wake {
+    /// The cycle that has begun.
+    pub cycle: u64,
+    /// When it should have begun for this process, CLOCK_MONOTONIC, in ns.
+    pub deadline_ns: u64,
+    /// When the process woke, CLOCK_MONOTONIC, in ns.
+    pub woke_ns: u64,
+    /// Whole cycles that were passed over since the last wake-up, because they were already over.
+    pub skipped: u64,
+}
+
+impl Wake {
+    /// How late the process woke, in ns.
+    pub fn latency_ns(&self) -> u64 {
+        self.woke_ns.saturating_sub(self.deadline_ns)
+    }
+}
+
+impl CyclicTimer {
+    /// A timer whose cycle 0 begins at `epoch_ns + phase_ns` on CLOCK_MONOTONIC. A period of 0 counts as 1 ns.
+    pub fn new(epoch_ns: u64, period_ns: u64, phase_ns: u64) -> Self {
+        Self { first_ns: epoch_ns + phase_ns, period_ns: period_ns.max(1), next_cycle: 0 }
+    }
+
+    /// The deadline of the next cycle, in ns.
+    pub fn next_deadline_ns(&self) -> u64 {
+        self.first_ns + self.next_cycle * self.period_ns
+    }
+
+    /// Sleeps until the next cycle begins. Where that is past, the present cycle is run at once, and those wholly
+    /// over are skipped: never two cycles to make up for lost ones, and the phase stays.
+    pub fn wait(&mut self) -> Wake {
+        sleep_until(self.next_deadline_ns());
+        self.woken(now_ns())
+    }
+
+    fn woken(&mut self, woke_ns: u64) -> Wake {
+        let late_ns = woke_ns.saturating_sub(self.next_deadline_ns());
+        let skipped = late_ns / self.period_ns;
+        let cycle = self.next_cycle + skipped;
+        self.next_cycle = cycle + 1;
+        Wake { cycle, deadline_ns: self.first_ns + cycle * self.period_ns, woke_ns, skipped }
+    }
+}
+
+fn sleep_until(deadline_ns: u64) {
+    let deadline = TimeSpec::new(
+        (deadline_ns / 1_000_000_000).cast_signed(),
+        (deadline_ns % 1_000_000_000).cast_signed(),
+    );
+    // A signal may end the sleep early; the deadline is absolute, so sleeping again is right.
+    while clock_nanosleep(ClockId::CLOCK_MONOTONIC, ClockNanosleepFlags::TIMER_ABSTIME, &deadline)
+        == Err(Errno::EINTR)
+    {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// However late a process wakes, cycles only go forward, the phase stays, and no cycle is run that is over.
+        #[test]
+        fn cycles_go_forward_and_keep_their_phase(latenesses in prop::collection::vec(0_u64..5_000_000, 1..100)) {
+            let mut timer = CyclicTimer::new(1_000, 1_000_000, 250_000);
+            let mut previous = None;
+            for late_ns in latenesses {
+                let wake = timer.woken(timer.next_deadline_ns() + late_ns);
+                prop_assert_eq!((wake.deadline_ns - 251_000) % 1_000_000, 0);
+                prop_assert!(wake.latency_ns() < 1_000_000, "a cycle that is over was run");
+                let expected = previous.map_or(0, |cycle: u64| cycle + 1) + wake.skipped;
+                prop_assert_eq!(wake.cycle, expected);
+                previous = Some(wake.cycle);
+            }
+        }
+    }
+
+    #[test]
+    fn it_sleeps_to_the_deadline() {
+        let mut timer = CyclicTimer::new(now_ns() + 2_000_000, 1_000_000, 0);
+        let wakes: Vec<_> = (0..5).map(|_| timer.wait()).collect();
+        for wake in wakes {
+            assert!(wake.woke_ns >= wake.deadline_ns, "woke before the deadline: {wake:?}");
+        }
+    }
+}

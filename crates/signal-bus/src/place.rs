@@ -1,0 +1,76 @@
+//! Where one generation's processes meet, and how all traces of it are removed.
+
+use crate::BusError;
+use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Where POSIX shared memory appears as files.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// A root directory and a prefix that one generation has for itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Place {
+    /// Directory for iceoryx2's files; made by the first user, of this user alone.
+    pub root: PathBuf,
+    /// What the names of all its shared memory begin with.
+    pub prefix: String,
+}
+
+impl Place {
+    /// The place as iceoryx2 wants it.
+    ///
+    /// # Errors
+    /// [`BusError::BadName`] for a root or prefix with characters or a length that iceoryx2 refuses.
+    pub(crate) fn config(&self) -> Result<Config, BusError> {
+        let root_text = self.root.to_string_lossy();
+        let root = IoxPath::new(root_text.as_bytes()).map_err(|error| BusError::BadName {
+            what: "root directory",
+            found: root_text.to_string(),
+            reason: format!("{error:?}"),
+        })?;
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(|error| BusError::BadName {
+            what: "prefix",
+            found: self.prefix.clone(),
+            reason: format!("{error:?}"),
+        })?;
+        config.global.set_root_path(&root);
+        Ok(config)
+    }
+
+    /// Removes the root directory and every shared-memory file whose name begins with the prefix. For the owner
+    /// alone, after all processes of the generation have ended. What is not there is no error.
+    ///
+    /// # Errors
+    /// [`BusError::Wipe`] for the first thing that could not be removed.
+    pub fn wipe(&self) -> Result<(), BusError> {
+        wipe_prefix(&self.prefix)?;
+        ignore_missing(&self.root, std::fs::remove_dir_all(&self.root))
+    }
+
+    /// The shared-memory files of this place that exist now.
+    pub fn shared_memory_files(&self) -> Vec<PathBuf> {
+        files_with_prefix(&self.prefix)
+    }
+}
+
+fn wipe_prefix(prefix: &str) -> Result<(), BusError> {
+    files_with_prefix(prefix).iter().try_for_each(|path| ignore_missing(path, std::fs::remove_file(path)))
+}
+
+fn files_with_prefix(prefix: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    let ours = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix));
+    ours.map(|entry| entry.path()).collect()
+}
+
+fn ignore_missing(path: &Path, result: io::Result<()>) -> Result<(), BusError> {
+    match result {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            Err(BusError::Wipe { path: path.to_owned(), source })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,50 @@
+//! The services: who publishes each, how deep its readers' buffers are, how many may read.
+
+use signals::{
+    Body, ControlStatus, Feedback, LoopTiming, OperatorCommand, PlantTruth, RecorderProgress, Reference,
+    SetPoint, Source, StepCommand,
+};
+
+/// Messages of one service that the recorder may fall behind before it loses some: 4 s at 1 kHz.
+pub const RECORDER_DEPTH: usize = 4096;
+
+/// Messages that a loop process may fall behind. It wants the one of its cycle; the few more bridge a stall of
+/// either side without losing the message that fits.
+pub(crate) const LOOP_DEPTH: usize = 8;
+
+/// Readers of a service: three loop processes, supervisor, recorder, and the successor of a recorder that died.
+pub(crate) const MAX_READERS: usize = 6;
+
+/// A message that has a service.
+pub trait Service: Body {
+    /// Its publisher; `None` where each process publishes its own.
+    const OWNER: Option<Source>;
+
+    /// The service's name for a publisher.
+    fn service_name(source: Source) -> String {
+        match Self::OWNER {
+            Some(_) => format!("stepvalve/{}", Self::TOPIC),
+            None => format!("stepvalve/{}/{source}", Self::TOPIC),
+        }
+    }
+
+    /// Messages kept in shared memory: what all readers' buffers hold at the most, twice the recorder's (a dead
+    /// one's is freed when its successor starts), and a few in flight.
+    const SAMPLES: usize = 2 * RECORDER_DEPTH + MAX_READERS * (LOOP_DEPTH + 2) + 4;
+}
+
+macro_rules! services {
+    ($($body:ty: $owner:expr;)*) => { $( impl Service for $body { const OWNER: Option<Source> = $owner; } )* };
+}
+
+services! {
+    Reference: Some(Source::Trajectory);
+    StepCommand: Some(Source::Controller);
+    ControlStatus: Some(Source::Controller);
+    Feedback: Some(Source::Plant);
+    PlantTruth: Some(Source::Plant);
+    LoopTiming: None;
+    SetPoint: Some(Source::Supervisor);
+    OperatorCommand: Some(Source::Supervisor);
+    RecorderProgress: Some(Source::Recorder);
+}

@@ -1,0 +1,54 @@
+//! Publishing: header, seal, and a send that never waits.
+
+use crate::Service;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::ipc;
+use signals::{Header, Message, Source};
+
+/// The one publisher of a service.
+pub struct Writer<B: Service> {
+    publisher: Publisher<ipc::Service, Message<B>, ()>,
+    source: Source,
+    generation: u64,
+    next_sequence: u64,
+    failures: u64,
+}
+
+impl<B: Service> Writer<B> {
+    pub(crate) fn new(
+        publisher: Publisher<ipc::Service, Message<B>, ()>,
+        source: Source,
+        generation: u64,
+    ) -> Self {
+        Self { publisher, source, generation, next_sequence: 0, failures: 0 }
+    }
+
+    /// Maps the readers that are there, so that the first cycles need not.
+    pub fn connect(&self) {
+        // A reader that can't be mapped now is tried again at the next send.
+        let _ = self.publisher.update_connections();
+    }
+
+    /// Publishes `body` as the message of `cycle`, stamped with the time `monotonic_ns`. Never waits. A message
+    /// that can't be sent uses up its sequence number all the same, so that readers count it as lost.
+    pub fn write(&mut self, cycle: u64, monotonic_ns: u64, body: B) {
+        let header = Header::new::<B>(self.source, self.generation, self.next_sequence, cycle, monotonic_ns);
+        self.next_sequence += 1;
+        let message = Message::seal(header, body);
+        let sent = self.publisher.loan_uninit().map(|sample| sample.write_payload(message).send());
+        if !matches!(sent, Ok(Ok(_))) {
+            self.failures += 1;
+        }
+    }
+
+    /// Messages published, those that could not be sent included.
+    pub fn published(&self) -> u64 {
+        self.next_sequence
+    }
+
+    /// Messages that could not be sent.
+    pub fn failures(&self) -> u64 {
+        self.failures
+    }
+}
