@@ -1,0 +1,31 @@
+//! HDF5 files: valve-logs in and out, and a record of the loop turned into one (`run.h5`).
+//!
+//! A valve-log opens in h5py and in MATLAB's `h5read`. It appears under its name only when it is whole. This
+//! crate runs HDF5's C code, so it belongs in tools, never in a process of the loop.
+#![forbid(unsafe_code)]
+
+mod atomic;
+mod blocks;
+mod codes;
+mod columns;
+mod convert;
+mod cycles;
+mod error;
+mod h5;
+mod messages;
+mod read;
+mod run_file;
+mod runs;
+mod tables;
+mod write;
+
+pub use convert::{Summary, convert};
+pub use error::RunLogError;
+pub use read::read_log;
+pub use run_file::{MissingMessages, RunFile, RunSpan};
+pub use write::write_log;
+
+/// Root attribute `format` of every valve-log.
+pub const FORMAT: &str = "valve-log";
+/// Root attribute `format_version` of the files written, and the only one read.
+pub const FORMAT_VERSION: i64 = 1;
