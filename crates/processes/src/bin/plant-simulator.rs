@@ -1,0 +1,11 @@
+//! The simulated valve: drive, motor, friction, sensors.
+
+use realtime::CountingAllocator;
+use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+fn main() -> ExitCode {
+    processes::run(signals::Source::Plant)
+}

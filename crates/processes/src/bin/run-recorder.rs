@@ -1,0 +1,11 @@
+//! Everything on the bus into a record.
+
+use realtime::CountingAllocator;
+use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+fn main() -> ExitCode {
+    processes::run(signals::Source::Recorder)
+}

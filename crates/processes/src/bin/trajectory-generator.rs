@@ -1,0 +1,11 @@
+//! Set-points to references.
+
+use realtime::CountingAllocator;
+use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+fn main() -> ExitCode {
+    processes::run(signals::Source::Trajectory)
+}

@@ -1,0 +1,56 @@
+//! trajectory-generator: Feedback, ControlStatus and set-points in, Reference out.
+
+use crate::child::{Child, ChildError};
+use crate::inbox::Inbox;
+use crate::paced::{self, Cyclic, Stamp};
+use crate::part::ChildSummary;
+use closed_loop::{GeneratorPart, GeneratorRole};
+use signal_bus::Writer;
+use signals::{ControlStatus, Feedback, Reference, SetPoint, Source};
+
+struct Generator {
+    role: GeneratorRole,
+    reference: Writer<Reference>,
+    feedback: Inbox<Feedback>,
+    status: Inbox<ControlStatus>,
+    set_points: Inbox<SetPoint>,
+}
+
+pub(crate) fn run(child: &Child, part: GeneratorPart) -> Result<Option<ChildSummary>, ChildError> {
+    let generator = Generator {
+        role: GeneratorRole::new(part),
+        reference: child.bus.writer(Source::Trajectory)?,
+        feedback: Inbox::open(child, Source::Plant)?,
+        status: Inbox::open(child, Source::Controller)?,
+        set_points: Inbox::open(child, Source::Supervisor)?,
+    };
+    paced::run(child, generator)
+}
+
+impl Cyclic for Generator {
+    const SOURCE: Source = Source::Trajectory;
+
+    fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {
+        let status = cycle.checked_sub(1).and_then(|previous| self.status.of_cycle(previous));
+        let feedback = self.feedback.of_cycle(cycle);
+        // One set-point a cycle; the scenario's come first.
+        let set_point = if self.role.has_due(cycle) { None } else { self.set_points.in_order() };
+        stamp.has_read();
+        let reference = self.role.step(cycle, feedback.as_ref(), status.as_ref(), set_point.as_ref());
+        stamp.has_stepped();
+        self.reference.write(cycle + 2, stamp.now(), reference);
+        stamp.has_written();
+    }
+
+    fn missed(&self) -> u64 {
+        self.feedback.missed() + self.status.missed() + self.set_points.missed()
+    }
+
+    fn published(&self) -> (u64, u64) {
+        (self.reference.published(), self.reference.failures())
+    }
+
+    fn connect(&self) {
+        self.reference.connect();
+    }
+}

@@ -1,0 +1,70 @@
+//! The message of a cycle: there or not in real time, waited for in lockstep.
+
+use crate::child::{Child, Wishes, lockstep_core};
+use crate::part::Mode;
+use signal_bus::{BusError, CycleReader, Service};
+use signals::Source;
+use std::sync::Arc;
+
+/// Looks this often before the processor is given to somebody else: a partner on the other core answers sooner,
+const SPINS: u32 = 200;
+/// one on the same core not at all as long as this process looks.
+const SPINS_ON_ONE_CORE: u32 = 2;
+
+/// A reader that is paced like its process.
+pub(crate) struct Inbox<B: Service> {
+    reader: CycleReader<B>,
+    mode: Mode,
+    spins: u32,
+    wishes: Arc<Wishes>,
+}
+
+impl<B: Service> Inbox<B> {
+    pub(crate) fn open(child: &Child, source: Source) -> Result<Self, BusError> {
+        let shares_core = child.lockstep_core().is_some() && lockstep_core(source) == child.lockstep_core();
+        Ok(Self {
+            reader: child.bus.cycle_reader(source)?,
+            mode: child.mode,
+            spins: if shares_core { SPINS_ON_ONE_CORE } else { SPINS },
+            wishes: Arc::clone(&child.wishes),
+        })
+    }
+
+    /// The message of `cycle`. In lockstep waits for it; `None` then means that the run is to end.
+    pub(crate) fn of_cycle(&mut self, cycle: u64) -> Option<B> {
+        match self.mode {
+            Mode::Realtime => self.reader.of_cycle(cycle),
+            Mode::Lockstep => self.wait_for(|reader| reader.of_cycle(cycle)),
+        }
+    }
+
+    /// The next message in order, if there is one now.
+    pub(crate) fn in_order(&mut self) -> Option<B> {
+        self.reader.in_order()
+    }
+
+    /// Waits until the newest message fulfils `enough`, or the run is to end.
+    pub(crate) fn wait_until(&mut self, enough: impl Fn(&B) -> bool) {
+        self.wait_for(|reader| reader.latest().filter(|message| enough(&message.body)));
+    }
+
+    /// Messages lost or refused.
+    pub(crate) fn missed(&self) -> u64 {
+        self.reader.missed()
+    }
+
+    fn wait_for<T>(&mut self, mut look: impl FnMut(&mut CycleReader<B>) -> Option<T>) -> Option<T> {
+        loop {
+            for _ in 0..self.spins {
+                if let Some(found) = look(&mut self.reader) {
+                    return Some(found);
+                }
+                std::hint::spin_loop();
+            }
+            if self.wishes.stop() {
+                return None;
+            }
+            std::thread::yield_now();
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The processes of the loop: thin shells around the roles of `closed-loop`, and what they say to the supervisor.
+//!
+//! A process is started by the supervisor with pipes for stdin and stdout. It reads its [`Part`], joins the bus, says
+//! [`FromChild::Ready`], waits for [`ToChild::Go`] with the common epoch, runs its cycles, says [`FromChild::Done`],
+//! and stays (so that its last messages can still be read) until [`ToChild::Finish`]. The end of stdin means that the
+//! supervisor is gone.
+#![forbid(unsafe_code)]
+
+mod child;
+mod controller;
+mod frame;
+mod generator;
+mod inbox;
+mod paced;
+mod part;
+mod plant;
+mod recorder;
+mod segments;
+
+pub use child::{ChildError, run};
+pub use frame::{FrameError, read_frame, write_frame};
+pub use part::{
+    ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,
+};
+pub use segments::{SegmentName, segments_in};

@@ -1,0 +1,101 @@
+//! plant-simulator: Feedback and PlantTruth out at the cycle's beginning, then the StepCommand in and the valve on.
+
+use crate::child::{Child, ChildError};
+use crate::inbox::Inbox;
+use crate::paced::{self, Cyclic, Stamp};
+use crate::part::{ChildSummary, Mode};
+use closed_loop::{PlantPart, PlantRole};
+use signal_bus::Writer;
+use signals::{Feedback, PlantTruth, RecorderProgress, Source, StepCommand, validity};
+
+/// In lockstep the plant waits when the recorder is this many cycles behind: half of the recorder's buffer.
+const RECORDER_LAG_CYCLES: u64 = 2048;
+
+/// In lockstep the recorder's progress is looked at every so many cycles.
+const PROGRESS_CYCLES: u64 = 256;
+
+struct Plant {
+    role: PlantRole,
+    mode: Mode,
+    feedback: Writer<Feedback>,
+    truth: Writer<PlantTruth>,
+    commands: Inbox<StepCommand>,
+    recorder: Inbox<RecorderProgress>,
+    silent_lockstep: bool,
+    // What the last Feedback said: the record ends with a valve that stands.
+    standstill_told: bool,
+}
+
+pub(crate) fn run(child: &Child, part: PlantPart) -> Result<Option<ChildSummary>, ChildError> {
+    let plant = Plant {
+        role: PlantRole::new(part),
+        mode: child.mode,
+        feedback: child.bus.writer(Source::Plant)?,
+        truth: child.bus.writer(Source::Plant)?,
+        commands: Inbox::open(child, Source::Controller)?,
+        recorder: Inbox::open(child, Source::Recorder)?,
+        silent_lockstep: false,
+        standstill_told: true,
+    };
+    paced::run(child, plant)
+}
+
+impl Plant {
+    /// StepCommand n; nobody makes one for cycle 0.
+    fn command(&mut self, cycle: u64) -> Option<StepCommand> {
+        if cycle == 0 {
+            return None;
+        }
+        let command = self.commands.of_cycle(cycle);
+        self.silent_lockstep = self.mode == Mode::Lockstep && command.is_none();
+        command
+    }
+
+    fn wait_for_recorder(&mut self, cycle: u64) {
+        if self.mode == Mode::Lockstep
+            && cycle >= RECORDER_LAG_CYCLES
+            && cycle.is_multiple_of(PROGRESS_CYCLES)
+        {
+            self.recorder.wait_until(|progress| progress.feedback_cycle + RECORDER_LAG_CYCLES > cycle);
+        }
+    }
+}
+
+impl Cyclic for Plant {
+    const SOURCE: Source = Source::Plant;
+
+    fn cycle(&mut self, cycle: u64, skipped: u64, stamp: &mut Stamp) {
+        for missed_cycle in cycle - skipped..cycle {
+            let command = self.command(missed_cycle);
+            self.role.advance(missed_cycle, command.as_ref());
+        }
+        self.wait_for_recorder(cycle);
+        let sample = self.role.sample(cycle);
+        stamp.has_stepped();
+        self.feedback.write(cycle, stamp.now(), sample.feedback);
+        self.truth.write(cycle, stamp.now(), sample.truth);
+        self.standstill_told = sample.feedback.validity & validity::STANDSTILL != 0;
+        stamp.has_written();
+        let command = self.command(cycle);
+        stamp.has_read();
+        self.role.advance(cycle, command.as_ref());
+        stamp.has_stepped();
+    }
+
+    fn missed(&self) -> u64 {
+        self.commands.missed()
+    }
+
+    fn published(&self) -> (u64, u64) {
+        (self.feedback.published() + self.truth.published(), self.feedback.failures() + self.truth.failures())
+    }
+
+    fn connect(&self) {
+        self.feedback.connect();
+        self.truth.connect();
+    }
+
+    fn may_end(&self) -> bool {
+        self.standstill_told && self.role.at_standstill() || self.silent_lockstep
+    }
+}

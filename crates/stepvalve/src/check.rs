@@ -1,0 +1,52 @@
+//! `stepvalve check`: is this file good?
+
+use crate::failure::{Failure, Outcome};
+use crate::files;
+use crate::say::say;
+use std::path::PathBuf;
+
+/// What to check.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A scenario (its models are checked too) or a model
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+}
+
+/// Validates the file; says what is in it, or every error with line and column.
+///
+/// # Errors
+/// [`Failure::Input`].
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let file = files::name(&arguments.file);
+    let text = files::read(&arguments.file)?;
+    if is_model(&text) {
+        let model = config::parse_model(&text, &file).map_err(Failure::input)?;
+        say(format_args!("{file}: model \"{}\", friction law {}: good", model.name, model.friction.law()));
+        return Ok(Outcome::Done);
+    }
+    let loaded = files::load(&arguments.file)?;
+    let scenario = &loaded.scenario;
+    say(format_args!(
+        "{file}: scenario \"{}\", {} s at {} us, {} set-points, truth {}, belief {}: good",
+        scenario.name,
+        scenario.duration_s,
+        scenario.period_ns / 1000,
+        scenario.set_points.len(),
+        scenario.truth,
+        scenario.belief
+    ));
+    for warning in scenario.warnings() {
+        say(format_args!("note: {warning}"));
+    }
+    Ok(Outcome::Done)
+}
+
+/// Whether the file says that it is a model; anything else is read as a scenario, whose errors then say what is missing.
+fn is_model(text: &str) -> bool {
+    text.lines().any(|line| {
+        let mut sides = line.splitn(2, '=').map(str::trim);
+        sides.next() == Some("format")
+            && sides.next().is_some_and(|value| value.starts_with("\"stepvalve-model\""))
+    })
+}

@@ -1,0 +1,47 @@
+//! `stepvalve convert`: a record becomes a run file.
+
+use crate::failure::{Failure, Outcome};
+use crate::files::name;
+use crate::say::say;
+use anyhow::{Context, anyhow};
+use std::path::PathBuf;
+
+/// What to convert.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The record's segments, in order
+    #[arg(value_name = "REC.mcap", required = true)]
+    segments: Vec<PathBuf>,
+    /// The run file to write
+    #[arg(long, value_name = "run.h5")]
+    out: PathBuf,
+}
+
+/// Converts, and says what was found damaged or missing.
+///
+/// # Errors
+/// [`Failure::Input`] where a segment is no record or the output exists; [`Failure::Failed`] where writing fails.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let out = &arguments.out;
+    if out.exists() {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    }
+    for segment in &arguments.segments {
+        recording::read_info(segment).map_err(Failure::input)?;
+    }
+    let converted = run_log::convert(&arguments.segments, out).with_context(|| name(out))?;
+    for segment in &converted.report.segments {
+        for damage in &segment.damage {
+            eprintln!("{}: {damage}", name(&segment.path));
+        }
+    }
+    let report = &converted.report;
+    say(format_args!(
+        "{}: {} messages, {} missing in {} gaps",
+        name(out),
+        report.recorded(),
+        report.missed(),
+        report.gaps.len()
+    ));
+    Ok(Outcome::Done)
+}

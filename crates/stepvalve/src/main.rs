@@ -1,0 +1,111 @@
+//! `stepvalve`: the command line.
+#![forbid(unsafe_code)]
+
+mod check;
+mod compensation;
+mod control;
+mod convert;
+mod failure;
+mod files;
+mod in_process;
+mod instance;
+mod metrics;
+mod operator;
+mod output;
+mod paper;
+mod predict;
+mod replay;
+mod report;
+mod run;
+mod say;
+mod signals;
+mod simulate;
+mod status;
+mod summary;
+mod supervisor;
+mod tune;
+
+use clap::{Parser, Subcommand};
+use control::Request;
+use failure::Outcome;
+use std::process::ExitCode;
+
+/// Positions a stepped rotary hydraulic valve, simulates it, and records what it does.
+///
+/// Exit codes: 0 done, 1 failed, 2 wrong input or usage, 3 a fault stopped the valve, 130 interrupted after a clean stop.
+#[derive(Parser)]
+#[command(version, propagate_version = true, disable_help_subcommand = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a scenario in closed loop and write DIR/run.h5 and DIR/run.html
+    Simulate(simulate::Arguments),
+    /// Run the valve without an end, in real time, until it is told to stop
+    Run(run::Arguments),
+    /// Begin to follow set-points
+    Arm(operator::Plain),
+    /// Stop the valve and hold
+    Disarm(operator::Plain),
+    /// Leave a fault; the valve stays disarmed
+    Reset(operator::Plain),
+    /// Give a set-point: angle 17deg, opening 0.5, flow 40L/min, speed 60rpm, hold
+    Set(operator::Set),
+    /// Show state, set-point, angle, following error, torque reserve, overruns, who is late or silent
+    Status(operator::Plain),
+    /// Put a note into the record
+    Mark(operator::Mark),
+    /// Save the last seconds of every process's timing
+    SaveTiming(operator::Plain),
+    /// Validate a scenario (with its models) or a model
+    Check(check::Arguments),
+    /// Measure what friction compensation is worth, over scenarios, levels and beliefs
+    Compensation(compensation::Arguments),
+    /// Find the belief's friction parameters from a short motion, and how well they are known
+    Tune(tune::Arguments),
+    /// Turn a record (MCAP) into run.h5
+    Convert(convert::Arguments),
+    /// Reproduce or refute the paper's figures and tables: DIR/paper.html and paper.json
+    Paper(paper::Arguments),
+    /// Predict torque or angle of measured runs with a model
+    Predict(predict::Arguments),
+    /// Recompute every StepCommand of a record and compare, bit for bit
+    Replay(replay::Arguments),
+    /// Turn a run file into a page with plots (run.html)
+    Report(report::Arguments),
+}
+
+fn main() -> ExitCode {
+    // clap ends with code 2 on wrong usage by itself.
+    let outcome = match Arguments::parse().command {
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Arm(arguments) => operator::plain(&Request::Arm, &arguments),
+        Command::Disarm(arguments) => operator::plain(&Request::Disarm, &arguments),
+        Command::Reset(arguments) => operator::plain(&Request::Reset, &arguments),
+        Command::Set(arguments) => operator::set(&arguments),
+        Command::Status(arguments) => operator::status(&arguments),
+        Command::Mark(arguments) => operator::mark(&arguments),
+        Command::SaveTiming(arguments) => operator::plain(&Request::SaveTiming, &arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Compensation(arguments) => compensation::run(&arguments),
+        Command::Tune(arguments) => tune::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Fault) => ExitCode::from(3),
+        Ok(Outcome::Interrupted) => ExitCode::from(130),
+        Err(failure) => {
+            eprintln!("{failure}");
+            failure.code()
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What a record says about a run: following error, pulse rate, torque reserve, faults.
+
+use recording::AnyMessage;
+use signals::{ControlStatus, ControllerState, FaultCode, PlantTruth, Reference, SetPointRefusal};
+use std::collections::BTreeMap;
+
+/// RMS and peak of a quantity.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Spread {
+    /// Root of the mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub peak: f64,
+}
+
+/// Sums up a quantity sample by sample.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    squares: f64,
+    count: u64,
+    peak: f64,
+}
+
+impl Sum {
+    fn add(&mut self, value: f64) {
+        self.squares += value * value;
+        self.count += 1;
+        self.peak = self.peak.max(value.abs());
+    }
+
+    fn spread(self) -> Option<Spread> {
+        (self.count > 0).then(|| Spread { rms: (self.squares / self.count as f64).sqrt(), peak: self.peak })
+    }
+}
+
+/// What becomes known of a cycle piece by piece, as its messages come.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cycle {
+    reference_rad: Option<f64>,
+    true_rad: Option<f64>,
+    running: Option<bool>,
+}
+
+/// Gathers what a run's summary says from its messages, in one pass and in little memory.
+#[derive(Debug, Default)]
+pub struct Metrics {
+    open: BTreeMap<u64, Cycle>,
+    measured_error: Sum,
+    true_error: Sum,
+    /// Highest pulse rate commanded, Hz.
+    pub pulse_rate_peak_hz: f64,
+    /// Lowest torque reserve while running, N·m.
+    pub torque_reserve_min_nm: Option<f64>,
+    /// Cycles in which a limit held the command back.
+    pub limiting_cycles: u64,
+    /// The largest number of tooth pitches that the rotor was off.
+    pub lost_steps: u64,
+    /// The first fault.
+    pub fault: Option<(FaultCode, u64)>,
+    /// Set-points refused: id and reason.
+    pub refused: BTreeMap<u64, SetPointRefusal>,
+    /// Cycles of the plant.
+    pub cycles: u64,
+}
+
+impl Metrics {
+    /// Takes note of a message.
+    pub fn note(&mut self, message: &AnyMessage) {
+        match message {
+            AnyMessage::Reference(message) => {
+                self.refusal(&message.body);
+                self.open.entry(message.header.cycle).or_default().reference_rad =
+                    Some(message.body.angle_rad);
+                self.close(message.header.cycle);
+            }
+            AnyMessage::PlantTruth(message) => {
+                self.truth(&message.body);
+                self.open.entry(message.header.cycle).or_default().true_rad = Some(message.body.angle_rad);
+                self.close(message.header.cycle);
+            }
+            AnyMessage::ControlStatus(message) => {
+                let running = self.status(&message.body);
+                self.open.entry(message.header.cycle).or_default().running = Some(running);
+                self.close(message.header.cycle);
+            }
+            AnyMessage::StepCommand(message) => {
+                self.pulse_rate_peak_hz = self.pulse_rate_peak_hz.max(message.body.pulse_rate_hz.abs());
+            }
+            AnyMessage::Feedback(message) => self.cycles = self.cycles.max(message.header.cycle + 1),
+            _ => {}
+        }
+    }
+
+    /// Following error as the encoder saw it, rad; `None` if the controller never ran.
+    pub fn measured_error(&self) -> Option<Spread> {
+        self.measured_error.spread()
+    }
+
+    /// Following error of the true angle, rad; `None` where nobody knows it.
+    pub fn true_error(&self) -> Option<Spread> {
+        self.true_error.spread()
+    }
+
+    fn refusal(&mut self, reference: &Reference) {
+        let refusal = SetPointRefusal::from_code(reference.refusal).unwrap_or(SetPointRefusal::None);
+        if refusal != SetPointRefusal::None {
+            self.refused.insert(reference.refused_id, refusal);
+        }
+    }
+
+    fn truth(&mut self, truth: &PlantTruth) {
+        self.lost_steps = self.lost_steps.max(truth.lost_teeth.unsigned_abs());
+    }
+
+    fn status(&mut self, status: &ControlStatus) -> bool {
+        let running = status.state == ControllerState::Running.code();
+        if running {
+            self.measured_error.add(status.following_error_rad);
+            let lowest = self.torque_reserve_min_nm.unwrap_or(f64::INFINITY);
+            self.torque_reserve_min_nm = Some(lowest.min(status.torque_reserve_nm));
+            self.limiting_cycles += u64::from(status.limiting != 0);
+        }
+        let fault = FaultCode::from_code(status.fault).unwrap_or(FaultCode::None);
+        if fault != FaultCode::None {
+            self.fault.get_or_insert((fault, status.fault_cycle));
+        }
+        running
+    }
+
+    /// A cycle of which all is known is counted and forgotten; so is one that stays incomplete for long.
+    fn close(&mut self, cycle: u64) {
+        if let Some(Cycle { reference_rad: Some(reference), true_rad: Some(angle), running: Some(running) }) =
+            self.open.get(&cycle).copied()
+        {
+            self.open.remove(&cycle);
+            if running {
+                self.true_error.add(reference - angle);
+            }
+        }
+        const PATIENCE: usize = 100_000;
+        if self.open.len() > PATIENCE {
+            self.open.pop_first();
+        }
+    }
+}

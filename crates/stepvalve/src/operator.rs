@@ -1,0 +1,193 @@
+//! `stepvalve arm | disarm | reset | set | status | mark | save-timing`: talking to a running instance.
+
+use crate::control::{Answer, Request, SetKind, ask, socket_path};
+use crate::failure::{Failure, Outcome};
+use crate::instance::base_folder;
+use crate::say::say;
+use crate::status::Status;
+use anyhow::{Context, anyhow};
+use clap::{Args, Subcommand};
+use config::{Dimension, parse_quantity};
+use std::path::PathBuf;
+
+/// Which instance.
+#[derive(Debug, Args)]
+pub struct Which {
+    /// Name of the instance [default: the one that runs, if it is the only one]
+    #[arg(long, value_name = "NAME", global = true)]
+    instance: Option<String>,
+    /// Print the answer as JSON
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+/// A plain order.
+#[derive(Debug, Args)]
+pub struct Plain {
+    #[command(flatten)]
+    which: Which,
+}
+
+/// A note for the record.
+#[derive(Debug, Args)]
+pub struct Mark {
+    /// The note
+    text: String,
+    #[command(flatten)]
+    which: Which,
+}
+
+/// A set-point.
+#[derive(Debug, Args)]
+pub struct Set {
+    #[command(subcommand)]
+    what: SetWhat,
+    #[command(flatten)]
+    which: Which,
+}
+
+#[derive(Debug, Subcommand)]
+enum SetWhat {
+    /// Go to an angle: 17deg, 0.3rad; bare numbers are rad
+    Angle(SetValue),
+    /// Go to an opening from 0 (closed) to 1 (open)
+    Opening(SetValue),
+    /// Hold a flow: 40L/min; bare numbers are m³/s
+    Flow(SetFlow),
+    /// Turn without end: 60rpm, 11.2rad/s; for scenarios without angle limits
+    Speed(SetValue),
+    /// Stop as soon as the limits of motion allow, and stay armed
+    Hold,
+    /// Give a parameter of the controller another value, from the next cycle on: parameter observer-bandwidth 40
+    Parameter(SetParameter),
+}
+
+#[derive(Debug, Args)]
+struct SetParameter {
+    /// compensation-level (0 none, 1 Coulomb and viscous, 2 full law, 3 with effects), observer-bandwidth (Hz),
+    /// observer-limit (N·m), largest-following-error (rad), following-error-per-speed (s)
+    name: String,
+    /// Its new value
+    #[arg(allow_hyphen_values = true)]
+    value: f64,
+}
+
+#[derive(Debug, Args)]
+struct SetValue {
+    /// The value, with its unit
+    #[arg(allow_hyphen_values = true)]
+    value: String,
+}
+
+#[derive(Debug, Args)]
+struct SetFlow {
+    /// The flow, with its unit
+    #[arg(allow_hyphen_values = true)]
+    value: String,
+    /// The pressure drop that it is meant at (2MPa); without, the measured one, followed as it changes
+    #[arg(long, value_name = "PRESSURE")]
+    pressure_drop: Option<String>,
+}
+
+/// Arms, disarms or resets; or saves the timing.
+///
+/// # Errors
+/// As [`Failure`] tells: no such instance, or refused with the reason.
+pub fn plain(request: &Request, arguments: &Plain) -> Result<Outcome, Failure> {
+    send(request, &arguments.which)
+}
+
+/// Puts a note into the record.
+///
+/// # Errors
+/// As [`plain`].
+pub fn mark(arguments: &Mark) -> Result<Outcome, Failure> {
+    send(&Request::Mark { text: arguments.text.clone() }, &arguments.which)
+}
+
+/// Sends a set-point.
+///
+/// # Errors
+/// As [`plain`]; [`Failure::Input`] for a value that is none.
+pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
+    let of = |kind: SetKind, value: &str, dimension: Dimension| -> Result<Request, Failure> {
+        Ok(Request::Set { kind, value: quantity(value, dimension)?, pressure_drop_pa: None })
+    };
+    let request = match &arguments.what {
+        SetWhat::Angle(set) => of(SetKind::Angle, &set.value, Dimension::Angle)?,
+        SetWhat::Opening(set) => of(SetKind::Opening, &set.value, Dimension::Ratio)?,
+        SetWhat::Speed(set) => of(SetKind::Speed, &set.value, Dimension::Speed)?,
+        SetWhat::Flow(set) => Request::Set {
+            kind: SetKind::Flow,
+            value: quantity(&set.value, Dimension::Flow)?,
+            pressure_drop_pa: set
+                .pressure_drop
+                .as_deref()
+                .map(|text| quantity(text, Dimension::Pressure))
+                .transpose()?,
+        },
+        SetWhat::Hold => Request::Hold,
+        SetWhat::Parameter(set) => Request::Parameter { name: set.name.clone(), value: set.value },
+    };
+    send(&request, &arguments.which)
+}
+
+/// Prints the status.
+///
+/// # Errors
+/// As [`plain`].
+pub fn status(arguments: &Plain) -> Result<Outcome, Failure> {
+    let answer = ask(&find(&arguments.which)?, &Request::Status)?;
+    let status = answer.status.with_context(|| answer.text.clone())?;
+    if arguments.which.json {
+        say(serde_json::to_string_pretty(&status).map_err(anyhow::Error::from)?);
+    } else {
+        let status: Status = serde_json::from_value(status).map_err(anyhow::Error::from)?;
+        say(status);
+    }
+    Ok(Outcome::Done)
+}
+
+fn send(request: &Request, which: &Which) -> Result<Outcome, Failure> {
+    let answer = ask(&find(which)?, request)?;
+    if which.json {
+        say(serde_json::to_string(&answer).map_err(anyhow::Error::from)?);
+    } else if answer.done {
+        say(&answer.text);
+    }
+    let Answer { done, text, .. } = answer;
+    if done { Ok(Outcome::Done) } else { Err(Failure::Failed(anyhow!("refused: {text}"))) }
+}
+
+fn quantity(text: &str, dimension: Dimension) -> Result<f64, Failure> {
+    parse_quantity(text, dimension).map_err(|error| Failure::Input(anyhow!("\"{text}\": {error}")))
+}
+
+/// The socket of the instance that is meant.
+fn find(which: &Which) -> Result<PathBuf, Failure> {
+    let base = base_folder()?;
+    if let Some(name) = &which.instance {
+        let socket = socket_path(&base.join(name));
+        return if socket.exists() {
+            Ok(socket)
+        } else {
+            Err(Failure::Input(anyhow!("no instance \"{name}\" runs ({} is missing)", socket.display())))
+        };
+    }
+    let folders = std::fs::read_dir(&base).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut running: Vec<_> =
+        folders.map(|folder| socket_path(&folder)).filter(|socket| socket.exists()).collect();
+    running.sort();
+    match running.as_slice() {
+        [one] => Ok(one.clone()),
+        [] => Err(Failure::Input(anyhow!("no instance runs under {}", base.display()))),
+        several => {
+            let names = several.iter().filter_map(|socket| socket.parent()?.file_name()?.to_str());
+            let names: Vec<_> = names.collect();
+            Err(Failure::Input(anyhow!(
+                "several instances run: --instance takes one of {}",
+                names.join(", ")
+            )))
+        }
+    }
+}

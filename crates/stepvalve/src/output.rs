@@ -1,0 +1,68 @@
+//! The folder that a run is written to.
+
+use crate::failure::Failure;
+use crate::files::name;
+use anyhow::{Context, anyhow};
+use processes::{SegmentName, segments_in};
+use std::path::{Path, PathBuf};
+
+/// Where a run's files go.
+pub struct Output {
+    folder: PathBuf,
+}
+
+impl Output {
+    /// Makes the folder. One that holds a run already is left alone: nothing recorded is ever overwritten.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] where there is a run, or the folder can't be made.
+    pub fn prepare(folder: &Path) -> Result<Self, Failure> {
+        let output = Self { folder: folder.to_owned() };
+        let made = [output.run_h5(), output.run_html()];
+        let taken = made.into_iter().chain(output.segments()).find(|path| path.exists());
+        if let Some(path) = taken {
+            return Err(Failure::Input(anyhow!("{} exists: give --out a folder without a run", name(&path))));
+        }
+        std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
+        Ok(output)
+    }
+
+    /// The folder of an instance, which goes on where an earlier start of it ended.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] where it can't be made.
+    pub fn of_instance(folder: &Path) -> Result<Self, Failure> {
+        std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
+        Ok(Self { folder: folder.to_owned() })
+    }
+
+    /// The run file.
+    pub fn run_h5(&self) -> PathBuf {
+        self.folder.join("run.h5")
+    }
+
+    /// The page with its plots.
+    pub fn run_html(&self) -> PathBuf {
+        self.folder.join("run.html")
+    }
+
+    /// The record's segments that exist, in order.
+    pub fn segments(&self) -> Vec<PathBuf> {
+        segments_in(&self.folder).iter().map(|name| name.path(&self.folder)).collect()
+    }
+
+    /// The number of the next segment.
+    pub fn next_segment(&self) -> u32 {
+        segments_in(&self.folder).last().map_or(1, |name| name.number + 1)
+    }
+
+    /// The folder itself.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The file of the first segment.
+    pub fn first_segment(&self) -> PathBuf {
+        SegmentName { number: 1, fault: false }.path(&self.folder)
+    }
+}

@@ -1,0 +1,134 @@
+//! What happened when: set-points, refusals, faults, lost steps, restarts.
+
+use super::set_points::SetPoint;
+use super::table::Table;
+use super::text;
+use ::report::{Level, Marker};
+use run_log::RunLogError;
+use signals::{FaultCode, SetPointRefusal};
+
+/// More set-points than this stand in their strip alone: lines through all plots would hide them.
+const MOST_MARKED: usize = 40;
+/// More events of a kind than this are not told one by one.
+const MOST: usize = 1000;
+
+/// An event in a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// The row.
+    pub row: usize,
+    /// What happened.
+    pub label: String,
+}
+
+/// All of a run's events.
+#[derive(Debug, Default)]
+pub struct Events {
+    /// Set-points followed.
+    pub set_points: Vec<SetPoint>,
+    /// Set-points refused.
+    pub refusals: Vec<Event>,
+    /// Faults that the controller found.
+    pub faults: Vec<Event>,
+    /// Faults that the drive reported.
+    pub drive_faults: Vec<Event>,
+    /// Lost steps that the controller noticed.
+    pub lost_steps: Vec<Event>,
+    /// Runs after the first.
+    pub runs: Vec<Event>,
+    /// Whether those are restarts of the loop, not runs of a log.
+    pub restarts: bool,
+}
+
+/// Gathers a run's events.
+///
+/// # Errors
+/// [`RunLogError`].
+pub fn read(table: &Table, set_points: &[SetPoint]) -> Result<Events, RunLogError> {
+    let runs = table.file.spans().skip(1);
+    let run = |label: &str| if table.closed_loop { format!("restarted ({label})") } else { label.to_owned() };
+    Ok(Events {
+        set_points: set_points.iter().filter(|point| point.id != 0).cloned().collect(),
+        refusals: refusals(table)?,
+        faults: faults(table)?,
+        drive_faults: codes(table, "drive_fault", |code| format!("drive: {code}"))?,
+        lost_steps: lost_steps(table)?,
+        runs: runs.map(|span| Event { row: span.rows.start, label: run(&span.name) }).collect(),
+        restarts: table.closed_loop,
+    })
+}
+
+impl Events {
+    /// The events as marks through all plots.
+    pub fn markers(&self, table: &Table) -> Vec<Marker> {
+        let marker = |row: usize, label: String, level| Marker { time_s: table.at(row), label, level };
+        let of = |events: &[Event], level| {
+            events.iter().map(|event| marker(event.row, event.label.clone(), level)).collect::<Vec<_>>()
+        };
+        let mut markers = Vec::new();
+        if self.set_points.len() <= MOST_MARKED {
+            markers.extend(
+                self.set_points.iter().map(|point| marker(point.row, point.label.clone(), Level::Neutral)),
+            );
+        }
+        if self.restarts || self.runs.len() <= MOST_MARKED {
+            markers.extend(of(&self.runs, if self.restarts { Level::Attention } else { Level::Neutral }));
+        }
+        markers.extend(of(&self.refusals, Level::Attention));
+        markers.extend(of(&self.lost_steps, Level::Attention));
+        markers.extend(of(&self.drive_faults, Level::Fault));
+        markers.extend(of(&self.faults, Level::Fault));
+        markers
+    }
+}
+
+fn codes(
+    table: &Table,
+    column: &str,
+    label: impl Fn(FaultCode) -> String,
+) -> Result<Vec<Event>, RunLogError> {
+    let (changes, _) = table.changes(column, MOST)?;
+    let known = changes.into_iter().filter(|(_, code)| *code != 0.0);
+    let event =
+        |(row, code)| FaultCode::from_code(code as u64).map(|fault| Event { row, label: label(fault) });
+    Ok(known.filter_map(event).collect())
+}
+
+/// Each fault in the row of the cycle in which it was found, which the status of that cycle may not tell yet.
+fn faults(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    let mut faults = codes(table, "fault", |fault| fault.name().to_owned())?;
+    let rows: Vec<usize> = faults.iter().map(|fault| fault.row).collect();
+    let cycles = table.pick("fault_cycle", &rows)?;
+    for (fault, cycle) in faults.iter_mut().zip(cycles) {
+        let span = table.file.spans().find(|span| span.rows.contains(&fault.row));
+        let found = span.and_then(|span| {
+            let row = (cycle as u64).checked_sub(span.first_cycle?)? as usize + span.rows.start;
+            (row <= fault.row).then_some(row)
+        });
+        fault.row = found.unwrap_or(fault.row);
+    }
+    Ok(faults)
+}
+
+fn refusals(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    let (changes, _) = table.changes("refused_set_point_id", MOST)?;
+    let known: Vec<_> = changes.into_iter().filter(|(_, id)| *id != 0.0).collect();
+    let rows: Vec<usize> = known.iter().map(|change| change.0).collect();
+    let reasons = table.pick("set_point_refusal", &rows)?;
+    let event = |((row, id), code): ((usize, f64), f64)| {
+        let why = SetPointRefusal::from_code(code as u64).map_or("unknown reason", SetPointRefusal::name);
+        Event { row, label: format!("set-point {id} refused: {why}") }
+    };
+    Ok(known.into_iter().zip(reasons).map(event).collect())
+}
+
+fn lost_steps(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    let (changes, _) = table.changes("lost_teeth_noticed", MOST)?;
+    let rising = changes.windows(2).filter_map(|pair| match pair {
+        [(_, before), (row, now)] if now > before => {
+            Some(Event { row: *row, label: text::count((now - before) as u64, "lost step") })
+        }
+        _ => None,
+    });
+    Ok(rising.collect())
+}

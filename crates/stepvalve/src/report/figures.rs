@@ -1,0 +1,243 @@
+//! A run in a few numbers, and in one sentence.
+
+use super::events::Events;
+use super::table::Table;
+use super::text;
+use super::timing::ProcessTiming;
+use anyhow::Result;
+use run_log::{RunFile, RunLogError};
+
+/// Kept sample by sample before and after a fault, s.
+const AROUND_FAULT_S: (f64, f64) = (2.0, 1.0);
+/// The same around the largest following error, s.
+const AROUND_PEAK_S: f64 = 0.5;
+
+/// RMS and largest magnitude of a quantity while the controller followed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Spread {
+    /// Root of the mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub peak: f64,
+    /// The row in which it was.
+    pub peak_row: usize,
+}
+
+/// A run's numbers.
+#[derive(Debug, Default)]
+pub struct Figures {
+    /// Rows in which the controller followed.
+    running_rows: usize,
+    /// Rows that are cycles or samples.
+    rows: usize,
+    runs: usize,
+    length_s: f64,
+    period_s: Option<f64>,
+    closed_loop: bool,
+    /// Reference less true angle, rad.
+    pub true_error: Option<Spread>,
+    /// Reference less measured angle, rad.
+    pub error: Option<Spread>,
+    reserve_min_nm: Option<f64>,
+    /// Largest pulse rate, Hz.
+    pulse_rate_peak_hz: Option<f64>,
+    limited_rows: u64,
+    lost_teeth: u64,
+    timed: bool,
+    overruns: u64,
+    skipped: u64,
+    missing: u64,
+    first_fault: Option<usize>,
+}
+
+impl Figures {
+    /// Gathers them.
+    ///
+    /// # Errors
+    /// [`RunLogError`].
+    pub fn gather(table: &Table, timing: &[ProcessTiming], events: &Events) -> Result<Self, RunLogError> {
+        let file = &table.file;
+        let worst = |name, worse: fn(f64, f64) -> f64| {
+            file.column(name, |values| values.filter(|value| !value.is_nan()).reduce(worse))
+        };
+        let largest = |a: f64, b: f64| a.abs().max(b.abs());
+        let running = |(value, running): (f64, &bool)| running.then_some(value).filter(|v| !v.is_nan());
+        let reserve = file.column("torque_reserve", |values| {
+            values.zip(&table.running).filter_map(running).reduce(f64::min)
+        })?;
+        let limited = file.column("limiting", |values| {
+            values.zip(&table.running).filter_map(running).filter(|flags| *flags > 0.0).count()
+        })?;
+        Ok(Self {
+            running_rows: table.running.iter().filter(|running| **running).count(),
+            rows: file.spans().map(|span| span.rows.len()).sum(),
+            runs: file.spans().count(),
+            length_s: table.at(table.time_s.len().saturating_sub(1)) - table.at(0),
+            period_s: file.number("period_s")?,
+            closed_loop: table.closed_loop,
+            true_error: spread(table, "true_following_error")?,
+            error: spread(table, "following_error")?,
+            reserve_min_nm: reserve.flatten(),
+            pulse_rate_peak_hz: worst("pulse_rate", largest)?.flatten().map(f64::abs),
+            limited_rows: limited.unwrap_or_default() as u64,
+            lost_teeth: worst("lost_teeth", largest)?.flatten().map_or(0, |teeth| teeth.abs() as u64),
+            timed: !timing.is_empty(),
+            overruns: timing.iter().map(|process| process.overrun_count).sum(),
+            skipped: timing.iter().map(|process| process.skipped_count).sum(),
+            missing: file.number("messages_missed")?.map_or(0, |missed| missed as u64),
+            first_fault: events.faults.iter().chain(&events.drive_faults).map(|fault| fault.row).min(),
+        })
+    }
+
+    /// The windows to keep sample by sample, the most important first.
+    pub fn details(&self, table: &Table) -> Vec<(f64, f64)> {
+        let fault = self.first_fault.map(|row| table.at(row));
+        let peak = self.true_error.or(self.error).map(|spread| table.at(spread.peak_row));
+        let mut windows = Vec::new();
+        windows.extend(fault.map(|at| (at - AROUND_FAULT_S.0, at + AROUND_FAULT_S.1)));
+        windows.extend(peak.map(|at| (at - AROUND_PEAK_S, at + AROUND_PEAK_S)));
+        windows
+    }
+
+    /// What came out, in one sentence.
+    pub fn headline(&self, table: &Table, events: &Events) -> String {
+        if !self.closed_loop {
+            let runs = text::count(self.runs as u64, "run");
+            return format!("{runs}, {} samples over {}.", self.rows, text::duration(self.length_s));
+        }
+        let error = self.error_in_words();
+        if let Some(row) = self.first_fault {
+            let same = |fault: &&super::events::Event| fault.row == row;
+            let fault = events.faults.iter().chain(&events.drive_faults).find(same);
+            let what = fault.map_or("unknown", |fault| fault.label.as_str());
+            let more = (events.faults.len() + events.drive_faults.len()).saturating_sub(1);
+            let more = if more > 0 { format!(" ({more} more later)") } else { String::new() };
+            return format!("Stopped by a fault at {}: {what}{more}. {error}.", text::moment(table.at(row)));
+        }
+        format!("{error}; {}.", self.incidents(events).join(", "))
+    }
+
+    fn error_in_words(&self) -> String {
+        let Some(Spread { rms, peak, .. }) = self.true_error.or(self.error) else {
+            return "The controller never ran".to_owned();
+        };
+        let while_running = match self.period_s {
+            Some(period_s) => format!(" over {}", text::duration(self.running_rows as f64 * period_s)),
+            None => String::new(),
+        };
+        let (rms, peak) = (text::degrees(rms), text::degrees(peak));
+        format!("Following error {rms} RMS and {peak} at its peak{while_running}")
+    }
+
+    fn incidents(&self, events: &Events) -> Vec<String> {
+        let mut incidents = vec!["no fault".to_owned()];
+        if self.timed {
+            incidents.push(text::count(self.skipped, "missed cycle"));
+        }
+        if self.lost_teeth > 0 {
+            incidents.push(text::count(self.lost_teeth, "lost step"));
+        }
+        if let Some(short) = self.reserve_min_nm.filter(|reserve| *reserve < 0.0) {
+            incidents.push(format!("torque short by up to {} N·m", text::number(-short)));
+        }
+        let some = [
+            (events.refusals.len() as u64, "refused set-point"),
+            (self.missing, "missing message"),
+            (if events.restarts { events.runs.len() as u64 } else { 0 }, "restart"),
+        ];
+        incidents.extend(some.iter().filter(|(n, _)| *n > 0).map(|(n, what)| text::count(*n, what)));
+        incidents
+    }
+
+    /// The key figures, name and value.
+    ///
+    /// # Errors
+    /// [`RunLogError`].
+    pub fn facts(&self, table: &Table, events: &Events) -> Result<Vec<(String, String)>, RunLogError> {
+        let file = &table.file;
+        let mut facts: Vec<(&str, String)> = Vec::new();
+        facts.extend(file.number("started_unix_ns")?.map(|started| ("Started", text::utc(started))));
+        facts.extend(file.text("mode")?.map(|mode| ("Mode", mode)));
+        facts.extend(file.text("instance")?.filter(|name| !name.is_empty()).map(|name| ("Instance", name)));
+        facts.push(("Length", self.length()));
+        facts.extend(errors("Following error, true", self.true_error));
+        facts.extend(errors("Following error, measured", self.error));
+        facts
+            .extend(self.reserve_min_nm.map(|least| ("Torque reserve, least", text::number(least) + " N·m")));
+        facts.extend(
+            self.pulse_rate_peak_hz.map(|peak| ("Pulse rate, peak", text::number(peak / 1e3) + " kHz")),
+        );
+        if self.closed_loop {
+            facts.push(("Held back by limits", text::count(self.limited_rows, "cycle")));
+            facts.push(("Lost steps", self.lost_teeth.to_string()));
+            facts.push(("Faults", (events.faults.len() + events.drive_faults.len()).to_string()));
+            facts.push(("Set-points", set_points(events)));
+        }
+        if self.timed {
+            facts.push((
+                "Overruns",
+                format!("{}, {} skipped", self.overruns, text::count(self.skipped, "cycle")),
+            ));
+        }
+        facts.extend(record(file)?.map(|record| ("Record", record)));
+        Ok(facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+    }
+
+    fn length(&self) -> String {
+        match self.period_s {
+            Some(period_s) => format!(
+                "{}, {} cycles of {} ms",
+                text::duration(self.rows as f64 * period_s),
+                text::grouped(self.rows as u64),
+                period_s * 1e3
+            ),
+            None => format!("{}, {} samples", text::duration(self.length_s), text::grouped(self.rows as u64)),
+        }
+    }
+}
+
+fn errors(name: &'static str, spread: Option<Spread>) -> Option<(&'static str, String)> {
+    let Spread { rms, peak, .. } = spread?;
+    Some((name, format!("{} RMS, {} peak", text::degrees(rms), text::degrees(peak))))
+}
+
+fn set_points(events: &Events) -> String {
+    match events.refusals.len() {
+        0 => format!("{} followed", events.set_points.len()),
+        refused => format!("{} followed, {refused} refused", events.set_points.len()),
+    }
+}
+
+/// How many messages the record holds, and which it declares missing.
+fn record(file: &RunFile) -> Result<Option<String>, RunLogError> {
+    let Some(recorded) = file.number("messages_recorded")? else { return Ok(None) };
+    let missing = file.missing()?;
+    let missing: Vec<String> = missing
+        .iter()
+        .map(|gap| format!("{} of {} ({})", text::grouped(gap.missed), gap.topic, gap.origin))
+        .collect();
+    let missing = if missing.is_empty() {
+        "none missing".to_owned()
+    } else {
+        format!("missing: {}", missing.join(", "))
+    };
+    Ok(Some(format!("{} messages, {missing}", text::grouped(recorded as u64))))
+}
+
+fn spread(table: &Table, name: &str) -> Result<Option<Spread>, RunLogError> {
+    let sums = table.file.column(name, |values| {
+        let mut spread = Spread::default();
+        let (mut squares, mut count) = (0.0, 0usize);
+        for (row, (value, running)) in values.zip(&table.running).enumerate() {
+            if *running && !value.is_nan() {
+                squares += value * value;
+                count += 1;
+                if value.abs() > spread.peak {
+                    (spread.peak, spread.peak_row) = (value.abs(), row);
+                }
+            }
+        }
+        (count > 0).then(|| Spread { rms: (squares / count as f64).sqrt(), ..spread })
+    })?;
+    Ok(sums.flatten())
+}

@@ -1,0 +1,111 @@
+//! `stepvalve report`: a run file becomes a page with plots.
+
+mod events;
+mod figures;
+mod panels;
+mod set_points;
+mod strips;
+mod table;
+mod text;
+mod timing;
+
+use crate::failure::{Failure, Outcome};
+use crate::files::name;
+use crate::say::say;
+use ::report::{RunData, TimeAxis, run_page};
+use anyhow::{Context, anyhow};
+use run_log::RunFile;
+use std::path::{Path, PathBuf};
+use table::Table;
+
+/// What to show.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The run file, or any valve-log
+    #[arg(value_name = "run.h5")]
+    run: PathBuf,
+    /// The page to write
+    #[arg(long, value_name = "run.html")]
+    out: PathBuf,
+}
+
+/// Writes the page.
+///
+/// # Errors
+/// [`Failure::Input`] where the file can't be read or is no valve-log, or the output exists; [`Failure::Failed`]
+/// where writing fails.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let out = &arguments.out;
+    if out.exists() {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    }
+    let run = data(&arguments.run).map_err(Failure::Input)?;
+    say(format_args!("{}: {}", name(out), run.headline));
+    run_page(run).write_html(out).map_err(anyhow::Error::from)?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the page of a run file that this program has just made.
+///
+/// # Errors
+/// Where the file can't be read or the page can't be written.
+pub fn write(run_h5: &Path, out: &Path) -> Result<(), anyhow::Error> {
+    Ok(run_page(data(run_h5)?).write_html(out)?)
+}
+
+/// All that the page shows. One column of the file is in memory at a time, beside the times.
+fn data(path: &Path) -> Result<RunData, anyhow::Error> {
+    let table = Table::open(path)?;
+    let file = &table.file;
+    let timing = timing::read(&table)?;
+    let set_points = set_points::read(&table)?;
+    let events = events::read(&table, &set_points)?;
+    let figures = figures::Figures::gather(&table, &timing, &events)?;
+    let plan = panels::plan(&table, &figures, &set_points)?;
+    let series = plan.series() + timing.len() * timing::SERIES;
+    let details = figures.details(&table);
+    let axis = TimeAxis::new(&table.time_s, series, &details).with_context(|| name(path))?;
+    let mut panels = plan.draw(&table, &axis)?;
+    panels.extend(timing::panels(&timing, &axis)?);
+    Ok(RunData {
+        title: title(file, path)?,
+        headline: figures.headline(&table, &events),
+        summary: figures.facts(&table, &events)?,
+        strips: strips::read(&table, &events, &timing)?,
+        markers: events.markers(&table),
+        panels,
+        histograms: timing::histograms(&timing)?,
+        machine: machine(file, &timing)?,
+        texts: texts(file)?,
+    })
+}
+
+fn title(file: &RunFile, path: &Path) -> Result<String, anyhow::Error> {
+    let title = file.text("title")?.filter(|title| !title.is_empty());
+    Ok(title.unwrap_or_else(|| name(path.file_name().map_or(path, Path::new))))
+}
+
+fn machine(file: &RunFile, timing: &[timing::ProcessTiming]) -> Result<Vec<(String, String)>, anyhow::Error> {
+    let mut facts = Vec::new();
+    facts.extend(file.text("program_version")?.map(|version| ("stepvalve".to_owned(), version)));
+    facts.extend(timing.iter().map(|process| (process.name.clone(), process.scheduling.clone())));
+    facts.extend(file.machine()?);
+    Ok(facts)
+}
+
+fn texts(file: &RunFile) -> Result<Vec<(String, String)>, anyhow::Error> {
+    let mut texts = Vec::new();
+    let notes = file.notes()?;
+    if !notes.is_empty() {
+        texts.push(("Notes of the record".to_owned(), notes.join("\n")));
+    }
+    for (name, text) in file.texts()? {
+        let heading = match name.as_str() {
+            "scenario" => "Scenario",
+            "truth" => "Model of the plant (truth)",
+            _ => "Model of the controller (belief)",
+        };
+        texts.push((heading.to_owned(), text));
+    }
+    Ok(texts)
+}

@@ -1,0 +1,195 @@
+//! States, limits, flags and gaps as rows above the plots.
+
+use super::events::Events;
+use super::table::Table;
+use super::timing::ProcessTiming;
+use ::report::{Interval, Level, Strip};
+use run_log::RunLogError;
+use signals::{ControllerState, FaultCode, limiting, validity};
+
+/// A column of each message of the cycle: where it is NaN, the message is missing.
+const MESSAGES: [(&str, &str); 5] = [
+    ("reference_angle", "Reference"),
+    ("position_microsteps", "StepCommand"),
+    ("measured_angle", "Feedback"),
+    ("state", "ControlStatus"),
+    ("true_angle", "PlantTruth"),
+];
+
+const LIMITS: [(u64, &str, Level); 3] = [
+    (limiting::PULSE_RATE, "pulse rate", Level::Attention),
+    (limiting::PULSE_ACCELERATION, "pulse acceleration", Level::Attention),
+    (limiting::TORQUE, "torque", Level::Attention),
+];
+
+/// What the drive and the sensors say that is out of the ordinary.
+const DRIVE: [(u64, &str, Level); 3] = [
+    (validity::STOPPED_ITSELF, "stopped by itself", Level::Fault),
+    (validity::COMMAND_MISSED, "command missed", Level::Attention),
+    (validity::LIMITED, "limited", Level::Attention),
+];
+/// Flags that should be set.
+const DRIVE_NEEDS: [(u64, &str, Level); 2] = [
+    (validity::HOMED, "not homed", Level::Attention),
+    (validity::ENERGISED, "not energised", Level::Neutral),
+];
+
+/// The strips that have anything to tell.
+///
+/// # Errors
+/// [`RunLogError`].
+pub fn read(table: &Table, events: &Events, timing: &[ProcessTiming]) -> Result<Vec<Strip>, RunLogError> {
+    let mut strips = Vec::new();
+    strips.extend(coded(table, "state", "state", state)?);
+    strips.extend(coded(table, "fault", "fault", fault)?);
+    strips.push(set_points(table, events));
+    strips.extend(coded(table, "limit", "limiting", |flags| named(flags, &LIMITS))?);
+    strips.extend(pace(table)?);
+    strips.extend(drive_flags(table)?);
+    strips.extend(coded(table, "drive fault", "drive_fault", fault)?);
+    strips.push(missing(table)?);
+    strips.push(overruns(table, timing));
+    strips.retain(|strip| !strip.intervals.is_empty());
+    Ok(strips)
+}
+
+fn coded(
+    table: &Table,
+    name: &str,
+    column: &str,
+    meaning: impl Fn(u64) -> Option<(String, Level)>,
+) -> Result<Option<Strip>, RunLogError> {
+    table.file.column(column, |codes| Strip::from_codes(name, &table.time_s, table.held(codes), meaning))
+}
+
+/// The drive's flags; but for a run's first two rows: the first StepCommand is that of its second cycle.
+fn drive_flags(table: &Table) -> Result<Option<Strip>, RunLogError> {
+    let first =
+        |row: usize| table.file.spans().any(|span| (span.rows.start..span.rows.start + 2).contains(&row));
+    table.file.column("validity", |flags| {
+        let flags = flags.enumerate().map(|(row, flags)| if first(row) { f64::NAN } else { flags });
+        Strip::from_codes("drive", &table.time_s, table.held(flags), drive)
+    })
+}
+
+fn state(code: u64) -> Option<(String, Level)> {
+    let state = ControllerState::from_code(code)?;
+    let level = match state {
+        ControllerState::Disarmed => Level::Neutral,
+        ControllerState::Running => Level::Normal,
+        ControllerState::QuickStop => Level::Attention,
+        ControllerState::Fault => Level::Fault,
+    };
+    Some((state.name().to_owned(), level))
+}
+
+fn fault(code: u64) -> Option<(String, Level)> {
+    let fault = FaultCode::from_code(code).filter(|fault| *fault != FaultCode::None)?;
+    Some((fault.name().to_owned(), Level::Fault))
+}
+
+fn drive(flags: u64) -> Option<(String, Level)> {
+    let wanting = DRIVE_NEEDS.into_iter().filter(|(bit, ..)| flags & bit == 0);
+    all(DRIVE.into_iter().filter(|(bit, ..)| flags & bit != 0).chain(wanting))
+}
+
+fn named(flags: u64, names: &[(u64, &str, Level)]) -> Option<(String, Level)> {
+    all(names.iter().copied().filter(|(bit, ..)| flags & bit != 0))
+}
+
+fn all<'a>(set: impl Iterator<Item = (u64, &'a str, Level)>) -> Option<(String, Level)> {
+    set.fold(None, |all: Option<(String, Level)>, (_, name, level)| {
+        Some(
+            all.map_or((name.to_owned(), level), |(names, most)| {
+                (format!("{names}, {name}"), most.max(level))
+            }),
+        )
+    })
+}
+
+/// Where the trajectory's time runs slower because torque is short, in steps of a tenth.
+fn pace(table: &Table) -> Result<Option<Strip>, RunLogError> {
+    table.file.column("reference_time_scale", |scales| {
+        let tenths =
+            table.held(scales).map(|scale| if scale < 1.0 { (scale * 10.0).floor() } else { f64::NAN });
+        Strip::from_codes("pace", &table.time_s, tenths, |tenth| {
+            Some((format!("{} to {} %", 10 * tenth, 10 * tenth + 10), Level::Attention))
+        })
+    })
+}
+
+fn set_points(table: &Table, events: &Events) -> Strip {
+    let ends =
+        events.set_points.iter().skip(1).map(|next| next.row).chain([table.time_s.len().saturating_sub(1)]);
+    let intervals = events.set_points.iter().zip(ends).map(|(point, end)| Interval {
+        from_s: table.at(point.row),
+        to_s: table.at(end),
+        label: point.label.clone(),
+        level: Level::Neutral,
+    });
+    Strip { name: "set-point".to_owned(), intervals: intervals.collect() }
+}
+
+/// The cycles of which messages are missing: lost on the way to the record, or never sent.
+fn missing(table: &Table) -> Result<Strip, RunLogError> {
+    let mut missing = vec![0u8; table.time_s.len()];
+    for (bit, (column, _)) in MESSAGES.iter().enumerate() {
+        let gaps = table.file.column(column, |values| gaps(table, values))?;
+        for row in gaps.into_iter().flatten().flatten() {
+            if let Some(flags) = missing.get_mut(row) {
+                *flags |= 1 << bit;
+            }
+        }
+    }
+    Ok(Strip::from_codes("missing", &table.time_s, missing.into_iter().map(f64::from), |flags| {
+        let names: Vec<(u64, &str, Level)> =
+            (0..).zip(MESSAGES).map(|(bit, (_, name))| (1 << bit, name, Level::Attention)).collect();
+        named(flags, &names)
+    }))
+}
+
+/// The rows without a value between a run's first value and its last: those before and after were never due.
+fn gaps(table: &Table, values: &mut dyn Iterator<Item = f64>) -> Vec<std::ops::Range<usize>> {
+    let mut gaps = Vec::new();
+    let mut last: Option<usize> = None;
+    let starts: Vec<usize> = table.file.spans().map(|span| span.rows.start).collect();
+    let mut starts = starts.into_iter().peekable();
+    for (row, value) in values.enumerate() {
+        if starts.next_if_eq(&row).is_some() {
+            last = None;
+        }
+        if !value.is_nan() {
+            gaps.extend(last.map(|last| last + 1..row).filter(|gap| !gap.is_empty()));
+            last = Some(row);
+        }
+    }
+    gaps
+}
+
+fn overruns(table: &Table, timing: &[ProcessTiming]) -> Strip {
+    let mut intervals: Vec<Interval> = Vec::new();
+    for process in timing {
+        intervals.extend(process.overruns.iter().map(|&row| Interval {
+            from_s: table.at(row),
+            to_s: table.at((row + 1).min(table.time_s.len().saturating_sub(1))),
+            label: process.name.clone(),
+            level: Level::Attention,
+        }));
+    }
+    intervals.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    Strip { name: "overrun".to_owned(), intervals }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_are_named_and_the_most_serious_decides() {
+        let flags = validity::STOPPED_ITSELF | validity::LIMITED | validity::HOMED;
+        let found = drive(flags).unwrap();
+        assert_eq!(found, ("stopped by itself, limited, not energised".to_owned(), Level::Fault));
+        assert_eq!(drive(validity::HOMED | validity::ENERGISED), None);
+        assert_eq!(named(0, &LIMITS), None);
+    }
+}

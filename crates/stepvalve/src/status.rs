@@ -1,0 +1,122 @@
+//! How a running instance is: gathered by the supervisor, printed by `stepvalve status`.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// One process of the loop.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProcessStatus {
+    /// The last cycle that it reported.
+    pub cycle: u64,
+    /// Cycles that ran past the next deadline.
+    pub overruns: u64,
+    /// Whole cycles passed over.
+    pub skipped_cycles: u64,
+    /// Messages lost or refused on the way to it.
+    pub missed_samples: u64,
+    /// Whether it was late in the last ten seconds.
+    pub late: bool,
+    /// Whether it says nothing.
+    pub silent: bool,
+}
+
+/// The instance.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Its name.
+    pub instance: String,
+    /// Its generation: counts the starts of the processes.
+    pub generation: u64,
+    /// The controller's state.
+    pub state: String,
+    /// Why the valve was stopped; `none` if it was not.
+    pub fault: String,
+    /// The set-point that is followed, by its id; 0 before the first.
+    pub set_point: u64,
+    /// What kind it is.
+    pub set_point_kind: String,
+    /// Where it leads, rad.
+    pub target_angle_rad: f64,
+    /// Whether the reference still moves.
+    pub moving: bool,
+    /// Measured angle, rad.
+    pub angle_rad: f64,
+    /// Following error, rad.
+    pub following_error_rad: f64,
+    /// Its peak until the last reset, rad.
+    pub following_error_peak_rad: f64,
+    /// What the motor has beyond the wanted torque, N·m.
+    pub torque_reserve_nm: f64,
+    /// Whether a limit holds the command back.
+    pub limiting: bool,
+    /// Pulse rate, Hz.
+    pub pulse_rate_hz: f64,
+    /// Pressure drop, Pa.
+    pub pressure_drop_pa: f64,
+    /// Oil temperature, °C.
+    pub oil_temperature_c: f64,
+    /// By process.
+    pub processes: BTreeMap<String, ProcessStatus>,
+    /// Messages recorded since the recorder started.
+    pub recorded: u64,
+    /// Messages lost on the way to it.
+    pub recorder_missed: u64,
+    /// Whether the disk takes what is written.
+    pub recorder_healthy: bool,
+    /// How often the recorder was replaced in this generation.
+    pub recorder_restarts: u32,
+}
+
+impl Status {
+    fn named(&self, which: impl Fn(&ProcessStatus) -> bool) -> String {
+        let names: Vec<_> =
+            self.processes.iter().filter(|(_, p)| which(p)).map(|(name, _)| name.as_str()).collect();
+        names.join(", ")
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "instance         {}, generation {}", self.instance, self.generation)?;
+        let fault = if self.fault == "none" { String::new() } else { format!(": {}", self.fault) };
+        writeln!(f, "state            {}{fault}", self.state)?;
+        let motion = if self.moving { "moving to" } else { "at" };
+        let kind = if self.set_point == 0 { "none yet" } else { &self.set_point_kind };
+        writeln!(f, "set-point        {kind}, {motion} {:.3}°", self.target_angle_rad.to_degrees())?;
+        writeln!(f, "angle            {:.3}°", self.angle_rad.to_degrees())?;
+        writeln!(
+            f,
+            "following error  {:.4}°, peak {:.4}°",
+            self.following_error_rad.to_degrees(),
+            self.following_error_peak_rad.to_degrees()
+        )?;
+        let limiting = if self.limiting { ", held back by a limit" } else { "" };
+        writeln!(f, "torque reserve   {:.2} N·m{limiting}", self.torque_reserve_nm)?;
+        writeln!(f, "pulse rate       {:.1} kHz", self.pulse_rate_hz / 1e3)?;
+        writeln!(
+            f,
+            "oil              {:.2} MPa, {:.1} °C",
+            self.pressure_drop_pa / 1e6,
+            self.oil_temperature_c
+        )?;
+        for (name, process) in &self.processes {
+            let ProcessStatus { cycle, overruns, skipped_cycles, missed_samples, .. } = process;
+            writeln!(
+                f,
+                "{name:<20} cycle {cycle}, {overruns} overruns, {skipped_cycles} skipped, {missed_samples} missed"
+            )?;
+        }
+        for (label, names) in [("SILENT", self.named(|p| p.silent)), ("late", self.named(|p| p.late))] {
+            if !names.is_empty() {
+                writeln!(f, "{label:<16} {names}")?;
+            }
+        }
+        let disk = if self.recorder_healthy { "" } else { "; THE DISK DOES NOT TAKE IT" };
+        write!(
+            f,
+            "record           {} messages, {} missed, recorder replaced {} times{disk}",
+            self.recorded, self.recorder_missed, self.recorder_restarts
+        )
+    }
+}

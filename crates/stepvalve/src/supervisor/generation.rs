@@ -1,0 +1,441 @@
+//! One generation of processes, from its services to its end.
+
+use super::child::{Child, Event, News};
+use super::progress::Progress;
+use super::watch::Watch;
+use super::{Channel, Ending, Setup};
+use crate::control::Asked;
+use crate::summary::ProcessSummary;
+use anyhow::{Context, Result, bail};
+use closed_loop::Parts;
+use processes::{ChildSummary, FromChild, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild};
+use realtime::Obtained;
+use signal_bus::{Bus, Place, Writer};
+use signals::{OperatorCommand, OperatorKind, SetPoint, Source};
+use std::collections::{BTreeMap, VecDeque};
+use std::path::PathBuf;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
+
+/// How long all processes may take to say ready.
+const START_PATIENCE: Duration = Duration::from_secs(20);
+/// From the last process's ready to cycle 0.
+const EPOCH_AHEAD_NS: u64 = 20_000_000;
+/// How often the supervisor looks around when nobody says anything.
+const LOOK_AROUND: Duration = Duration::from_millis(2);
+/// How long a process may take to end once it may.
+const END_PATIENCE: Duration = Duration::from_secs(10);
+/// Beyond the time that the ramp takes, how long the plant may take to stop.
+const STOP_MARGIN: Duration = Duration::from_secs(1);
+/// A recorder that dies more often than this is not replaced any more.
+const MAX_RECORDER_RESTARTS: u32 = 20;
+
+const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller];
+
+pub struct Generation<'a> {
+    setup: &'a Setup<'a>,
+    channel: &'a Channel,
+    place: Place,
+    children: BTreeMap<Source, Child>,
+    started: u32,
+    recorder_restarts: u32,
+    obtained: BTreeMap<Source, Obtained>,
+    summaries: BTreeMap<Source, ChildSummary>,
+    asked: VecDeque<Asked>,
+    saved: Option<Result<PathBuf, String>>,
+    /// What is seen of the loop.
+    pub(super) watch: Watch,
+    orders: Writer<OperatorCommand>,
+    set_points: Writer<SetPoint>,
+    progress: Progress,
+    interrupted: bool,
+    failure: Option<String>,
+    // Last, so that ports go before the node that they belong to.
+    _bus: Bus,
+}
+
+impl<'a> Generation<'a> {
+    /// Makes the services, starts the processes, waits until all are ready, and gives the start. `started` counts the
+    /// processes that were started before, so that nobody's last words are taken for another's.
+    ///
+    /// # Errors
+    /// Where one can't be started, fails, or doesn't get the scheduling that is required.
+    pub fn start(setup: &'a Setup<'a>, channel: &'a Channel, started: u32) -> Result<Self> {
+        let generation = setup.info.generation;
+        let place = setup.instance.place(generation);
+        let bus = Bus::create(&place, generation)?;
+        let mut this = Self {
+            setup,
+            channel,
+            place,
+            children: BTreeMap::new(),
+            started,
+            recorder_restarts: 0,
+            obtained: BTreeMap::new(),
+            summaries: BTreeMap::new(),
+            asked: VecDeque::new(),
+            saved: None,
+            watch: Watch::open(&bus)?,
+            orders: bus.writer(Source::Supervisor)?,
+            set_points: bus.writer(Source::Supervisor)?,
+            progress: Progress::new(&setup.loaded.parts.timeline),
+            interrupted: false,
+            failure: None,
+            _bus: bus,
+        };
+        let begun = this.start_all();
+        if let Err(error) = begun {
+            this.end_all();
+            return Err(error);
+        }
+        Ok(this)
+    }
+
+    /// Whether nothing speaks for the end yet.
+    pub fn goes_on(&self) -> bool {
+        let all_done = LOOP.iter().all(|source| self.summaries.contains_key(source));
+        !all_done && self.failure.is_none() && !self.setup.interruption.wanted()
+    }
+
+    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest.
+    pub fn end(mut self) -> Ending {
+        if self.failure.is_none() && self.setup.interruption.wanted() {
+            self.interrupted = true;
+            self.interrupt();
+        }
+        if self.failure.is_some() {
+            self.wait_for_standstill();
+        }
+        self.end_loop();
+        self.finish_recorder();
+        self.end_all();
+        self.ending()
+    }
+
+    /// Processes started so far.
+    pub fn started(&self) -> u32 {
+        self.started
+    }
+
+    /// Whether something went wrong for good.
+    pub fn failed(&self) -> bool {
+        self.failure.is_some()
+    }
+
+    /// The next thing that an operator asked for.
+    pub fn next_asked(&mut self) -> Option<Asked> {
+        self.asked.pop_front()
+    }
+
+    /// What the recorder saved last, once.
+    pub fn take_saved(&mut self) -> Option<Result<PathBuf, String>> {
+        self.saved.take()
+    }
+
+    /// Instance, generation, recorder restarts.
+    pub fn names(&self) -> (String, u64, u32) {
+        (self.setup.name.clone(), self.setup.info.generation, self.recorder_restarts)
+    }
+
+    /// Publishes an order; its id.
+    pub fn give_order(&mut self, order: OperatorCommand) -> u64 {
+        let id = self.orders.published() + 1;
+        self.orders.write(0, realtime::now_ns(), OperatorCommand { id, ..order });
+        id
+    }
+
+    /// Publishes a set-point; its id.
+    pub fn give_set_point(&mut self, set_point: SetPoint) -> u64 {
+        let id = self.set_points.published() + 1;
+        self.set_points.write(0, realtime::now_ns(), SetPoint { id, ..set_point });
+        id
+    }
+
+    /// Tells a child something.
+    ///
+    /// # Errors
+    /// Where it is gone.
+    pub fn tell(&mut self, source: Source, order: &ToChild) -> Result<()> {
+        self.children.get_mut(&source).with_context(|| format!("{source} is gone"))?.tell(order)
+    }
+
+    fn start_all(&mut self) -> Result<()> {
+        self.start_recorder()?;
+        let parts = &self.setup.loaded.parts;
+        for task in loop_tasks(parts) {
+            self.start_child(task)?;
+        }
+        self.wait_until_ready()?;
+        self.judge_scheduling()?;
+        self.orders.connect();
+        self.set_points.connect();
+        let epoch_ns = realtime::now_ns() + EPOCH_AHEAD_NS;
+        for child in self.children.values_mut() {
+            child.tell(&ToChild::Go { epoch_ns })?;
+        }
+        Ok(())
+    }
+
+    fn start_child(&mut self, task: Task) -> Result<()> {
+        let source = task.source();
+        let part = Part {
+            membership: Membership {
+                place: self.place.clone(),
+                generation: self.setup.info.generation,
+                lock: self.setup.instance.members_lock(),
+                supervisor: std::process::id(),
+            },
+            mode: self.setup.pace,
+            timeline: self.setup.loaded.parts.timeline,
+            timing: timing(self.setup, source),
+            task,
+        };
+        self.started += 1;
+        let child = Child::start(part, self.started, &self.channel.sender)?;
+        self.children.insert(source, child);
+        Ok(())
+    }
+
+    fn start_recorder(&mut self) -> Result<()> {
+        self.start_child(Task::Recorder(Box::new(RecorderPart {
+            folder: self.setup.output.folder().to_owned(),
+            segment: self.setup.output.next_segment(),
+            first: self.recorder_restarts == 0,
+            keep: self.setup.keep,
+            info: self.setup.info.clone(),
+        })))
+    }
+
+    fn wait_until_ready(&mut self) -> Result<()> {
+        let begun = Instant::now();
+        while self.obtained.len() < self.children.len() {
+            if begun.elapsed() > START_PATIENCE {
+                let silent = self.children.keys().find(|source| !self.obtained.contains_key(source));
+                bail!(
+                    "{} was not ready within {} s",
+                    silent.map_or("?", |source| source.name()),
+                    START_PATIENCE.as_secs()
+                );
+            }
+            let event = match self.channel.receiver.recv_timeout(LOOK_AROUND) {
+                Ok(News::Child(event)) if self.is_ours(&event) => event,
+                Ok(News::Asked(asked)) => {
+                    self.asked.push_back(asked);
+                    continue;
+                }
+                _ => continue,
+            };
+            match event.said {
+                Some(FromChild::Ready(obtained)) => drop(self.obtained.insert(event.source, obtained)),
+                Some(FromChild::Failed(reason)) => bail!("{}: {reason}", event.source),
+                _ => bail!("{} ended before it was ready", event.source),
+            }
+        }
+        Ok(())
+    }
+
+    fn judge_scheduling(&self) -> Result<()> {
+        if self.setup.pace == Mode::Lockstep {
+            return Ok(());
+        }
+        let refused: Vec<_> = self
+            .obtained
+            .iter()
+            .flat_map(|(source, obtained)| {
+                obtained.refused.iter().map(move |what| format!("{source}: {what}"))
+            })
+            .collect();
+        if refused.is_empty() {
+            return Ok(());
+        }
+        if self.setup.require_realtime {
+            bail!("real time is required, and was not obtained:\n  {}", refused.join("\n  "));
+        }
+        eprintln!("DEGRADED: this run does not have the real-time rights that its scenario asks for:");
+        refused.iter().for_each(|what| eprintln!("  {what}"));
+        Ok(())
+    }
+
+    /// Takes what is said, and shows progress.
+    pub fn look_around(&mut self) {
+        match self.channel.receiver.recv_timeout(LOOK_AROUND) {
+            Ok(News::Child(event)) => self.take(event),
+            Ok(News::Asked(asked)) => self.asked.push_back(asked),
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
+        }
+        self.watch.listen();
+        if let Some(status) = self.watch.status() {
+            self.progress.set(status.header.cycle);
+        }
+    }
+
+    fn is_ours(&self, event: &Event) -> bool {
+        self.children.get(&event.source).is_some_and(|child| child.is_origin(event))
+    }
+
+    fn take(&mut self, event: Event) {
+        if !self.is_ours(&event) {
+            return;
+        }
+        match event.said {
+            Some(FromChild::Done(summary)) => drop(self.summaries.insert(event.source, *summary)),
+            Some(FromChild::Failed(reason)) => self.fail(format!("{}: {reason}", event.source)),
+            Some(FromChild::Ready(obtained)) => self.successor_ready(event.source, obtained),
+            Some(FromChild::Saved(saved)) => self.saved = Some(saved),
+            None => self.died(event.source),
+        }
+    }
+
+    /// A recorder that was started while the loop runs needs no epoch.
+    fn successor_ready(&mut self, source: Source, obtained: Obtained) {
+        self.obtained.insert(source, obtained);
+        let told = self.children.get_mut(&source).map(|child| child.tell(&ToChild::Go { epoch_ns: 0 }));
+        if let Some(Err(error)) = told {
+            self.fail(format!("{error:#}"));
+        }
+    }
+
+    fn died(&mut self, source: Source) {
+        if self.summaries.contains_key(&source) {
+            return;
+        }
+        self.obtained.remove(&source);
+        let status = self.children.remove(&source).map(|child| child.end(END_PATIENCE));
+        let how = match status {
+            Some(Ok(status)) => status.to_string(),
+            _ => "unknown".to_owned(),
+        };
+        let replaceable = self.setup.pace == Mode::Realtime && self.recorder_restarts < MAX_RECORDER_RESTARTS;
+        if source == Source::Recorder && replaceable {
+            eprintln!("{source} died ({how}); another takes over with the next segment");
+            self.recorder_restarts += 1;
+            if let Err(error) = self.start_recorder() {
+                self.fail(format!("{error:#}"));
+            }
+        } else {
+            self.fail(format!("{source} died ({how})"));
+        }
+    }
+
+    fn fail(&mut self, reason: String) {
+        self.failure.get_or_insert(reason);
+    }
+
+    /// The user wants an end: the valve is stopped first.
+    fn interrupt(&mut self) {
+        if self.setup.pace == Mode::Realtime {
+            self.give_order(OperatorCommand {
+                kind: OperatorKind::Disarm.code(),
+                ..OperatorCommand::default()
+            });
+            let begun = Instant::now();
+            while begun.elapsed() < self.stop_patience() && !self.watch.at_rest() && self.failure.is_none() {
+                self.look_around();
+            }
+        }
+    }
+
+    /// A loop process died: the plant's guard notices the silence and stops the valve; only then the plant ends.
+    fn wait_for_standstill(&mut self) {
+        let begun = Instant::now();
+        while self.setup.pace == Mode::Realtime
+            && self.children.contains_key(&Source::Plant)
+            && !self.summaries.contains_key(&Source::Plant)
+            && begun.elapsed() < self.stop_patience()
+            && !self.watch.stopped_itself()
+        {
+            self.look_around();
+        }
+    }
+
+    /// Ends the loop's cycles, and waits for what its processes have to say.
+    fn end_loop(&mut self) {
+        for source in LOOP {
+            // One that is gone is noticed by its silence.
+            let _ = self.tell(source, &ToChild::Stop);
+        }
+        let begun = Instant::now();
+        let running = |this: &Self| {
+            LOOP.iter().any(|s| this.children.contains_key(s) && !this.summaries.contains_key(s))
+        };
+        while running(self) && begun.elapsed() < END_PATIENCE {
+            self.look_around();
+        }
+    }
+
+    /// The silence, the ramp, and a margin.
+    pub fn stop_patience(&self) -> Duration {
+        let parts = &self.setup.loaded.parts;
+        let cycles = drive::stop_cycles_bound(&parts.plant.drive);
+        Duration::from_nanos(cycles.saturating_mul(parts.timeline.period_ns)) + STOP_MARGIN
+    }
+
+    /// The loop's processes still hold their last messages: the recorder takes them and ends.
+    fn finish_recorder(&mut self) {
+        let begun = Instant::now();
+        // Finish is said again to a successor that started meanwhile.
+        let mut told = 0;
+        while !self.summaries.contains_key(&Source::Recorder) && begun.elapsed() < END_PATIENCE {
+            let (started, ready) = (self.started, self.obtained.contains_key(&Source::Recorder));
+            match self.children.get_mut(&Source::Recorder) {
+                Some(child) if told != started && ready => {
+                    let _ = child.tell(&ToChild::Finish);
+                    told = started;
+                }
+                Some(_) => {}
+                None => return,
+            }
+            self.look_around();
+        }
+    }
+
+    fn end_all(&mut self) {
+        for child in self.children.values_mut() {
+            let _ = child.tell(&ToChild::Finish);
+        }
+        for (source, child) in std::mem::take(&mut self.children) {
+            match child.end(END_PATIENCE) {
+                Ok(status) if !status.success() && self.failure.is_none() => {
+                    self.fail(format!("{source} ended with {status}"));
+                }
+                Err(error) => self.fail(format!("{source}: {error:#}")),
+                Ok(_) => {}
+            }
+        }
+    }
+
+    fn ending(self) -> Ending {
+        let realtime = self.setup.pace == Mode::Realtime;
+        let sources = LOOP.into_iter().chain([Source::Recorder]);
+        let process = |source: &Source| ProcessSummary {
+            scheduling: self.obtained.get(source).filter(|_| realtime).cloned(),
+            counts: self.summaries.get(source).cloned(),
+        };
+        Ending {
+            processes: sources.map(|source| (source.name().to_owned(), process(&source))).collect(),
+            published: self.orders.published() + self.set_points.published(),
+            interrupted: self.interrupted,
+            failure: self.failure.clone(),
+            recorder_restarts: self.recorder_restarts,
+        }
+    }
+}
+
+fn loop_tasks(parts: &Parts) -> [Task; 3] {
+    [
+        Task::Plant(Box::new(parts.plant.clone())),
+        Task::Generator(Box::new(parts.generator.clone())),
+        Task::Controller(Box::new(parts.controller.clone())),
+    ]
+}
+
+fn timing(setup: &Setup, source: Source) -> TaskTiming {
+    let timing = &setup.loaded.scenario.timing;
+    let task = match source {
+        Source::Plant => timing.plant,
+        Source::Trajectory => timing.trajectory,
+        Source::Controller => timing.controller,
+        Source::Recorder | Source::Supervisor => timing.recorder,
+    };
+    TaskTiming { phase_ns: task.phase_ns, core: task.core, priority: task.priority }
+}

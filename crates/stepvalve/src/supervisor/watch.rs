@@ -1,0 +1,146 @@
+//! What the supervisor sees of the loop on the bus: the newest of each message, and who is late or silent.
+
+use crate::status::{ProcessStatus, Status};
+use anyhow::Result;
+use signal_bus::{Bus, CycleReader};
+use signals::{
+    ControlStatus, ControllerState, FaultCode, Feedback, LoopTiming, Message, RecorderProgress, Reference,
+    SetPointKind, Source, validity,
+};
+use std::time::{Duration, Instant};
+
+/// A process that was late is called so for this long.
+const LATE_FOR: Duration = Duration::from_secs(10);
+/// A process that has said nothing for this long is silent.
+const SILENT_AFTER: Duration = Duration::from_millis(500);
+
+struct Timing {
+    source: Source,
+    reader: CycleReader<LoopTiming>,
+    newest: Option<Message<LoopTiming>>,
+    heard: Instant,
+    late: Option<Instant>,
+}
+
+/// Readers of everything that a status is made of.
+pub struct Watch {
+    status: CycleReader<ControlStatus>,
+    feedback: CycleReader<Feedback>,
+    reference: CycleReader<Reference>,
+    recorder: CycleReader<RecorderProgress>,
+    timing: Vec<Timing>,
+}
+
+impl Watch {
+    /// Opens them.
+    ///
+    /// # Errors
+    /// Where a service can't be read.
+    pub fn open(bus: &Bus) -> Result<Self> {
+        let timing = [Source::Plant, Source::Trajectory, Source::Controller].into_iter().map(|source| {
+            let reader = bus.cycle_reader(source)?;
+            Ok(Timing { source, reader, newest: None, heard: Instant::now(), late: None })
+        });
+        Ok(Self {
+            status: bus.cycle_reader(Source::Controller)?,
+            feedback: bus.cycle_reader(Source::Plant)?,
+            reference: bus.cycle_reader(Source::Trajectory)?,
+            recorder: bus.cycle_reader(Source::Recorder)?,
+            timing: timing.collect::<Result<_>>()?,
+        })
+    }
+
+    /// Takes in what is new of the timing; often enough that nobody counts as silent who is not.
+    pub fn listen(&mut self) {
+        for timing in &mut self.timing {
+            let newest = timing.reader.latest();
+            if newest == timing.newest {
+                continue;
+            }
+            let lost = |message: &Option<Message<LoopTiming>>| {
+                message.map_or(0, |message| message.body.overruns + message.body.skipped_cycles)
+            };
+            if lost(&newest) > lost(&timing.newest) {
+                timing.late = Some(Instant::now());
+            }
+            timing.heard = Instant::now();
+            timing.newest = newest;
+        }
+    }
+
+    /// The newest ControlStatus.
+    pub fn status(&mut self) -> Option<Message<ControlStatus>> {
+        self.status.latest()
+    }
+
+    /// The newest Reference.
+    pub fn reference(&mut self) -> Option<Message<Reference>> {
+        self.reference.latest()
+    }
+
+    /// The newest Feedback.
+    pub fn feedback(&mut self) -> Option<Message<Feedback>> {
+        self.feedback.latest()
+    }
+
+    /// Whether the drive says that it stands because it stopped by itself.
+    pub fn stopped_itself(&mut self) -> bool {
+        let stopped = validity::STANDSTILL | validity::STOPPED_ITSELF;
+        self.feedback().is_some_and(|feedback| feedback.body.validity & stopped == stopped)
+    }
+
+    /// Whether the controller has come to rest.
+    pub fn at_rest(&mut self) -> bool {
+        let at_rest = [ControllerState::Disarmed.code(), ControllerState::Fault.code()];
+        self.status().is_some_and(|status| at_rest.contains(&status.body.state))
+    }
+
+    /// All of it; the caller adds what it alone knows.
+    pub fn describe(&mut self) -> Status {
+        let status = self.status().map(|message| message.body).unwrap_or_default();
+        let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
+        let reference = self.reference().map(|message| message.body).unwrap_or_default();
+        let recorder = self.recorder.latest().map(|message| message.body).unwrap_or_default();
+        Status {
+            state: ControllerState::from_code(status.state)
+                .map_or("unknown", ControllerState::name)
+                .to_owned(),
+            fault: FaultCode::from_code(status.fault).map_or("unknown", FaultCode::name).to_owned(),
+            set_point: reference.set_point_id,
+            set_point_kind: SetPointKind::from_code(reference.set_point_kind)
+                .map_or("", SetPointKind::name)
+                .to_owned(),
+            target_angle_rad: reference.target_angle_rad,
+            moving: reference.moving == 1,
+            angle_rad: feedback.angle_rad,
+            following_error_rad: status.following_error_rad,
+            following_error_peak_rad: status.following_error_peak_rad,
+            torque_reserve_nm: status.torque_reserve_nm,
+            limiting: status.limiting != 0,
+            pulse_rate_hz: feedback.pulse_rate_hz,
+            pressure_drop_pa: feedback.pressure_drop_pa,
+            oil_temperature_c: feedback.oil_temperature_c,
+            processes: self
+                .timing
+                .iter()
+                .map(|timing| (timing.source.name().to_owned(), process(timing)))
+                .collect(),
+            recorded: recorder.recorded,
+            recorder_missed: recorder.missed,
+            recorder_healthy: recorder.healthy == 1,
+            ..Status::default()
+        }
+    }
+}
+
+fn process(timing: &Timing) -> ProcessStatus {
+    let body = timing.newest.map(|message| message.body).unwrap_or_default();
+    ProcessStatus {
+        cycle: timing.newest.map_or(0, |message| message.header.cycle),
+        overruns: body.overruns,
+        skipped_cycles: body.skipped_cycles,
+        missed_samples: body.missed_samples,
+        late: timing.late.is_some_and(|late| late.elapsed() < LATE_FOR),
+        silent: timing.heard.elapsed() > SILENT_AFTER,
+    }
+}
