@@ -1,0 +1,76 @@
+//! The loop's own bus: a StepCommand there, a Feedback back, as the processes write and read them.
+
+use super::{Carrier, other_side};
+use crate::programs::Workplace;
+use crate::timing::Times;
+use anyhow::{Result, ensure};
+use realtime::now_ns;
+use signal_bus::{Bus, Place};
+use signals::{Feedback, Source, StepCommand};
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// How long the other side may take to answer the first time.
+const PATIENCE: Duration = Duration::from_secs(10);
+const GENERATION: u64 = 1;
+
+pub(super) fn run(folder: &Workplace, trips: u64, times: &mut Times) -> Result<()> {
+    let place = place(&folder.path("ours"));
+    let result = trip_all(&place, trips, times);
+    place.wipe()?;
+    result
+}
+
+fn trip_all(place: &Place, trips: u64, times: &mut Times) -> Result<()> {
+    let bus = Bus::create(place, GENERATION)?;
+    let mut there = bus.writer::<StepCommand>(Source::Controller)?;
+    let mut back = bus.cycle_reader::<Feedback>(Source::Plant)?;
+    let mut echo = other_side(Carrier::Ours, &place.root, Stdio::null(), Stdio::null())?;
+    let begun = Instant::now();
+    // Cycle 0 goes out until the other side is there to hear it.
+    while back.latest().is_none() {
+        ensure!(begun.elapsed() < PATIENCE, "the other side did not answer");
+        there.write(0, now_ns(), StepCommand::default());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    for trip in 1..=trips {
+        let begun = now_ns();
+        let command = StepCommand { follow: 1, ..StepCommand::default() };
+        there.write(trip, now_ns(), command);
+        while back.of_cycle(trip).is_none() {
+            std::hint::spin_loop();
+        }
+        times.add(now_ns() - begun);
+    }
+    there.write(u64::MAX, now_ns(), StepCommand::default());
+    echo.wait()?;
+    Ok(())
+}
+
+pub(super) fn echo(root: &Path) -> Result<()> {
+    let bus = Bus::open(&place(root), GENERATION)?;
+    let mut there = bus.cycle_reader::<StepCommand>(Source::Controller)?;
+    let mut back = bus.writer::<Feedback>(Source::Plant)?;
+    back.connect();
+    while there.latest().is_none() {
+        std::hint::spin_loop();
+    }
+    back.write(0, now_ns(), Feedback::default());
+    let mut trip = 1;
+    loop {
+        if there.of_cycle(trip).is_some() {
+            back.write(trip, now_ns(), Feedback::default());
+            trip += 1;
+        } else if there.latest().is_some_and(|message| message.header.cycle == u64::MAX) {
+            return Ok(());
+        }
+        std::hint::spin_loop();
+    }
+}
+
+fn place(root: &Path) -> Place {
+    let bytes = root.as_os_str().as_encoded_bytes();
+    let hash = bytes.iter().fold(0_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(*byte)));
+    Place { root: root.to_owned(), prefix: format!("stepvalve_bench_{hash:016x}_") }
+}

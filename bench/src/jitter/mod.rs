@@ -1,0 +1,68 @@
+//! `bench jitter`: the real loop beside cyclictest, idle and under load, at four periods.
+
+mod cyclictest;
+pub mod load;
+pub mod measure;
+mod page;
+mod tables;
+pub mod witness;
+
+use crate::output::Results;
+use crate::programs::Workplace;
+use crate::progress::Progress;
+use crate::scenario::Variant;
+use anyhow::Result;
+use load::LOADS;
+use measure::Measured;
+use std::path::Path;
+
+/// Periods, ns; the last is shorter than what the product promises.
+const PERIODS_NS: [u64; 4] = [1_000_000, 500_000, 250_000, 100_000];
+
+/// How much is measured.
+struct Extent {
+    turns: usize,
+    turn_ns: u64,
+}
+
+/// Measures everything and writes the page.
+///
+/// # Errors
+/// Where a run fails.
+pub fn run(quick: bool, out: &Path) -> Result<Results> {
+    let extent = if quick {
+        Extent { turns: 2, turn_ns: 500_000_000 }
+    } else {
+        Extent { turns: 3, turn_ns: 8_000_000_000 }
+    };
+    let loads: Vec<_> = LOADS.into_iter().filter(|load| load.available()).collect();
+    let progress = Progress::new(loads.len() * PERIODS_NS.len() * extent.turns * 2);
+    let place = Workplace::new()?;
+    let mut all = Vec::new();
+    for load in &loads {
+        let _running = load.start(&place)?;
+        for period_ns in PERIODS_NS {
+            let variant = Variant { period_ns, cycles: extent.turn_ns / period_ns, seed: 2 };
+            all.push(Measured::take(&place, load.name, &variant, extent.turns, &progress)?);
+        }
+    }
+    drop(progress);
+    let mut machine = realtime::machine_facts();
+    machine.push(("loads".to_owned(), described(&loads)));
+    let results = Results {
+        command: "jitter",
+        quick,
+        machine,
+        scheduling: all.first().map_or_else(String::new, |measured| measured.scheduling.clone()),
+        sheets: vec![tables::wake_up(&all), tables::execution(&all), tables::stalls(&all)],
+        data: tables::data(&all),
+    };
+    page::page(&results, &all).write_html(&out.join("jitter.html"))?;
+    Ok(results)
+}
+
+fn described(loads: &[load::Load]) -> String {
+    let missing =
+        LOADS.iter().filter(|load| !load.available()).map(|load| format!("{} (not installed)", load.name));
+    loads.iter().map(load::Load::describe).chain(missing).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,93 @@
+//! `bench`: how close the loop is to what the machine can do, beside peers, in one run.
+#![forbid(unsafe_code)]
+
+mod bus;
+mod jitter;
+mod max;
+mod output;
+mod peers;
+mod programs;
+mod progress;
+mod scenario;
+mod sim;
+mod timing;
+
+use anyhow::{Context, Result};
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Measures the loop beside its peers. Numbers are printed and written, never judged: a machine has its own.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// Shorter runs: to see that it works, not to quote from
+    #[arg(long, global = true)]
+    quick: bool,
+    /// Folder for JSON and HTML
+    #[arg(long, global = true, value_name = "DIR", default_value = "bench-results")]
+    out: PathBuf,
+    /// Put the tables into docs/realtime.md (or the file given) in their places
+    #[arg(long, global = true, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/realtime.md")]
+    docs: Option<PathBuf>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    #[command(flatten)]
+    Bench(Bench),
+    #[command(flatten)]
+    Echo(bus::Echo),
+}
+
+#[derive(Subcommand, Clone, Copy)]
+enum Bench {
+    /// How many times faster than real time the three modes are, and what a cycle costs
+    Sim,
+    /// Round trips over the bus beside other ways, and from feedback and set-point to step command
+    Bus,
+    /// The real loop's wake-up latency and execution time, beside cyclictest, idle and under load
+    Jitter,
+    /// The shortest period that holds
+    Max,
+    /// LinuxCNC's thread jitter beside the loop's, where it is installed
+    Peers,
+    /// All of them, one after the other
+    All,
+}
+
+const ALL: [Bench; 5] = [Bench::Sim, Bench::Bus, Bench::Jitter, Bench::Max, Bench::Peers];
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match &arguments.command {
+        Command::Echo(echo) => bus::echo(echo),
+        Command::Bench(Bench::All) => ALL.iter().try_for_each(|bench| run(*bench, &arguments)),
+        Command::Bench(bench) => run(*bench, &arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
+    let (quick, out) = (arguments.quick, &arguments.out);
+    std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    let results = match bench {
+        Bench::Sim => sim::run(quick),
+        Bench::Bus => bus::run(quick),
+        Bench::Jitter => jitter::run(quick, out),
+        Bench::Max => max::run(quick),
+        Bench::Peers => peers::run(quick),
+        Bench::All => return Ok(()),
+    }?;
+    println!("{}", results.text());
+    results.write_json(out)?;
+    arguments.docs.as_ref().map_or(Ok(()), |document| results.put_into(document))
+}
