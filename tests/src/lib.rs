@@ -1,0 +1,15 @@
+//! What the black-box tests share: the real programs, run in folders of their own, and a look at what they left.
+#![forbid(unsafe_code)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "test support: a failure here is the test's message"
+)]
+
+mod bench_place;
+mod payloads;
+
+pub use bench_place::{Finished, TestPlace, program, repository};
+pub use payloads::{Payloads, payloads};

@@ -1,0 +1,109 @@
+//! The page of a run: made by `simulate`, readable in a browser, and never half-written.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use stepvalve_tests::{Finished, TestPlace, repository};
+
+/// What every run of the loop shows.
+const PANELS: [&str; 6] =
+    ["Angle", "Following error", "Torque and friction", "Torque reserve", "Pulse rate", "Pressure and flow"];
+/// What a run in real time shows beside it.
+const TIMING: [&str; 2] = ["Wake-up latency", "Time spent in the cycle"];
+
+/// The Python that `tools/check` prepares, if there is a browser for it.
+fn python_with_browser() -> Option<PathBuf> {
+    let path = std::env::var_os("STEPVALVE_PYTHON")
+        .map_or_else(|| repository().join("tools/.venv/bin/python"), PathBuf::from);
+    let selenium = Command::new(&path).args(["-c", "import selenium"]).output();
+    let selenium = selenium.is_ok_and(|output| output.status.success());
+    let named = |name: &str, usual: &str| {
+        PathBuf::from(std::env::var_os(name).unwrap_or_else(|| usual.into())).exists()
+    };
+    let chromium = named("CHROMIUM", "/usr/bin/chromium") && named("CHROMEDRIVER", "/usr/bin/chromedriver");
+    if !(selenium && chromium) {
+        println!(
+            "SKIPPED: no Chromium with its driver, or {} has no selenium; tools/check installs them",
+            path.display()
+        );
+    }
+    (selenium && chromium).then_some(path)
+}
+
+#[track_caller]
+fn look_at(page: &Path, panels: &[&str]) {
+    let Some(python) = python_with_browser() else { return };
+    let script = repository().join("tests/browser/test_run_page.py");
+    let output = Command::new(python).arg(script).arg(page).args(panels).output().unwrap();
+    let finished = Finished::from(output).expect_code(0);
+    print!("{}", finished.stdout);
+}
+
+/// The sentence under a page's title.
+fn headline(page: &Path) -> String {
+    let html = std::fs::read_to_string(page).unwrap();
+    let begin = html.split("<p class=\"headline\">").nth(1).expect("a headline");
+    begin.split("</p>").next().unwrap().to_owned()
+}
+
+#[test]
+fn simulate_leaves_a_page_that_a_browser_shows() {
+    let place = TestPlace::new();
+    let scenario = place.scenario("flow-steps.toml", &[]);
+    for (mode, panels) in [("realtime", [&PANELS[..], &TIMING].concat()), ("in-process", PANELS.to_vec())] {
+        let finished = place.simulate(&scenario, mode, mode).expect_code(0);
+        let page = place.path(mode).join("run.html");
+        assert!(finished.stdout.contains(page.to_str().unwrap()), "{}", finished.stdout);
+        assert!(headline(&page).contains("no fault"), "{}", headline(&page));
+        look_at(&page, &panels);
+    }
+}
+
+#[test]
+fn a_fault_is_what_the_page_says_first() {
+    let place = TestPlace::new();
+    // The paper's parameters can't turn: the motor loses steps.
+    let scenario = place.scenario("paper-initial.toml", &[]);
+    place.simulate(&scenario, "in-process", "out").expect_code(3);
+    let said = headline(&place.path("out/run.html"));
+    assert!(said.starts_with("Stopped by a fault at 0."), "{said}");
+    assert!(said.contains("lost steps"), "{said}");
+}
+
+#[test]
+fn report_makes_the_same_page_and_overwrites_nothing() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("step-sequence.toml", 1.0, &[]);
+    place.simulate(&scenario, "in-process", "out").expect_code(0);
+    let (run, page) = (place.path("out/run.h5"), place.path("page.html"));
+    let report = |run: &Path, out: &Path| {
+        place.stepvalve(&["report", run.to_str().unwrap(), "--out", out.to_str().unwrap()])
+    };
+    report(&run, &page).expect_code(0);
+    assert_eq!(std::fs::read(&page).unwrap(), std::fs::read(place.path("out/run.html")).unwrap());
+    let before = std::fs::read(&run).unwrap();
+    let refused = report(&run, &run).expect_code(2);
+    assert!(refused.stderr.contains("exists"), "{}", refused.stderr);
+    assert_eq!(std::fs::read(&run).unwrap(), before);
+    report(&run, &place.path("no-such-folder/page.html")).expect_code(1);
+}
+
+#[test]
+fn bad_files_are_refused_and_nothing_is_written() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("step-sequence.toml", 0.5, &[]);
+    place.simulate(&scenario, "in-process", "out").expect_code(0);
+    let whole = std::fs::read(place.path("out/run.h5")).unwrap();
+    let cut = place.path("cut.h5");
+    std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    let text = place.write("text.h5", "not HDF5");
+    let pages = place.path("pages");
+    std::fs::create_dir(&pages).unwrap();
+    for bad in [cut, text, place.path("missing.h5"), place.path("out")] {
+        let out = pages.join("page.html");
+        let refused = place.stepvalve(&["report", bad.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        let refused = refused.expect_code(2);
+        assert!(refused.stderr.contains(bad.to_str().unwrap()), "{}", refused.stderr);
+        assert_eq!(std::fs::read_dir(&pages).unwrap().count(), 0, "something was written");
+    }
+}
