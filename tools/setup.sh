@@ -1,0 +1,49 @@
+# Sourced by tools/demo and tools/check: installs what is missing on a Debian machine with Rust, git, gcc and Python.
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$repository" || exit 1
+
+say() { printf '\n\033[1m== %s\033[0m\n' "$*"; }
+
+# install PACKAGE... : Debian packages that are not there yet.
+install() {
+    local missing=()
+    for package in "$@"; do
+        dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] && return
+    say "installing ${missing[*]}"
+    local sudo=()
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || { echo "as root: apt-get install ${missing[*]}" >&2; exit 1; }
+        sudo=(sudo)
+    fi
+    local log
+    log=$(mktemp)
+    if ! { "${sudo[@]}" apt-get update && DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+        tail -n 20 "$log" >&2
+        echo "could not install ${missing[*]}; the whole log is in $log" >&2
+        exit 1
+    fi
+    rm -f "$log"
+}
+
+require_rust() {
+    command -v cargo >/dev/null && return
+    [ -f "$HOME/.cargo/env" ] && . "$HOME/.cargo/env"
+    command -v cargo >/dev/null || { echo "Rust is missing: install it with rustup" >&2; exit 1; }
+}
+
+# python_environment: tools/.venv with what the two lists of Python packages name, and a browser for the pages' tests.
+python_environment() {
+    local stamp=tools/.venv/installed lists=(tools/requirements.txt tests/browser/requirements.txt) wanted
+    install chromium chromium-driver
+    wanted=$(cat "${lists[@]}" | sha256sum | cut -d' ' -f1)
+    [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ] && return
+    say "Python packages of ${lists[*]}"
+    python3 -c 'import ensurepip, venv' 2>/dev/null || install python3-venv
+    rm -rf tools/.venv
+    python3 -m venv tools/.venv || exit 1
+    tools/.venv/bin/pip install --quiet --disable-pip-version-check "${lists[@]/#/--requirement=}" || exit 1
+    echo "$wanted" >"$stamp"
+}
