@@ -1,5 +1,7 @@
 //! A folder with scenarios and a runtime directory of its own, in which `stepvalve` is run as a user would.
 
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -206,7 +208,7 @@ impl TestPlace {
     }
 
     /// The process id of a child of `supervisor` that runs this program.
-    pub fn child_of(&self, supervisor: u32, name: &str) -> Option<nix::unistd::Pid> {
+    pub fn child_of(&self, supervisor: u32, name: &str) -> Option<Pid> {
         let children =
             std::fs::read_to_string(format!("/proc/{supervisor}/task/{supervisor}/children")).ok()?;
         let pids = children.split_whitespace().filter_map(|pid| pid.parse::<i32>().ok());
@@ -214,7 +216,21 @@ impl TestPlace {
             let link = std::fs::read_link(format!("/proc/{pid}/exe"));
             link.is_ok_and(|path| path.file_name().is_some_and(|file| file == name))
         };
-        pids.filter(runs).map(nix::unistd::Pid::from_raw).next()
+        pids.filter(runs).map(Pid::from_raw).next()
+    }
+}
+
+/// What a failed test left running goes with its place: a loop in the background would be the next test's trouble.
+impl Drop for TestPlace {
+    fn drop(&mut self) {
+        let variable = format!("XDG_RUNTIME_DIR={}", self.path("runtime").display());
+        for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
+            let Some(pid) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
+            let environment = std::fs::read(entry.path().join("environ")).unwrap_or_default();
+            if environment.split(|byte| *byte == 0).any(|entry| entry == variable.as_bytes()) {
+                let _ = kill(Pid::from_raw(pid), Signal::SIGKILL);
+            }
+        }
     }
 }
 

@@ -10,6 +10,8 @@
 
 mod bench_place;
 mod payloads;
+mod stalls;
 
 pub use bench_place::{Finished, TestPlace, program, repository};
 pub use payloads::{Payloads, payloads};
+pub use stalls::despite_stalls;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use std::collections::BTreeMap;
-use stepvalve_tests::{Payloads, TestPlace, payloads};
+use stepvalve_tests::{Payloads, TestPlace, despite_stalls, payloads};
 
 const SHIPPED: [&str; 7] = [
     "step-sequence.toml",
@@ -71,52 +71,54 @@ fn two_lockstep_runs_give_the_same_run_file() {
 
 #[test]
 fn real_time_agrees_up_to_its_first_missed_cycle() {
-    let place = TestPlace::new();
-    let scenario = place.shortened("step-sequence.toml", 0.4, &[]);
-    place.simulate(&scenario, "lockstep", "lockstep").expect_code(0);
-    let lockstep = payloads(&place.path("lockstep/run-0001.mcap"));
-    let mut best = 0;
-    for attempt in 0..20 {
-        let out = format!("realtime-{attempt}");
-        // A machine that stalls for longer than the silence limit stops the valve: a fault, code 3, is no disagreement.
-        let finished = place.simulate(&scenario, "realtime", &out);
-        assert!(matches!(finished.code, Some(0 | 3)), "{}", finished.stderr);
-        let realtime = payloads(&place.path(&out).join("run-0001.mcap"));
-        assert_same("real time", &lockstep, &realtime, realtime.first_late_cycle);
-        best = best.max(realtime.first_late_cycle);
-        println!("attempt {attempt}: {} cycles until the first late one", realtime.first_late_cycle);
-        if best >= 400 {
-            break;
+    despite_stalls(|place| {
+        let scenario = place.shortened("step-sequence.toml", 0.4, &[]);
+        place.simulate(&scenario, "lockstep", "lockstep").expect_code(0);
+        let lockstep = payloads(&place.path("lockstep/run-0001.mcap"));
+        let mut best = 0;
+        for attempt in 0..20 {
+            let out = format!("realtime-{attempt}");
+            // A machine that stalls for longer than the silence limit stops the valve: a fault, code 3, is no disagreement.
+            let finished = place.simulate(&scenario, "realtime", &out);
+            assert!(matches!(finished.code, Some(0 | 3)), "{}", finished.stderr);
+            let realtime = payloads(&place.path(&out).join("run-0001.mcap"));
+            assert_same("real time", &lockstep, &realtime, realtime.first_late_cycle);
+            best = best.max(realtime.first_late_cycle);
+            println!("attempt {attempt}: {} cycles until the first late one", realtime.first_late_cycle);
+            if best >= 400 {
+                break;
+            }
         }
-    }
-    assert!(best >= 100, "the best of 20 runs was late in cycle {best}");
+        assert!(best >= 100, "the best of 20 runs was late in cycle {best}");
+    });
 }
 
 #[test]
 fn a_replay_gives_the_recorded_commands_and_notices_any_other() {
-    let place = TestPlace::new();
-    let scenario = place.shortened("sine-1hz.toml", 1.0, &[]);
-    for mode in ["lockstep", "realtime", "in-process"] {
-        place.simulate(&scenario, mode, mode).expect_code(0);
-        let record = place.path(mode).join("run-0001.mcap");
-        let replayed = place.stepvalve(&["replay", record.to_str().unwrap()]).expect_code(0);
-        assert!(replayed.stdout.contains("all bit for bit as recorded"), "{}", replayed.stdout);
-    }
-    // The same record under another belief: the first command that the belief changes is named.
-    let record = place.path("lockstep/run-0001.mcap");
-    let mut bytes = std::fs::read(&record).unwrap();
-    let (old, new) = (b"coulomb_torque_nm = 1.5", b"coulomb_torque_nm = 1.4");
-    let places: Vec<_> =
-        (0..bytes.len() - old.len()).filter(|&at| &bytes[at..at + old.len()] == old).collect();
-    assert!(!places.is_empty());
-    for at in places {
-        bytes[at..at + new.len()].copy_from_slice(new);
-    }
-    std::fs::write(place.path("other.mcap"), bytes).unwrap();
-    let other = place.stepvalve(&["replay", place.path("other.mcap").to_str().unwrap()]).expect_code(1);
-    assert!(
-        other.stderr.contains("StepCommand") || other.stderr.contains("ControlStatus"),
-        "{}",
-        other.stderr
-    );
+    despite_stalls(|place| {
+        let scenario = place.shortened("sine-1hz.toml", 1.0, &[]);
+        for mode in ["lockstep", "realtime", "in-process"] {
+            place.simulate(&scenario, mode, mode).expect_code(0);
+            let record = place.path(mode).join("run-0001.mcap");
+            let replayed = place.stepvalve(&["replay", record.to_str().unwrap()]).expect_code(0);
+            assert!(replayed.stdout.contains("all bit for bit as recorded"), "{}", replayed.stdout);
+        }
+        // The same record under another belief: the first command that the belief changes is named.
+        let record = place.path("lockstep/run-0001.mcap");
+        let mut bytes = std::fs::read(&record).unwrap();
+        let (old, new) = (b"coulomb_torque_nm = 1.5", b"coulomb_torque_nm = 1.4");
+        let places: Vec<_> =
+            (0..bytes.len() - old.len()).filter(|&at| &bytes[at..at + old.len()] == old).collect();
+        assert!(!places.is_empty());
+        for at in places {
+            bytes[at..at + new.len()].copy_from_slice(new);
+        }
+        std::fs::write(place.path("other.mcap"), bytes).unwrap();
+        let other = place.stepvalve(&["replay", place.path("other.mcap").to_str().unwrap()]).expect_code(1);
+        assert!(
+            other.stderr.contains("StepCommand") || other.stderr.contains("ControlStatus"),
+            "{}",
+            other.stderr
+        );
+    });
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
-use stepvalve_tests::{Finished, TestPlace};
+use stepvalve_tests::{Finished, TestPlace, despite_stalls};
 
 const LOOP: [&str; 3] = ["plant-simulator", "trajectory-generator", "step-controller"];
 
@@ -88,39 +88,40 @@ fn set_points(place: &TestPlace) {
 
 #[test]
 fn a_day() {
-    let place = TestPlace::new();
-    let out = place.path("out");
-    let run = start(&place, &scenario(&place), "all", &out);
-    assert_eq!(status(&place)["state"], "disarmed", "nothing arms by itself");
-    let early = place.stepvalve(&["set", "angle", "5deg"]).expect_code(1);
-    assert!(early.stderr.contains("refused: not running"), "{}", early.stderr);
+    despite_stalls(|place| {
+        let out = place.path("out");
+        let run = start(place, &scenario(place), "all", &out);
+        assert_eq!(status(place)["state"], "disarmed", "nothing arms by itself");
+        let early = place.stepvalve(&["set", "angle", "5deg"]).expect_code(1);
+        assert!(early.stderr.contains("refused: not running"), "{}", early.stderr);
 
-    let armed = place.stepvalve(&["arm", "--instance", "day"]).expect_code(0);
-    assert_eq!(armed.stdout, "armed\n");
-    set_points(&place);
-    let refused = place.stepvalve(&["set", "angle", "400deg"]).expect_code(1);
-    assert!(refused.stderr.contains("angle outside the limits"), "{}", refused.stderr);
-    place.stepvalve(&["set", "angle", "17parsec"]).expect_code(2);
-    // Clients that talk nonsense, or die in the middle of a word.
-    for words in ["nonsense\n", "{\"request\":\"ar"] {
-        let mut socket = UnixStream::connect(place.path("runtime/stepvalve/day/control.sock")).unwrap();
-        std::io::Write::write_all(&mut socket, words.as_bytes()).unwrap();
-    }
-    place.stepvalve(&["mark", "the shift changes"]).expect_code(0);
-    place.stepvalve(&["save-timing"]).expect_code(0);
-    change_parameters(&place);
-    place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
-    place.wait_for("standstill", || (status(&place)["moving"] == false).then_some(()));
-    let angle_rad = status(&place)["angle_rad"].as_f64().unwrap();
-    assert!((angle_rad.to_degrees() - 17.0).abs() < 0.1, "{angle_rad}");
+        let armed = place.stepvalve(&["arm", "--instance", "day"]).expect_code(0);
+        assert_eq!(armed.stdout, "armed\n");
+        set_points(place);
+        let refused = place.stepvalve(&["set", "angle", "400deg"]).expect_code(1);
+        assert!(refused.stderr.contains("angle outside the limits"), "{}", refused.stderr);
+        place.stepvalve(&["set", "angle", "17parsec"]).expect_code(2);
+        // Clients that talk nonsense, or die in the middle of a word.
+        for words in ["nonsense\n", "{\"request\":\"ar"] {
+            let mut socket = UnixStream::connect(place.path("runtime/stepvalve/day/control.sock")).unwrap();
+            std::io::Write::write_all(&mut socket, words.as_bytes()).unwrap();
+        }
+        place.stepvalve(&["mark", "the shift changes"]).expect_code(0);
+        place.stepvalve(&["save-timing"]).expect_code(0);
+        change_parameters(place);
+        place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
+        place.wait_for("standstill", || (status(place)["moving"] == false).then_some(()));
+        let angle_rad = status(place)["angle_rad"].as_f64().unwrap();
+        assert!((angle_rad.to_degrees() - 17.0).abs() < 0.1, "{angle_rad}");
 
-    place.stepvalve(&["disarm"]).expect_code(0);
-    assert_eq!(status(&place)["state"], "disarmed");
-    place.stepvalve(&["reset"]).expect_code(1);
-    place.stepvalve(&["arm"]).expect_code(0);
-    let finished = terminate(run).expect_code(0);
-    check_account(&finished, &out);
-    place.assert_nothing_left(&["day"]);
+        place.stepvalve(&["disarm"]).expect_code(0);
+        assert_eq!(status(place)["state"], "disarmed");
+        place.stepvalve(&["reset"]).expect_code(1);
+        place.stepvalve(&["arm"]).expect_code(0);
+        let finished = terminate(run).expect_code(0);
+        check_account(&finished, &out);
+        place.assert_nothing_left(&["day"]);
+    });
 }
 
 /// One that is taken, one that the controller refuses, one that nobody knows.
@@ -181,80 +182,84 @@ impl Drop for SmallDisk {
 
 #[test]
 fn the_loop_does_not_notice_a_full_disk() {
-    let place = TestPlace::new();
-    let Some(disk) = SmallDisk::mount(place.path("small")) else { return };
-    let run = start(&place, &scenario(&place), "all", &disk.0);
-    place.stepvalve(&["arm"]).expect_code(0);
-    place.wait_for("the full disk", || (status(&place)["recorder_healthy"] == false).then_some(()));
-    place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
-    let before = status(&place);
-    sleep(Duration::from_millis(500));
-    let after = status(&place);
-    assert_eq!(after["state"], "running");
-    assert_eq!(after["fault"], "none");
-    let cycles = |status: &Value| status["processes"]["plant-simulator"]["cycle"].as_u64().unwrap();
-    assert!(cycles(&after) > cycles(&before) + 400);
-    let finished = terminate(run).expect_code(0);
-    let error =
-        finished.summary()["processes"]["run-recorder"]["recording_error"].as_str().unwrap().to_owned();
-    assert!(error.contains("No space left"), "{error}");
-    // Everything up to the full disk can be read.
-    let report = read_record(&segments(&disk.0), |_| {}).unwrap();
-    assert!(report.recorded() > 5000, "{}", report.recorded());
-    place.assert_nothing_left(&["day"]);
+    despite_stalls(|place| {
+        let Some(disk) = SmallDisk::mount(place.path("small")) else { return };
+        let run = start(place, &scenario(place), "all", &disk.0);
+        place.stepvalve(&["arm"]).expect_code(0);
+        place.wait_for("the full disk", || (status(place)["recorder_healthy"] == false).then_some(()));
+        place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
+        let before = status(place);
+        sleep(Duration::from_millis(500));
+        let after = status(place);
+        assert_eq!(after["state"], "running");
+        assert_eq!(after["fault"], "none");
+        let cycles = |status: &Value| status["processes"]["plant-simulator"]["cycle"].as_u64().unwrap();
+        assert!(cycles(&after) > cycles(&before) + 400);
+        let finished = terminate(run).expect_code(0);
+        let error =
+            finished.summary()["processes"]["run-recorder"]["recording_error"].as_str().unwrap().to_owned();
+        assert!(error.contains("No space left"), "{error}");
+        // Everything up to the full disk can be read.
+        let report = read_record(&segments(&disk.0), |_| {}).unwrap();
+        assert!(report.recorded() > 5000, "{}", report.recorded());
+        place.assert_nothing_left(&["day"]);
+    });
 }
 
 #[test]
 fn the_loop_does_not_notice_a_folder_that_takes_no_files() {
-    let place = TestPlace::new();
-    let out = place.path("out");
-    let run = start(&place, &scenario(&place), "all", &out);
-    place.stepvalve(&["arm"]).expect_code(0);
-    let closed = Command::new("chattr").arg("+i").arg(&out).status().is_ok_and(|status| status.success());
-    if !closed {
-        println!("SKIPPED: this test needs the right to make a folder immutable (chattr)");
-        terminate(run);
-        return;
-    }
-    kill(place.child_of(run.id(), "run-recorder").unwrap(), Signal::SIGKILL).unwrap();
-    place.wait_for("a new recorder", || {
-        let status = status(&place);
-        (status["recorder_restarts"] == 1 && status["recorder_healthy"] == false).then_some(())
+    despite_stalls(|place| {
+        let out = place.path("out");
+        let run = start(place, &scenario(place), "all", &out);
+        place.stepvalve(&["arm"]).expect_code(0);
+        let closed = Command::new("chattr").arg("+i").arg(&out).status().is_ok_and(|status| status.success());
+        if !closed {
+            println!("SKIPPED: this test needs the right to make a folder immutable (chattr)");
+            terminate(run);
+            return;
+        }
+        kill(place.child_of(run.id(), "run-recorder").unwrap(), Signal::SIGKILL).unwrap();
+        place.wait_for("a new recorder", || {
+            let status = status(place);
+            (status["recorder_restarts"] == 1 && status["recorder_healthy"] == false).then_some(())
+        });
+        place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
+        sleep(Duration::from_millis(300));
+        assert_eq!(status(place)["state"], "running");
+        let finished = terminate(run);
+        Command::new("chattr").arg("-i").arg(&out).status().unwrap();
+        finished.expect_code(0);
+        place.assert_nothing_left(&["day"]);
     });
-    place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
-    sleep(Duration::from_millis(300));
-    assert_eq!(status(&place)["state"], "running");
-    let finished = terminate(run);
-    Command::new("chattr").arg("-i").arg(&out).status().unwrap();
-    finished.expect_code(0);
-    place.assert_nothing_left(&["day"]);
 }
 
 #[test]
 fn a_ring_stays_within_its_size_and_keeps_what_led_to_a_fault() {
-    let place = TestPlace::new();
-    let out = place.path("out");
-    let run = start(&place, &scenario(&place), "ring=10MB", &out);
-    place.stepvalve(&["arm"]).expect_code(0);
-    sleep(Duration::from_secs(1));
-    // A trajectory that dies stops the valve with a fault, and the processes start again, disarmed.
-    kill(place.child_of(run.id(), "trajectory-generator").unwrap(), Signal::SIGKILL).unwrap();
-    place.wait_for("the next generation", || {
-        let status = place.stepvalve(&["status", "--json"]);
-        let status: Value = serde_json::from_str(&status.stdout).ok()?;
-        (status["generation"] == 2).then_some(())
+    despite_stalls(|place| {
+        let out = place.path("out");
+        let run = start(place, &scenario(place), "ring=10MB", &out);
+        place.stepvalve(&["arm"]).expect_code(0);
+        sleep(Duration::from_secs(1));
+        // A trajectory that dies stops the valve with a fault, and the processes start again, disarmed.
+        kill(place.child_of(run.id(), "trajectory-generator").unwrap(), Signal::SIGKILL).unwrap();
+        place.wait_for("the next generation", || {
+            let status = place.stepvalve(&["status", "--json"]);
+            let status: Value = serde_json::from_str(&status.stdout).ok()?;
+            (status["generation"] == 2).then_some(())
+        });
+        assert_eq!(status(place)["state"], "disarmed", "nothing arms by itself");
+        sleep(Duration::from_secs(12));
+        terminate(run).expect_code(0);
+        let names: Vec<_> =
+            segments(&out).iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect();
+        let size = |fault: bool| -> u64 {
+            let of =
+                segments(&out).into_iter().filter(|path| path.to_string_lossy().contains("-fault") == fault);
+            of.map(|path| std::fs::metadata(path).unwrap().len()).sum()
+        };
+        assert!(size(false) <= 12_500_000, "{} bytes in {names:?}", size(false));
+        assert!(size(true) > 0, "nothing is kept of the fault: {names:?}");
+        assert!(!out.join("run-0001.mcap").exists(), "the oldest segment is gone: {names:?}");
+        place.assert_nothing_left(&["day"]);
     });
-    assert_eq!(status(&place)["state"], "disarmed", "nothing arms by itself");
-    sleep(Duration::from_secs(12));
-    terminate(run).expect_code(0);
-    let names: Vec<_> =
-        segments(&out).iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect();
-    let size = |fault: bool| -> u64 {
-        let of = segments(&out).into_iter().filter(|path| path.to_string_lossy().contains("-fault") == fault);
-        of.map(|path| std::fs::metadata(path).unwrap().len()).sum()
-    };
-    assert!(size(false) <= 12_500_000, "{} bytes in {names:?}", size(false));
-    assert!(size(true) > 0, "nothing is kept of the fault: {names:?}");
-    assert!(!out.join("run-0001.mcap").exists(), "the oldest segment is gone: {names:?}");
-    place.assert_nothing_left(&["day"]);
 }

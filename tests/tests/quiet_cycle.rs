@@ -3,29 +3,32 @@
 
 use std::path::Path;
 use std::process::Command;
-use stepvalve_tests::{Finished, TestPlace, program};
+use stepvalve_tests::{Finished, despite_stalls, program};
 
 const LOOP: [&str; 3] = ["plant-simulator", "trajectory-generator", "step-controller"];
 
 #[test]
 fn no_page_fault_and_one_allocation_per_loan() {
-    let place = TestPlace::new();
-    let scenario = place.scenario("step-sequence.toml", &[]);
-    let summary = place.simulate(&scenario, "realtime", "out").expect_code(0).summary();
-    for name in LOOP {
-        let process = &summary["processes"][name];
-        let count = |key: &str| process[key].as_u64().unwrap();
-        assert!(count("steady_cycles") > 4000, "{process}");
-        // iceoryx2 allocates once for each loan, and every message is a loan.
-        assert_eq!(count("steady_allocations"), count("steady_published"), "{name}");
-        let locked = process["scheduling"]["memory_locked"].as_bool().unwrap();
-        if locked {
-            assert_eq!(process["steady_page_faults"]["minor"], 0, "{name}");
-            assert_eq!(process["steady_page_faults"]["major"], 0, "{name}");
-        } else {
-            println!("SKIPPED for {name}: without the right to lock memory page faults can't be ruled out");
+    despite_stalls(|place| {
+        let scenario = place.scenario("step-sequence.toml", &[]);
+        let summary = place.simulate(&scenario, "realtime", "out").expect_code(0).summary();
+        for name in LOOP {
+            let process = &summary["processes"][name];
+            let count = |key: &str| process[key].as_u64().unwrap();
+            assert!(count("steady_cycles") > 4000, "{process}");
+            // iceoryx2 allocates once for each loan, and every message is a loan.
+            assert_eq!(count("steady_allocations"), count("steady_published"), "{name}");
+            let locked = process["scheduling"]["memory_locked"].as_bool().unwrap();
+            if locked {
+                assert_eq!(process["steady_page_faults"]["minor"], 0, "{name}");
+                assert_eq!(process["steady_page_faults"]["major"], 0, "{name}");
+            } else {
+                println!(
+                    "SKIPPED for {name}: without the right to lock memory page faults can't be ruled out"
+                );
+            }
         }
-    }
+    });
 }
 
 /// The program that a trace is of, and its system calls between the two calls of getrusage that enclose the cycles
@@ -48,22 +51,23 @@ fn the_only_system_call_is_the_sleep() {
         println!("SKIPPED: strace is not installed");
         return;
     }
-    let place = TestPlace::new();
-    let scenario = place.shortened("sine-1hz.toml", 1.0, &[]);
-    let mut strace = place.within(Command::new("strace"));
-    strace.args(["-f", "-ff", "-o"]).arg(place.path("trace")).arg(program("stepvalve"));
-    strace.args(["simulate", "--json", "--out"]).arg(place.path("out")).arg(&scenario);
-    Finished::from(strace.output().unwrap()).expect_code(0);
-    let mut seen = Vec::new();
-    for entry in std::fs::read_dir(place.path("")).unwrap().flatten() {
-        if entry.file_name().to_string_lossy().starts_with("trace.")
-            && let Some((name, calls)) = steady_calls(&entry.path())
-        {
-            let others: Vec<_> = calls.iter().filter(|call| *call != "clock_nanosleep").collect();
-            assert!(others.is_empty(), "{name} calls {others:?}");
-            assert!(calls.len() > 300, "{name}: {} sleeps", calls.len());
-            seen.push(name);
+    despite_stalls(|place| {
+        let scenario = place.shortened("sine-1hz.toml", 1.0, &[]);
+        let mut strace = place.within(Command::new("strace"));
+        strace.args(["-f", "-ff", "-o"]).arg(place.path("trace")).arg(program("stepvalve"));
+        strace.args(["simulate", "--json", "--out"]).arg(place.path("out")).arg(&scenario);
+        Finished::from(strace.output().unwrap()).expect_code(0);
+        let mut seen = Vec::new();
+        for entry in std::fs::read_dir(place.path("")).unwrap().flatten() {
+            if entry.file_name().to_string_lossy().starts_with("trace.")
+                && let Some((name, calls)) = steady_calls(&entry.path())
+            {
+                let others: Vec<_> = calls.iter().filter(|call| *call != "clock_nanosleep").collect();
+                assert!(others.is_empty(), "{name} calls {others:?}");
+                assert!(calls.len() > 300, "{name}: {} sleeps", calls.len());
+                seen.push(name);
+            }
         }
-    }
-    assert_eq!(seen.len(), LOOP.len(), "traces of {seen:?}");
+        assert_eq!(seen.len(), LOOP.len(), "traces of {seen:?}");
+    });
 }
