@@ -1,0 +1,154 @@
+//! What a campaign hides, and what its plan leaves out.
+
+/// Residual over noise of a strong effect, over the runs where it acts.
+pub const STRONG: f64 = 5.0;
+/// The same of a weak one.
+pub const WEAK: f64 = 2.0;
+
+/// Which channel the log has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LogKind {
+    /// `torque` and `angle`.
+    Torque,
+    /// `angle_command` and `angle`.
+    Angle,
+}
+
+/// What a plan leaves out, so that twins can't be told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Gap {
+    /// One pressure for all runs.
+    OnePressure,
+    /// Constant speeds far above the Stribeck velocity, at one pressure and one temperature, begun on the move.
+    SlidingOnly,
+    /// Nothing fast enough for inertia to show.
+    NoShake,
+    /// Sines of one frequency, on the move.
+    OneFrequency,
+    /// One pressure, and the oil warms up from run to run.
+    Trend,
+    /// One way, without reversals, at one pressure.
+    OneWay,
+    /// Only slow changes of speed.
+    Gentle,
+    /// Sliding at constant speeds both ways; nothing within the bristles or near the resonance.
+    NoPresliding,
+}
+
+/// A gap by its name on a command line.
+pub fn gap_from_name(name: &str) -> Option<Gap> {
+    Some(match name {
+        "one-pressure" => Gap::OnePressure,
+        "sliding-only" => Gap::SlidingOnly,
+        "no-shake" => Gap::NoShake,
+        "one-frequency" => Gap::OneFrequency,
+        "trend" => Gap::Trend,
+        "one-way" => Gap::OneWay,
+        "gentle" => Gap::Gentle,
+        "no-presliding" => Gap::NoPresliding,
+        _ => return None,
+    })
+}
+
+/// What to hide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hidden {
+    /// The log's kind.
+    pub log: LogKind,
+    /// The effects' names; of section "outside the list" too.
+    pub effects: Vec<String>,
+    /// Residual over noise, each effect by itself, over the runs where it acts.
+    pub strength: f64,
+    /// What the plan leaves out.
+    pub without: Option<Gap>,
+    /// Samples of the campaign, about.
+    pub samples: usize,
+    /// Neither noise nor encoder steps: for the best fit of another form.
+    pub noise_free: bool,
+}
+
+impl Hidden {
+    /// Nothing hidden, in a campaign of about 60,000 samples.
+    pub fn none(log: LogKind) -> Self {
+        Self { log, effects: Vec::new(), strength: STRONG, without: None, samples: 60_000, noise_free: false }
+    }
+
+    /// The same with effects.
+    pub fn with(log: LogKind, effects: &[&str], strength: f64) -> Self {
+        let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+        Self { effects, strength, ..Self::none(log) }
+    }
+}
+
+/// Effects that no list of causes has.
+pub const OUTSIDE: &[&str] =
+    &["outside-square-drag", "outside-hum", "outside-gear", "outside-wander", "outside-play"];
+
+const BOTH: &[&str] = &[
+    "coulomb-level",
+    "static-level",
+    "viscous-level",
+    "stribeck-velocity",
+    "bristle-stiffness",
+    "load-inertia",
+    "pressure-dependent-friction",
+    "temperature-dependent-viscosity",
+    "temperature-dependent-friction",
+    "angle-dependent-friction",
+    "direction-asymmetry",
+    "dwell-stiction",
+    "hydraulic-lock",
+    "friction-lag",
+    "presliding-hysteresis",
+    "wear-drift",
+    "flow-torque",
+    "pressure-torque",
+    "position-torque",
+    "coupling-compliance",
+    "sensor-delay",
+];
+const TORQUE_ONLY: &[&str] = &["torque-offset", "torque-gain"];
+const ANGLE_ONLY: &[&str] = &[
+    "holding-torque-level",
+    "detent-torque",
+    "microstep-error",
+    "backlash",
+    "missed-steps",
+    "encoder-eccentricity",
+];
+
+/// The effects that can be hidden in a log of this kind.
+pub fn effects_of(log: LogKind) -> Vec<&'static str> {
+    let more = match log {
+        LogKind::Torque => TORQUE_ONLY,
+        LogKind::Angle => ANGLE_ONLY,
+    };
+    BOTH.iter().chain(more).copied().collect()
+}
+
+/// Near-twins: what is hidden, what it looks like, and the gap of the plan without which they can be told apart.
+pub fn twins(log: LogKind) -> Vec<(&'static str, &'static [&'static str], Gap)> {
+    match log {
+        LogKind::Torque => vec![
+            ("direction-asymmetry", &["torque-offset"], Gap::SlidingOnly),
+            ("torque-offset", &["direction-asymmetry"], Gap::SlidingOnly),
+            ("coupling-compliance", &["bristle-stiffness"], Gap::NoShake),
+            ("bristle-stiffness", &["coupling-compliance"], Gap::NoShake),
+            ("flow-torque", &["position-torque"], Gap::OnePressure),
+            ("position-torque", &["flow-torque"], Gap::OnePressure),
+            ("pressure-torque", &["torque-offset"], Gap::OnePressure),
+            ("pressure-dependent-friction", &["coulomb-level"], Gap::OnePressure),
+            ("dwell-stiction", &["hydraulic-lock"], Gap::OnePressure),
+            ("hydraulic-lock", &["dwell-stiction"], Gap::OnePressure),
+            ("wear-drift", &["temperature-dependent-friction"], Gap::Trend),
+            ("load-inertia", &["friction-lag", "sensor-delay"], Gap::OneFrequency),
+        ],
+        LogKind::Angle => vec![
+            ("encoder-eccentricity", &["position-torque", "flow-torque"], Gap::OneWay),
+            ("position-torque", &["encoder-eccentricity", "flow-torque"], Gap::OneWay),
+            ("viscous-level", &["sensor-delay"], Gap::Gentle),
+            ("coulomb-level", &["backlash", "holding-torque-level"], Gap::NoPresliding),
+            ("backlash", &["coulomb-level", "holding-torque-level"], Gap::NoPresliding),
+        ],
+    }
+}

@@ -1,0 +1,32 @@
+//! A rig that knows what it hides: from a seed it draws a valve, an experiment and a hidden effect, and "measures".
+//!
+//! It shares no friction code with the product: its equations of motion, its friction and its integrator (Radau IIA of
+//! order 5, error-controlled) are its own, and where an effect's form is open, half of the seeds take another than the
+//! one that the product's effects have. Only the names of the effects and what they mean are common.
+#![forbid(unsafe_code)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "test support: small arrays of known sizes; a failure here is the test's message"
+)]
+
+mod angle_plan;
+mod campaign;
+mod contact;
+mod effects;
+mod forms;
+mod hidden;
+mod jet;
+mod motion;
+mod nominal;
+mod plan;
+mod radau;
+mod spool;
+mod torque_plan;
+mod truth;
+
+pub use campaign::{Campaign, choose};
+pub use hidden::{Gap, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
+pub use truth::{HiddenEffect, Truth};
