@@ -2,7 +2,7 @@
 
 /// Replaces each value by that of `delay_s` earlier (later where negative), linear between samples; where the run has
 /// none, the nearest stands for it.
-pub(crate) fn delay(time_s: &[f64], values: &mut [f64], delay_s: f64) {
+pub fn delay(time_s: &[f64], values: &mut [f64], delay_s: f64) {
     if delay_s == 0.0 {
         return;
     }

@@ -5,6 +5,7 @@ mod check;
 mod compensation;
 mod control;
 mod convert;
+mod diagnose;
 mod failure;
 mod files;
 mod in_process;
@@ -68,6 +69,8 @@ enum Command {
     Tune(tune::Arguments),
     /// Turn a record (MCAP) into run.h5
     Convert(convert::Arguments),
+    /// Find what a model gets wrong about measured runs, name the cause, extend the model, measure the gain
+    Diagnose(diagnose::Arguments),
     /// Reproduce or refute the paper's figures and tables: DIR/paper.html and paper.json
     Paper(paper::Arguments),
     /// Predict torque or angle of measured runs with a model
@@ -94,6 +97,7 @@ fn main() -> ExitCode {
         Command::Compensation(arguments) => compensation::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),

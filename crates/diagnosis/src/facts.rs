@@ -1,0 +1,95 @@
+//! What a campaign spans: by it the sizes of steps are chosen, and what can't be tested is known.
+
+use log_data::Channel;
+use valve_model::{FrictionParams, Model};
+
+/// Sizes of the model and spans of the data.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Facts {
+    /// The channel that the model predicts.
+    pub channel: Channel,
+    pub coulomb_nm: f64,
+    pub static_nm: Option<f64>,
+    pub stiffness: Option<f64>,
+    pub stribeck: bool,
+    pub lugre: bool,
+    pub viscous: f64,
+    pub load_inertia: Option<f64>,
+    /// T_hold and rotor teeth.
+    pub motor: Option<(f64, f64)>,
+    pub fastest_rad_per_s: f64,
+    pub travel_rad: f64,
+    /// Least and greatest |p| over the log, MPa; `None` without the channel in every run.
+    pub pressure_mpa: Option<(f64, f64)>,
+    /// Least and greatest temperature, °C.
+    pub temperature_c: Option<(f64, f64)>,
+    pub reference_temperature_c: f64,
+    /// Least and greatest angle, rad.
+    pub angle_rad: (f64, f64),
+    /// The usual time between samples.
+    pub step_s: f64,
+    /// The longest rest, s.
+    pub longest_rest_s: f64,
+}
+
+impl Facts {
+    /// The model's part of it; the data's is still empty.
+    pub fn of_model(model: &Model, channel: Channel) -> Self {
+        let (coulomb_nm, static_nm, stiffness, viscous) = match &model.friction {
+            FrictionParams::Stribeck(p) => {
+                (p.coulomb_torque_nm, Some(p.static_torque_nm), None, p.viscous_nm_s_per_rad)
+            }
+            FrictionParams::Dahl(p) => {
+                (p.coulomb_torque_nm, None, Some(p.bristle_stiffness_nm_per_rad), p.viscous_nm_s_per_rad)
+            }
+            FrictionParams::LuGre(p) => (
+                p.coulomb_torque_nm,
+                Some(p.static_torque_nm),
+                Some(p.bristle_stiffness_nm_per_rad),
+                p.viscous_nm_s_per_rad,
+            ),
+            FrictionParams::Leuven(p) => (
+                p.coulomb_torque_nm,
+                Some(p.static_torque_nm),
+                Some(p.bristle_stiffness_nm_per_rad),
+                p.viscous_nm_s_per_rad,
+            ),
+        };
+        Self {
+            channel,
+            coulomb_nm,
+            static_nm,
+            stiffness,
+            stribeck: static_nm.is_some(),
+            lugre: matches!(model.friction, FrictionParams::LuGre(_)),
+            viscous,
+            load_inertia: model.load.map(|load| load.inertia_kg_m2),
+            motor: model.motor.map(|motor| (motor.holding_torque_nm, f64::from(motor.rotor_teeth))),
+            fastest_rad_per_s: 0.0,
+            travel_rad: 0.0,
+            pressure_mpa: None,
+            temperature_c: None,
+            reference_temperature_c: model.reference_temperature_c(),
+            angle_rad: (f64::INFINITY, f64::NEG_INFINITY),
+            step_s: 1e-3,
+            longest_rest_s: 0.0,
+        }
+    }
+
+    pub fn is_torque(&self) -> bool {
+        self.channel == Channel::Torque
+    }
+
+    /// Whether pressure takes two values that can be told apart.
+    pub fn pressure_varies(&self) -> bool {
+        self.pressure_mpa.is_some_and(|(least, most)| most - least > 0.1 * most && most - least > 0.02)
+    }
+
+    pub fn temperature_varies(&self) -> bool {
+        self.temperature_c.is_some_and(|(least, most)| most - least > 3.0)
+    }
+
+    pub fn greatest_pressure_mpa(&self) -> f64 {
+        self.pressure_mpa.map_or(0.0, |(_, most)| most)
+    }
+}

@@ -1,0 +1,330 @@
+//! From a selection to the verdict, the causes with their numbers, and what to do next.
+
+use crate::DiagnosisError;
+use crate::candidate::Candidate;
+use crate::diagnose::{Found, Judgement, Shown};
+use crate::errors::spread;
+use crate::fit::fit;
+use crate::hypothesis::{Free, Hypothesis, Member};
+use crate::linear::Point;
+use crate::measure::{Left, rms_left};
+use crate::outcome::{Ambiguity, Cause, Diagnosis, Evidence, Judged, ParameterFound, Verdict};
+use crate::piece::Piece;
+use crate::select::Selection;
+use crate::show::{Structure, structure};
+use crate::table::Untestable;
+use std::collections::BTreeMap;
+
+/// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
+const RMS_LEFT: f64 = 1.1;
+const SHARE_LEFT: f64 = 0.02;
+/// What chance may still do, corrected for the number of tests.
+const CHANCE: f64 = 0.01;
+/// Causes that explain less of what is beyond noise than this don't explain it.
+const EXPLAINED: f64 = 0.5;
+
+pub(crate) fn conclude(
+    judged: &Judgement<'_>,
+    able: &[Candidate],
+    unable: &[Untestable],
+) -> Result<Found, DiagnosisError> {
+    let selection = &judged.selection;
+    let mut undecided: Vec<&'static str> = selection.ambiguous.iter().map(|group| group.0).collect();
+    let (_, left_of_all) = judged.everywhere(&selection.fitted)?;
+    let structure_after = structure(&judged.setting, &left_of_all);
+    let explained = share_explained(selection);
+    let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
+        && !is_noise(&structure_after)
+        && explained < EXPLAINED;
+    if doubtful {
+        undecided =
+            selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
+    }
+    let accepted: Vec<usize> = (0..selection.fitted.point.hypothesis.members.len())
+        .filter(|index| {
+            let member = selection.fitted.point.hypothesis.members.get(*index);
+            member.is_some_and(|member| !undecided.contains(&member.candidate.id))
+        })
+        .collect();
+    let kept = keep(judged, &accepted)?;
+    let (point, after) = judged.everywhere(&kept)?;
+    let structure_kept = structure(&judged.setting, &after);
+    let causes = causes(judged, &kept, &after)?;
+    let ambiguous = if doubtful { Vec::new() } else { ambiguities(selection) };
+    let verdict = verdict(&causes, &ambiguous, &structure_kept, &structure_after);
+    let rejected = rejected(selection, able, &causes, &ambiguous, doubtful);
+    let untestable: Vec<Judged> = unable
+        .iter()
+        .filter(|of| !ambiguous.iter().any(|group| group.ids.iter().any(|id| id == of.id)))
+        .map(|of| Judged { id: of.id.to_owned(), reason: of.reason.clone() })
+        .collect();
+    let next_experiment = next_experiment(verdict, &ambiguous, &structure_kept, &untestable);
+    let diagnosis = Diagnosis {
+        format: "stepvalve-diagnosis".to_owned(),
+        format_version: 1,
+        verdict,
+        residual: vec![judged.residual()],
+        causes,
+        ambiguous,
+        rejected,
+        untestable,
+        gain: judged.gain_of(&after),
+        next_experiment,
+        structure_before: telling(&judged.structure_before),
+        structure_after: telling(&structure_kept),
+        nuisances: Vec::new(),
+    };
+    let refused = |source| DiagnosisError::Model { run: String::new(), source };
+    let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
+    Ok(found(judged, diagnosis, extended, &after))
+}
+
+/// The part of what is beyond noise that the causes explain, on runs that they were not fitted on.
+fn share_explained(selection: &Selection) -> f64 {
+    let beyond = selection.rms_first.powi(2) - 1.0;
+    if beyond <= 0.0 { 1.0 } else { (selection.rms_first.powi(2) - selection.rms.powi(2)) / beyond }
+}
+
+fn is_noise(structure: &Structure) -> bool {
+    let depends = structure.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
+    structure.rms <= RMS_LEFT && !depends
+}
+
+fn telling(structure: &Structure) -> Vec<crate::outcome::Dependence> {
+    structure
+        .dependences
+        .iter()
+        .filter(|of| of.share > 0.005 && of.p_value < CHANCE)
+        .take(20)
+        .cloned()
+        .collect()
+}
+
+/// The causes that are accepted, fitted once more where others are left out.
+fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<crate::fit::Fitted, DiagnosisError> {
+    let fitted = &judged.selection.fitted;
+    if accepted.len() == fitted.point.hypothesis.members.len() {
+        return Ok(fitted.clone());
+    }
+    let members: Vec<Member> =
+        accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
+    let hypothesis = Hypothesis { members, ..judged.without_causes() };
+    let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
+    fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 8)
+}
+
+fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], kept: &Structure, all: &Structure) -> Verdict {
+    let noise = is_noise(if ambiguous.is_empty() { kept } else { all });
+    match (causes.is_empty(), ambiguous.is_empty()) {
+        (false, true) if noise => Verdict::Explained,
+        (false, _) => Verdict::PartlyExplained,
+        (true, false) => Verdict::Ambiguous,
+        (true, true) if noise => Verdict::NoDiscrepancy,
+        (true, true) => Verdict::Unexplained,
+    }
+}
+
+fn causes(
+    judged: &Judgement<'_>,
+    kept: &crate::fit::Fitted,
+    after: &[Left],
+) -> Result<Vec<Cause>, DiagnosisError> {
+    let hypothesis = &kept.point.hypothesis;
+    let any_held = judged.setting.campaign.pieces.iter().any(|piece| piece.hold_out);
+    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let all = rms_left(&judged.setting, after, &wanted);
+    let spread = spread(kept);
+    let free = hypothesis.free();
+    let mut causes = Vec::new();
+    for (index, member) in hypothesis.members.iter().enumerate() {
+        let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
+        let without = fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 6)?;
+        let (_, left) = judged.everywhere(&without)?;
+        let rms = rms_left(&judged.setting, &left, &wanted);
+        let mut parameters = BTreeMap::new();
+        for (place, number) in free.iter().enumerate() {
+            let Free::Number(of, number) = number else { continue };
+            if *of != index {
+                continue;
+            }
+            let deviation =
+                spread.as_ref().map_or(f64::NAN, |spread| spread.covariance[(place, place)].max(0.0).sqrt());
+            let half_width = spread.as_ref().map_or(f64::NAN, |spread| spread.half_width);
+            parameters.extend(parameter(member, *number, deviation, half_width));
+        }
+        if member.candidate.id == "encoder-eccentricity" {
+            parameters = eccentricity(member, &parameters);
+        }
+        let mut evidence = BTreeMap::new();
+        evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
+        causes.push(Cause {
+            id: member.candidate.id.to_owned(),
+            parameters,
+            evidence,
+            rms_gain: if rms > 0.0 { 1.0 - all / rms } else { 0.0 },
+        });
+    }
+    causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
+    Ok(causes)
+}
+
+fn parameter(
+    member: &Member,
+    number: usize,
+    deviation: f64,
+    half_width: f64,
+) -> Option<(String, ParameterFound)> {
+    let of = member.candidate.parameters.get(number)?;
+    let u = member.numbers.get(number).copied()?;
+    let key = of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1));
+    let value = of.map.value(u);
+    let (one, two) = (of.map.value(u - half_width * deviation), of.map.value(u + half_width * deviation));
+    let found = ParameterFound {
+        value,
+        std_error: of.map.slope(u) * deviation,
+        ci95: [one.min(two), one.max(two)],
+        unit: Candidate::unit(of.key, member.candidate.id).to_owned(),
+    };
+    Some((key, found))
+}
+
+/// Amplitude and phase from the parts along sine and cosine.
+fn eccentricity(
+    member: &Member,
+    parts: &BTreeMap<String, ParameterFound>,
+) -> BTreeMap<String, ParameterFound> {
+    let number = |index: usize| member.numbers.get(index).copied().unwrap_or(0.0);
+    let (along, across) = (number(0), number(1));
+    let amplitude = along.hypot(across);
+    let first = parts.values().next();
+    let error = first.map_or(f64::NAN, |part| part.std_error);
+    let half = first.map_or(f64::NAN, |part| 0.5 * (part.ci95[1] - part.ci95[0]));
+    let phase = across.atan2(along);
+    let per = 1.0 / amplitude.max(f64::MIN_POSITIVE);
+    let found = |value: f64, error: f64, half: f64, unit: &str| ParameterFound {
+        value,
+        std_error: error,
+        ci95: [value - half, value + half],
+        unit: unit.to_owned(),
+    };
+    BTreeMap::from([
+        ("amplitude_rad".to_owned(), found(amplitude, error, half, "rad")),
+        ("phase_rad".to_owned(), found(phase, error * per, half * per, "rad")),
+    ])
+}
+
+fn ambiguities(selection: &Selection) -> Vec<Ambiguity> {
+    selection
+        .ambiguous
+        .iter()
+        .map(|(best, others)| {
+            let mut ids = vec![(*best).to_owned()];
+            ids.extend(others.iter().map(|id| (*id).to_owned()));
+            Ambiguity {
+                ids,
+                reason: "they fit the runs that they were not fitted on equally well".to_owned(),
+            }
+        })
+        .collect()
+}
+
+fn rejected(
+    selection: &Selection,
+    able: &[Candidate],
+    causes: &[Cause],
+    ambiguous: &[Ambiguity],
+    doubtful: bool,
+) -> Vec<Judged> {
+    let mut rejected = Vec::new();
+    let named = |id: &str| {
+        causes.iter().any(|cause| cause.id == id)
+            || ambiguous.iter().any(|group| group.ids.iter().any(|other| other == id))
+    };
+    for candidate in able.iter().filter(|candidate| !named(candidate.id)) {
+        let fits = selection.rounds.iter().flat_map(|round| {
+            let best = round.rivals.first().map_or(round.rms_before, |best| best.1);
+            round
+                .rivals
+                .iter()
+                .filter(|rival| rival.0 == candidate.id)
+                .map(move |rival| (rival.1, best, round.rms_before))
+        });
+        let reason = if doubtful && selection.fitted.point.hypothesis.has(candidate.id) {
+            "fits part of it, but leaves too much to be the cause".to_owned()
+        } else if let Some((_, reason)) = selection.dropped.iter().find(|(id, _)| *id == candidate.id) {
+            reason.clone()
+        } else if let Some((own, best, before)) = fits.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            format!(
+                "fitted: error on held-out runs {own:.3} times the noise, against {best:.3} for the best and {before:.3} without"
+            )
+        } else {
+            match selection.first_ranking.iter().find(|(id, _)| *id == candidate.id) {
+                Some((_, gain)) if *gain > -0.5 => format!(
+                    "would cut the error on held-out runs by {:.2} % of the noise at best",
+                    100.0 * gain.max(0.0)
+                ),
+                Some(_) => "the sign or size that the data ask for is impossible".to_owned(),
+                None => "shows nowhere in these data".to_owned(),
+            }
+        };
+        rejected.push(Judged { id: candidate.id.to_owned(), reason });
+    }
+    rejected
+}
+
+fn next_experiment(
+    verdict: Verdict,
+    ambiguous: &[Ambiguity],
+    _left: &Structure,
+    untestable: &[Judged],
+) -> String {
+    match (verdict, ambiguous.first(), untestable.first()) {
+        (_, Some(group), _) => format!("Separate {} from one another.", group.ids.join(" and ")),
+        (_, None, Some(first)) => format!("To test {}: {}.", first.id, first.reason),
+        _ => "None needed.".to_owned(),
+    }
+}
+
+fn found(
+    judged: &Judgement<'_>,
+    diagnosis: Diagnosis,
+    extended: valve_model::Model,
+    after: &[Left],
+) -> Found {
+    let campaign = judged.setting.campaign;
+    let pieces = campaign.pieces.iter().zip(&judged.before).zip(after);
+    let shown = pieces.map(|((piece, before), after)| shown(judged, piece, before, after)).collect();
+    let rounds = judged
+        .selection
+        .rounds
+        .iter()
+        .map(|round| (round.accepted, round.rms_before, round.rivals.clone()))
+        .collect();
+    Found {
+        diagnosis,
+        extended,
+        channel: campaign.channel,
+        rounds,
+        ranking: judged.selection.first_ranking.clone(),
+        shown,
+        samples: (campaign.samples, campaign.pieces.iter().map(Piece::len).sum()),
+    }
+}
+
+fn shown(judged: &Judgement<'_>, piece: &Piece, before: &Left, after: &Left) -> Shown {
+    let (name, kind) = judged.setting.campaign.runs.get(piece.run).cloned().unwrap_or_default();
+    Shown {
+        run: piece.run,
+        name,
+        kind,
+        held_out: piece.hold_out,
+        time_s: piece.time_s.clone(),
+        angle_rad: (0..piece.len()).map(|index| piece.kinematics(index).0).collect(),
+        speed_rad_per_s: (0..piece.len()).map(|index| piece.kinematics(index).1).collect(),
+        pressure_pa: piece.pressure_pa.clone(),
+        temperature_c: piece.temperature_c.clone(),
+        measured: piece.measured.clone(),
+        before: before.predicted.clone(),
+        after: after.predicted.clone(),
+    }
+}

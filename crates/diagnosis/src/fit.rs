@@ -1,0 +1,126 @@
+//! Fits a hypothesis through the model: Gauss-Newton with Levenberg's damping, nuisances eliminated piece by piece.
+
+use crate::DiagnosisError;
+use crate::gram::{Gram, invert};
+use crate::hypothesis::Hypothesis;
+use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
+use crate::piece::Piece;
+use nalgebra::DVector;
+
+/// Steps at most.
+const STEPS: usize = 12;
+/// A predicted gain below this part of the sum of squares per sample ends the search.
+const ENOUGH: f64 = 2e-5;
+
+/// A fitted hypothesis.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted {
+    pub point: Point,
+    /// By group; the columns are what the hypothesis leaves free.
+    pub groups: Vec<Gram>,
+    /// Sum of squares over what was fitted.
+    pub square: f64,
+}
+
+/// Fits on the pieces that `wanted` picks.
+pub(crate) fn fit(
+    setting: &Setting<'_>,
+    begin: Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+    steps: usize,
+) -> Result<Fitted, DiagnosisError> {
+    let mut damping = 1e-4;
+    let (mut at, mut here) = evaluate(setting, begin, wanted)?;
+    for _ in 0..steps.min(STEPS) {
+        let total = sum(&here.groups);
+        let count = total.count.max(1.0);
+        let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
+        let trial = moved(setting, &here.point, &at, &beta)?;
+        let (next, there) = evaluate(setting, trial, wanted)?;
+        if there.square < here.square {
+            let gained = here.square - there.square;
+            (at, here) = (next, there);
+            damping = (damping * 0.1).max(1e-7);
+            if gained.max(predicted.min(gained)) < ENOUGH * count {
+                break;
+            }
+        } else {
+            if predicted < ENOUGH * count || damping > 1e3 {
+                break;
+            }
+            damping *= 30.0;
+        }
+    }
+    Ok(here)
+}
+
+fn evaluate(
+    setting: &Setting<'_>,
+    point: Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<(Vec<Option<PieceEquations>>, Fitted), DiagnosisError> {
+    let columns = setting.own_columns(&point.hypothesis)?;
+    let equations = setting.equations(&point, &columns, wanted)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let square = groups.iter().map(Gram::square).sum();
+    Ok((equations, Fitted { point, groups, square }))
+}
+
+pub(crate) fn sum(groups: &[Gram]) -> Gram {
+    let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
+    let mut total = Gram::zero(width);
+    groups.iter().for_each(|group| total.add(group));
+    total
+}
+
+/// The damped step and the gain that it promises. Numbers that rest on a bound and would leave it stay.
+fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<f64>, f64)> {
+    let free = hypothesis.free();
+    let mut columns: Vec<usize> = (0..free.len()).collect();
+    for _ in 0..=free.len() {
+        let (mut a, b) = total.part(&columns);
+        let plain = a.clone();
+        for i in 0..a.nrows() {
+            a[(i, i)] *= 1.0 + damping;
+        }
+        let beta = invert(a)? * &b;
+        let stuck = columns.iter().zip(beta.iter()).position(|(column, change)| {
+            free.get(*column).is_some_and(|number| {
+                let mut there = hypothesis.clone();
+                there.set(*number, hypothesis.get(*number) + change);
+                hypothesis.on_bound(*number) && there.get(*number) == hypothesis.get(*number)
+            })
+        });
+        if let Some(stuck) = stuck {
+            columns.remove(stuck);
+            continue;
+        }
+        let predicted = 2.0 * beta.dot(&b) - beta.dot(&(plain * &beta));
+        let mut full = DVector::zeros(free.len());
+        for (column, change) in columns.iter().zip(beta.iter()) {
+            full[*column] = *change;
+        }
+        return Some((full, predicted.max(0.0)));
+    }
+    None
+}
+
+fn moved(
+    setting: &Setting<'_>,
+    point: &Point,
+    equations: &[Option<PieceEquations>],
+    beta: &DVector<f64>,
+) -> Result<Point, DiagnosisError> {
+    let mut hypothesis = point.hypothesis.clone();
+    for (free, change) in point.hypothesis.free().into_iter().zip(beta.iter()) {
+        hypothesis.set(free, point.hypothesis.get(free) + change);
+    }
+    let ready = setting.ready(&hypothesis)?;
+    let starts =
+        point.starts.iter().zip(equations).zip(&setting.campaign.pieces).map(|((start, own), piece)| {
+            let change = own.as_ref().map_or(0.0, |own| start_change(own, beta));
+            let bound = piece.start_bound(&ready);
+            (start + change).clamp(-bound, bound)
+        });
+    Ok(Point { starts: starts.collect(), hypothesis })
+}

@@ -1,0 +1,36 @@
+//! Measured data against the model: show what it gets wrong, name the cause, extend the model, measure the gain.
+//!
+//! Pure calculation on runs in memory: no file, clock or thread; who calls lends the threads ([`Workers`]). The way:
+//! runs are cut into pieces whose motion is smoothed once; the noise is estimated; rival causes (the effects of
+//! valve-model) are screened by the sensitivities of the prediction, fitted through the model, compared on runs that
+//! they were not fitted on, and accepted one after the other; what is left is tested for structure.
+#![forbid(unsafe_code)]
+
+mod campaign;
+mod candidate;
+mod diagnose;
+mod error;
+mod errors;
+mod facts;
+mod findings;
+mod fit;
+mod gram;
+mod hypothesis;
+mod linear;
+mod measure;
+mod noise;
+mod outcome;
+mod past;
+mod piece;
+mod select;
+mod show;
+mod table;
+mod workers;
+
+pub use diagnose::{Event, Found, Options, Shown, diagnose};
+pub use error::DiagnosisError;
+pub use outcome::{
+    Ambiguity, Cause, ClosedLoopGain, Dependence, Diagnosis, Evidence, Gain, Judged, ParameterFound,
+    Residual, Verdict,
+};
+pub use workers::{OneAfterTheOther, Workers};

@@ -1,0 +1,128 @@
+//! What causes are worth on runs that they were not fitted on, with an interval from a bootstrap over runs.
+
+use crate::DiagnosisError;
+use crate::fit::fit;
+use crate::hypothesis::Hypothesis;
+use crate::linear::{Point, Setting};
+use crate::outcome::Gain;
+use crate::piece::Piece;
+use crate::workers::map;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+const DRAWS: usize = 2000;
+
+/// A piece's residual, nuisances taken off; and what it was taken from.
+pub(crate) struct Left {
+    pub predicted: Vec<f64>,
+    pub residual: Vec<f64>,
+}
+
+/// The hypothesis as it is, on the pieces wanted: only what varies from run to run is fitted.
+pub(crate) fn settled(
+    setting: &Setting<'_>,
+    point: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let mut frozen = point.clone();
+    frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
+    let zero = frozen.hypothesis.zero_rad.take();
+    let mut shifted = fit(&Setting { ..*setting }, with_zero(frozen, zero), wanted, 4)?.point;
+    shifted.hypothesis = point.hypothesis.clone();
+    Ok(shifted)
+}
+
+/// The zero of the angle stays free: it is no cause.
+fn with_zero(mut point: Point, zero: Option<f64>) -> Point {
+    point.hypothesis.zero_rad = zero;
+    point
+}
+
+/// What is left of every piece.
+pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<Left>, DiagnosisError> {
+    let ready = setting.ready(&point.hypothesis)?;
+    let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
+    let job = |index: usize| {
+        let Some(piece) = setting.campaign.pieces.get(index) else {
+            return Left { predicted: Vec::new(), residual: Vec::new() };
+        };
+        let mut predicted = piece.predict(&ready, point.starts.get(index).copied().unwrap_or(0.0));
+        let mut residual: Vec<f64> =
+            piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model - zero).collect();
+        let shift = own_zero(setting, &residual);
+        residual.iter_mut().for_each(|value| *value -= shift);
+        predicted.iter_mut().for_each(|value| *value += zero + shift);
+        Left { predicted, residual }
+    };
+    Ok(map(setting.workers, setting.campaign.pieces.len(), job))
+}
+
+/// A run's own zero, drawn towards none as far as zeros are known to scatter.
+fn own_zero(setting: &Setting<'_>, residual: &[f64]) -> f64 {
+    let mean = residual.iter().sum::<f64>() / residual.len().max(1) as f64;
+    if setting.nuisances.angle_zero || setting.nuisances.zero_nm > 0.0 { mean } else { 0.0 }
+}
+
+/// Sum of squares and samples by group, over the pieces wanted.
+fn squares(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> Vec<(f64, f64)> {
+    let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
+        if let Some((square, count)) = groups.get_mut(piece.group) {
+            // The first sample begins the prediction; it tells nothing.
+            *square += left.residual.iter().skip(1).map(|value| value * value).sum::<f64>();
+            *count += left.residual.len().saturating_sub(1) as f64;
+        }
+    }
+    groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
+}
+
+fn rms_of(groups: &[(f64, f64)]) -> f64 {
+    let (square, count) = groups.iter().fold((0.0, 0.0), |(s, c), group| (s + group.0, c + group.1));
+    (square / f64::max(count, 1.0)).sqrt()
+}
+
+/// RMS over the pieces wanted.
+pub(crate) fn rms_left(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
+    rms_of(&squares(setting, left, wanted))
+}
+
+/// The gain on held-out runs.
+pub(crate) fn gain(setting: &Setting<'_>, before: &[Left], after: &[Left], seed: u64) -> Gain {
+    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
+    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let (before, after) = (squares(setting, before, &wanted), squares(setting, after, &wanted));
+    let (rms_before, rms_after) = (rms_of(&before), rms_of(&after));
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut ratios: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let (mut one, mut two) = (0.0, 0.0);
+            for _ in 0..before.len() {
+                let drawn = random.random_range(0..before.len());
+                one += before.get(drawn).map_or(0.0, |group| group.0);
+                two += after.get(drawn).map_or(0.0, |group| group.0);
+            }
+            ratio((two as f64).sqrt(), (one as f64).sqrt())
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let at =
+        |part: f64| ratios.get((part * (DRAWS - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN);
+    let ratio = ratio(rms_after, rms_before);
+    Gain {
+        held_out_runs: setting.campaign.held_out(),
+        rms_before,
+        rms_after,
+        ratio,
+        ratio_ci95: [at(0.025).min(ratio), at(0.975).max(ratio)],
+        closed_loop: None,
+    }
+}
+
+fn ratio(after: f64, before: f64) -> f64 {
+    if before > 0.0 { after / before } else { 1.0 }
+}
+
+/// The hypothesis without any cause.
+pub(crate) fn nothing(hypothesis: &Hypothesis) -> Hypothesis {
+    Hypothesis { members: Vec::new(), zero_rad: hypothesis.zero_rad }
+}

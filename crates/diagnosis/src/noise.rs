@@ -1,0 +1,114 @@
+//! What the measurement scatters by itself: the transducer's noise, and what the encoder makes of the prediction.
+//!
+//! The transducer's noise from fourth differences of the residual (motion hardly shows in them) and from holds; the
+//! encoder's share by measuring the smoothed motion once more and predicting again. Samples are weighted by both.
+
+use crate::campaign::Campaign;
+use crate::piece::{Piece, Ready};
+use crate::workers::{Workers, map};
+
+/// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
+const FOURTH: f64 = 70.0;
+/// Samples whose noise is taken together.
+const BLOCK: usize = 128;
+/// Samples on either side over which the encoder's share is averaged.
+const REACH: usize = 50;
+
+/// The measurement's noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NoiseLevel {
+    /// Of the measured channel alone.
+    pub channel: f64,
+    /// With what the encoder makes of the prediction; root mean square over all samples.
+    pub total: f64,
+}
+
+/// Estimates the noise, and sets the pieces' weights.
+pub(crate) fn estimate(
+    campaign: &mut Campaign,
+    ready: &Ready,
+    starts: &[f64],
+    seed: u64,
+    workers: &dyn Workers,
+) -> NoiseLevel {
+    let pieces = &campaign.pieces;
+    let found = map(workers, pieces.len(), |index| {
+        let start = starts.get(index).copied().unwrap_or(0.0);
+        pieces.get(index).map(|piece| look(piece, ready, start, seed)).unwrap_or_default()
+    });
+    let pool = |blocks: &mut dyn Iterator<Item = f64>| {
+        let mut all: Vec<f64> = blocks.filter(|variance| variance.is_finite()).collect();
+        median(&mut all)
+    };
+    let fast = pool(&mut found.iter().flat_map(|of| of.fast.iter().copied()));
+    let fast_of_motion = pool(&mut found.iter().flat_map(|of| of.fast_of_motion.iter().copied()));
+    let steps = pieces.iter().map(|piece| piece.noise.step_rad).fold(0.0, f64::max);
+    let least = match ready {
+        Ready::Torque(_) => 1e-9,
+        Ready::Angle(_) => (steps * steps / 12.0).max(1e-18),
+    };
+    let channel = (fast - fast_of_motion).max(0.1 * fast).max(least);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
+        for (index, weight) in piece.weights.iter_mut().enumerate() {
+            let variance = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
+            *weight = 1.0 / variance.sqrt();
+            sum += variance;
+            count += 1.0;
+        }
+        // The first sample begins the prediction; it tells nothing.
+        if let Some(first) = piece.weights.first_mut() {
+            *first = 0.0;
+        }
+    }
+    NoiseLevel { channel: channel.sqrt(), total: (sum / f64::max(count, 1.0)).sqrt() }
+}
+
+#[derive(Default)]
+struct Look {
+    /// Variance by block, of the residual and of what the encoder makes of the prediction.
+    fast: Vec<f64>,
+    fast_of_motion: Vec<f64>,
+    /// The encoder's share by sample.
+    of_motion: Vec<f64>,
+}
+
+fn look(piece: &Piece, ready: &Ready, start: f64, seed: u64) -> Look {
+    let predicted = piece.predict(ready, start);
+    let residual: Vec<f64> =
+        piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
+    let error = piece.error_of_motion(ready, start, seed);
+    Look { fast: blocks(&residual), fast_of_motion: blocks(&error), of_motion: local_mean_square(&error) }
+}
+
+fn blocks(values: &[f64]) -> Vec<f64> {
+    let variance = |block: &[f64]| {
+        let (sum, count) = block.windows(5).fold((0.0, 0.0), |(sum, count), five| {
+            let fourth: f64 =
+                five.iter().zip([1.0, -4.0, 6.0, -4.0, 1.0]).map(|(value, weight)| weight * value).sum();
+            (sum + fourth * fourth, count + 1.0)
+        });
+        if count > 20.0 { sum / (count * FOURTH) } else { f64::NAN }
+    };
+    values.chunks(BLOCK).map(variance).collect()
+}
+
+fn local_mean_square(values: &[f64]) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    for value in values {
+        sum += value * value;
+        sums.push(sum);
+    }
+    let mean = |index: usize| {
+        let (from, to) = (index.saturating_sub(REACH), (index + REACH + 1).min(values.len()));
+        let at = |place: usize| sums.get(place).copied().unwrap_or(0.0);
+        (at(to) - at(from)) / (to - from) as f64
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}

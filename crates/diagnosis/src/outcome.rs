@@ -1,0 +1,175 @@
+//! What was found, as diagnosis.json holds it.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The answer in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// One cause or more accepted; what is left is noise.
+    Explained,
+    /// Causes accepted, structure left.
+    PartlyExplained,
+    /// A group of causes would explain it, and these data can't choose; none accepted.
+    Ambiguous,
+    /// Structure, nothing accepted, no group.
+    Unexplained,
+    /// Nothing beyond noise.
+    NoDiscrepancy,
+}
+
+impl Verdict {
+    /// As files write it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Explained => "explained",
+            Self::PartlyExplained => "partly-explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+            Self::NoDiscrepancy => "no-discrepancy",
+        }
+    }
+}
+
+/// The residual of the given model, all runs pooled over samples.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Residual {
+    /// `torque` or `angle`.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// What the measurement scatters by itself, RMS.
+    pub noise: f64,
+    /// Measured less predicted, RMS.
+    pub rms: f64,
+}
+
+/// A parameter of a cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterFound {
+    /// Its value, as in the model file.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Its 95 % interval.
+    pub ci95: [f64; 2],
+    /// Its unit.
+    pub unit: String,
+}
+
+/// An accepted cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    /// Name of the effect.
+    pub id: String,
+    /// Its parameters by key; a list's entries as `cos[1]`, counted from 1.
+    pub parameters: BTreeMap<String, ParameterFound>,
+    /// What speaks for it, and what beside it was looked at.
+    pub evidence: BTreeMap<String, Evidence>,
+    /// 1 − rms(all causes)/rms(all but this), on held-out runs.
+    pub rms_gain: f64,
+}
+
+/// Causes that these data can't tell apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ambiguity {
+    /// Their names.
+    pub ids: Vec<String>,
+    /// Why.
+    pub reason: String,
+}
+
+/// A name and a reason.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judged {
+    /// Name of the effect.
+    pub id: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// What the causes are worth on runs that they were not fitted on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gain {
+    /// Runs, or blocks "run@t0..t1".
+    pub held_out_runs: Vec<String>,
+    /// RMS of measured less predicted before.
+    pub rms_before: f64,
+    /// The same after.
+    pub rms_after: f64,
+    /// After over before.
+    pub ratio: f64,
+    /// Its 95 % interval, by drawing runs anew.
+    pub ratio_ci95: [f64; 2],
+    /// The same in the loop, where it was simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closed_loop: Option<ClosedLoopGain>,
+}
+
+/// Following errors with the old and the extended belief, the extended model being the truth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ClosedLoopGain {
+    /// With the old belief, rad.
+    pub following_error_rms_before_rad: f64,
+    /// With the extended one, rad.
+    pub following_error_rms_after_rad: f64,
+    /// After over before.
+    pub ratio: f64,
+}
+
+/// What the residual depends on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dependence {
+    /// On what: "run", "speed", "angle, order 2", ...
+    pub on: String,
+    /// Whether the residual was taken with the sign of the direction of motion.
+    pub as_friction: bool,
+    /// The share of its variance that this explains, chance taken off.
+    pub share: f64,
+    /// Probability of as much by chance, corrected for the number of tests.
+    pub p_value: f64,
+}
+
+/// All that goes into diagnosis.json.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// "stepvalve-diagnosis"
+    pub format: String,
+    /// 1
+    pub format_version: u32,
+    /// The answer in a word.
+    pub verdict: Verdict,
+    /// What the given model gets wrong, in size.
+    pub residual: Vec<Residual>,
+    /// Accepted causes, most important first.
+    pub causes: Vec<Cause>,
+    /// Causes that can't be told apart.
+    pub ambiguous: Vec<Ambiguity>,
+    /// Causes tried and refused.
+    pub rejected: Vec<Judged>,
+    /// Causes that these data can't show.
+    pub untestable: Vec<Judged>,
+    /// What it is worth.
+    pub gain: Gain,
+    /// What to measure next.
+    pub next_experiment: String,
+    /// What the residual depends on before, most first.
+    pub structure_before: Vec<Dependence>,
+    /// What is left depends on.
+    pub structure_after: Vec<Dependence>,
+    /// What differs from run to run by itself.
+    pub nuisances: Vec<String>,
+}
+
+/// A piece of evidence.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Evidence {
+    /// A number.
+    Number(f64),
+    /// Words.
+    Text(String),
+    /// Names with numbers.
+    Numbers(BTreeMap<String, f64>),
+}

@@ -1,0 +1,288 @@
+//! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
+
+use crate::DiagnosisError;
+use log_data::{Channel, Run};
+use prediction::{Noise, Smoother};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
+use valve_model::{
+    ContactPast, Model, Motion, MotionInput, MotionParams, ParamError, ValveInput, ValveParams, motion_step,
+    step,
+};
+
+/// Samples beyond a piece's ends that its smoothing sees.
+const MARGIN: usize = 2048;
+/// The longest step that the integrator is asked for, s.
+const LONGEST_S: f64 = 5e-3;
+/// After how long the torque of the first sample is taken, s: as good as none.
+const MOMENT_S: f64 = 1e-9;
+
+/// A model made ready to predict one of the channels.
+pub(crate) enum Ready {
+    Torque(Box<MotionParams>),
+    Angle(Box<ValveParams>),
+}
+
+impl Ready {
+    pub fn new(model: &Model, channel: Channel) -> Result<Self, ParamError> {
+        match channel {
+            Channel::Torque => Ok(Self::Torque(Box::new(MotionParams::new(model)?))),
+            _ => Ok(Self::Angle(Box::new(ValveParams::new(model)?))),
+        }
+    }
+}
+
+/// A stretch of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece {
+    /// The run's place in the log, and the piece's rows.
+    pub run: usize,
+    pub rows: Range<usize>,
+    /// Pieces of one group are fitted, or held out, together.
+    pub group: usize,
+    pub hold_out: bool,
+    pub time_s: Vec<f64>,
+    pub motions: Vec<Motion>,
+    /// What the model is to predict.
+    pub measured: Vec<f64>,
+    pub command_rad: Vec<f64>,
+    pub pressure_pa: Vec<f64>,
+    pub temperature_c: Vec<f64>,
+    pub reference_temperature_c: f64,
+    /// Rests and distance before it.
+    pub past: ContactPast,
+    /// 1/(standard deviation of measured less predicted); 0 where a sample doesn't count.
+    pub weights: Vec<f64>,
+    /// Where the rotor lost steps: sample and angle, rad.
+    pub jumps: Vec<(usize, f64)>,
+    pub noise: Noise,
+}
+
+impl Piece {
+    /// Takes rows of a run that has been checked.
+    pub fn new(
+        run: &Run,
+        index: usize,
+        rows: Range<usize>,
+        channel: Channel,
+        past: ContactPast,
+        noise: Noise,
+        reference_temperature_c: f64,
+    ) -> Self {
+        let cut = |values: Option<&[f64]>| {
+            values.and_then(|all| all.get(rows.clone())).unwrap_or_default().to_vec()
+        };
+        let from = rows.start.saturating_sub(MARGIN);
+        let to = (rows.end + MARGIN).min(run.len());
+        let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
+        let motions = if channel == Channel::Torque {
+            smoothed(&wide(&run.time_s), &wide(&run.angle_rad), noise, rows.start - from, rows.len())
+        } else {
+            let to = (rows.start + 256).min(run.len());
+            let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
+            smoothed(&wide(&run.time_s), &wide(&run.angle_rad), noise, rows.start - from, 1)
+        };
+        Self {
+            run: index,
+            group: 0,
+            hold_out: false,
+            time_s: cut(Some(&run.time_s)),
+            motions,
+            measured: cut(run.channel(channel)),
+            command_rad: cut(run.angle_command_rad.as_deref()),
+            pressure_pa: cut(run.pressure_drop_pa.as_deref()),
+            temperature_c: cut(run.oil_temperature_c.as_deref()),
+            reference_temperature_c,
+            past,
+            weights: vec![1.0; rows.len()],
+            jumps: Vec::new(),
+            noise,
+            rows,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// The bristle's deflection (torque logs) that carries the torque measured at the start; 0 for angle logs, whose
+    /// start is a shift of the angle.
+    pub fn first_start(&self, ready: &Ready) -> f64 {
+        let Ready::Torque(params) = ready else { return 0.0 };
+        let law = params.friction_law();
+        let most_rad = law.break_away_deflection_rad();
+        let most_nm = law.steady_torque(f64::MIN_POSITIVE);
+        let Some(motion) = self.motions.first() else { return 0.0 };
+        let count = self.measured.len().min(5).max(1) as f64;
+        let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
+        if most_nm <= 0.0 || !measured_nm.is_finite() {
+            return 0.0;
+        }
+        let _ = motion;
+        (measured_nm / most_nm).clamp(-1.0, 1.0) * most_rad
+    }
+
+    /// Most that the start may be.
+    pub fn start_bound(&self, ready: &Ready) -> f64 {
+        match ready {
+            Ready::Torque(params) => 1.2 * params.friction_law().break_away_deflection_rad(),
+            Ready::Angle(_) => 0.01,
+        }
+    }
+
+    /// What the model has for the piece.
+    pub fn predict(&self, ready: &Ready, start: f64) -> Vec<f64> {
+        let mut predicted = match ready {
+            Ready::Torque(params) => self.torque(params, &self.motions, start),
+            Ready::Angle(params) => self.angle(params, start),
+        };
+        for (from, jump) in &self.jumps {
+            predicted.iter_mut().skip(*from).for_each(|value| *value += jump);
+        }
+        predicted
+    }
+
+    /// Angle, speed and acceleration at a sample; of the command where that is all there is.
+    pub fn kinematics(&self, index: usize) -> (f64, f64, f64) {
+        if self.motions.len() == self.len() {
+            let none = Motion { angle_rad: f64::NAN, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+            let motion = self.motions.get(index).copied().unwrap_or(none);
+            return (motion.angle_rad, motion.speed_rad_per_s, motion.acceleration_rad_per_s2);
+        }
+        let command = |index: usize| self.command_rad.get(index).copied().unwrap_or(f64::NAN);
+        let time = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
+        let speed = |index: usize| (command(index) - command(index - 1)) / (time(index) - time(index - 1));
+        match index {
+            0 => (command(0), 0.0, 0.0),
+            1 => (command(1), speed(1), 0.0),
+            _ => (
+                command(index),
+                speed(index),
+                (speed(index) - speed(index - 1)) / (time(index) - time(index - 1)),
+            ),
+        }
+    }
+
+    fn conditions(&self, index: usize) -> (f64, f64) {
+        let middle = |values: &[f64], default: f64| {
+            let here = values.get(index).copied().unwrap_or(default);
+            0.5 * (values.get(index.saturating_sub(1)).copied().unwrap_or(here) + here)
+        };
+        (middle(&self.pressure_pa, 0.0), middle(&self.temperature_c, self.reference_temperature_c))
+    }
+
+    fn torque(&self, params: &MotionParams, motions: &[Motion], start: f64) -> Vec<f64> {
+        let Some(first) = motions.first() else { return Vec::new() };
+        let past = ContactPast { deflection_rad: start, ..self.past };
+        let mut state = params.at_start_after(first, &past);
+        let mut before = *first;
+        let mut before_s = f64::NAN;
+        let mut torque = Vec::with_capacity(self.len());
+        for (index, (motion, time_s)) in motions.iter().zip(&self.time_s).enumerate() {
+            let dt_s = if index == 0 { MOMENT_S } else { time_s - before_s };
+            let (pressure_drop_pa, oil_temperature_c) = self.conditions(index);
+            let input = MotionInput { start: before, end: *motion, pressure_drop_pa, oil_temperature_c };
+            torque.push(motion_step(params, &mut state, &input, dt_s).measured_torque_nm);
+            (before, before_s) = (*motion, *time_s);
+        }
+        prediction::delay(&self.time_s, &mut torque, params.sensor_delay_s());
+        torque
+    }
+
+    fn angle(&self, params: &ValveParams, start: f64) -> Vec<f64> {
+        let Some(first) = self.motions.first() else { return Vec::new() };
+        let command = |index: usize| self.command_rad.get(index).copied().unwrap_or(f64::NAN);
+        let met_rad = first.angle_rad + start;
+        let mut state = params.met_at(met_rad, first.speed_rad_per_s, command(0), &self.past);
+        let mut angle = Vec::with_capacity(self.len());
+        angle.push(met_rad);
+        for (index, times) in self.time_s.windows(2).enumerate() {
+            let dt_s = times.iter().fold(0.0, |before, after| after - before);
+            let (pressure_drop_pa, oil_temperature_c) = self.conditions(index + 1);
+            let pieces = (dt_s / LONGEST_S).ceil().max(1.0);
+            let mut last = f64::NAN;
+            for piece in 0..pieces as u64 {
+                let at = |piece: u64| {
+                    command(index) + (command(index + 1) - command(index)) * piece as f64 / pieces
+                };
+                let input = ValveInput {
+                    command_start_rad: at(piece),
+                    command_end_rad: at(piece + 1),
+                    pressure_drop_pa,
+                    oil_temperature_c,
+                    energised: true,
+                };
+                last = step(params, &mut state, &input, dt_s / pieces).encoder_angle_rad;
+            }
+            angle.push(last);
+        }
+        prediction::delay(&self.time_s, &mut angle, params.sensor_delay_s());
+        angle
+    }
+
+    /// What the encoder's steps and noise make of the predicted torque: the prediction from this motion less that from
+    /// the same motion measured once more. Empty for angle logs.
+    pub fn error_of_motion(&self, ready: &Ready, start: f64, seed: u64) -> Vec<f64> {
+        let Ready::Torque(params) = ready else { return Vec::new() };
+        let again = self.measured_again(seed);
+        let once = self.torque(params, &self.motions, start);
+        let twice = self.torque(params, &again, start);
+        once.iter().zip(twice).map(|(one, two)| two - one).collect()
+    }
+
+    fn measured_again(&self, seed: u64) -> Vec<Motion> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
+        let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());
+        let step_rad = self.noise.step_rad;
+        let mut measure = |angle_rad: f64| {
+            let noisy = angle_rad + normal.as_ref().map_or(0.0, |normal| normal.sample(&mut random));
+            if step_rad > 0.0 { (noisy / step_rad).round() * step_rad } else { noisy }
+        };
+        let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
+        smoothed(&self.time_s, &angles, self.noise, 0, self.len())
+    }
+}
+
+fn smoothed(time_s: &[f64], angle_rad: &[f64], noise: Noise, first: usize, count: usize) -> Vec<Motion> {
+    let mut smoother = Smoother::new(time_s, angle_rad, noise);
+    let mut motions = Vec::with_capacity(count);
+    for index in 0..first + count {
+        let motion = smoother.motion(index);
+        if index >= first {
+            motions.push(motion);
+        }
+    }
+    motions
+}
+
+/// Checks what every run must bring along.
+pub(crate) fn check(run: &Run, channel: Channel, least_samples: usize) -> Result<(), DiagnosisError> {
+    if run.len() < least_samples {
+        let (run, found) = (run.name.clone(), run.len());
+        return Err(DiagnosisError::TooShort { run, found, expected: least_samples });
+    }
+    let mut used = vec![Channel::Angle, Channel::PressureDrop, Channel::OilTemperature, channel];
+    if channel == Channel::Angle {
+        used.push(Channel::AngleCommand);
+    }
+    for channel in used {
+        let values = run.channel(channel).unwrap_or_default();
+        if let Some(index) = values.iter().position(|value| value.is_nan()) {
+            return Err(DiagnosisError::MissingSample {
+                run: run.name.clone(),
+                row: index + 1,
+                time_s: run.time_s.get(index).copied().unwrap_or(f64::NAN),
+                channel,
+            });
+        }
+    }
+    let first = run.angle_rad.first().copied().unwrap_or(0.0);
+    let holds = ["hold", "dwell", "rest", "static", "presliding"];
+    let may_rest = holds.iter().any(|kind| run.kind.to_lowercase().contains(kind));
+    if run.angle_rad.iter().all(|angle| *angle == first) && !may_rest {
+        return Err(DiagnosisError::NeverMoves { run: run.name.clone(), rows: run.len(), angle_rad: first });
+    }
+    Ok(())
+}

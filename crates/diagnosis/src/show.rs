@@ -1,0 +1,225 @@
+//! Where a residual has structure: by run, kind, angle, speed, and so on; with tests corrected for their number.
+
+use crate::linear::Setting;
+use crate::measure::Left;
+use crate::outcome::Dependence;
+use crate::piece::Piece;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use std::collections::BTreeMap;
+
+/// Bins of a covariate.
+const BINS: usize = 12;
+/// Lags over which neighbours are compared.
+const LAGS: usize = 400;
+/// Orders over a turn that are looked at.
+const ORDERS: usize = 16;
+
+/// A sample as the tests see it.
+struct Sample {
+    /// Residual in parts of its noise.
+    residual: f64,
+    direction: f64,
+    covariates: [f64; COVARIATES.len()],
+}
+
+const COVARIATES: [&str; 9] = [
+    "run",
+    "kind",
+    "angle",
+    "speed",
+    "acceleration",
+    "pressure",
+    "temperature",
+    "time since rest",
+    "distance travelled",
+];
+
+/// What was found of a residual.
+#[derive(Debug, Clone)]
+pub(crate) struct Structure {
+    pub dependences: Vec<Dependence>,
+    /// RMS in parts of the noise.
+    pub rms: f64,
+    /// Samples that are worth one independent sample.
+    pub per_independent: f64,
+}
+
+/// Tests a residual against everything that is known beside it.
+pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
+    let per_independent = correlation(setting, left);
+    let samples = samples(setting, left);
+    let count = samples.len() as f64;
+    let square: f64 = samples.iter().map(|sample| sample.residual * sample.residual).sum();
+    let independent = (count / per_independent).max(4.0);
+    let mut dependences = Vec::new();
+    for (index, name) in COVARIATES.iter().enumerate() {
+        for as_friction in [false, true] {
+            let values: Vec<(f64, f64)> = samples
+                .iter()
+                .map(|sample| {
+                    let sign = if as_friction { sample.direction } else { 1.0 };
+                    (sample.covariates.get(index).copied().unwrap_or(f64::NAN), sign * sample.residual)
+                })
+                .filter(|(covariate, value)| covariate.is_finite() && *value != 0.0)
+                .collect();
+            let by_name = index < 2;
+            dependences.extend(binned(name, as_friction, values, by_name, square, independent));
+        }
+    }
+    for order in 1..=ORDERS {
+        for as_friction in [false, true] {
+            dependences.extend(harmonic(order, as_friction, &samples, square, independent));
+        }
+    }
+    let tests = dependences.len() as f64;
+    dependences.iter_mut().for_each(|found| found.p_value = (found.p_value * tests).min(1.0));
+    dependences.sort_by(|a, b| b.share.total_cmp(&a.share));
+    Structure { dependences, rms: (square / count.max(1.0)).sqrt(), per_independent }
+}
+
+fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
+    let mut kinds: BTreeMap<&str, f64> = BTreeMap::new();
+    for (_, kind) in &setting.campaign.runs {
+        let next = kinds.len() as f64;
+        kinds.entry(kind).or_insert(next);
+    }
+    let mut samples = Vec::new();
+    for (piece, left) in setting.campaign.pieces.iter().zip(left) {
+        let kind = setting.campaign.runs.get(piece.run).and_then(|run| kinds.get(run.1.as_str()).copied());
+        of_piece(piece, left, kind.unwrap_or(0.0), &mut samples);
+    }
+    samples
+}
+
+fn of_piece(piece: &Piece, left: &Left, kind: f64, samples: &mut Vec<Sample>) {
+    let mut rest_s = 0.0;
+    let mut distance = piece.past.distance_rad;
+    let mut before_s = f64::NAN;
+    let mut direction = 0.0;
+    for (index, ((residual, weight), time_s)) in
+        left.residual.iter().zip(&piece.weights).zip(&piece.time_s).enumerate()
+    {
+        let dt_s = if before_s.is_finite() { time_s - before_s } else { 0.0 };
+        before_s = *time_s;
+        let (angle, speed, acceleration) = piece.kinematics(index);
+        rest_s = if speed.abs() > 1e-3 { 0.0 } else { rest_s + dt_s };
+        distance += speed.abs() * dt_s;
+        if speed.abs() > 1e-4 {
+            direction = speed.signum();
+        }
+        if *weight > 0.0 {
+            let covariate = |values: &[f64]| values.get(index).copied().unwrap_or(f64::NAN);
+            samples.push(Sample {
+                residual: residual * weight,
+                direction,
+                covariates: [
+                    piece.run as f64,
+                    kind,
+                    angle,
+                    speed,
+                    acceleration,
+                    covariate(&piece.pressure_pa),
+                    covariate(&piece.temperature_c),
+                    rest_s,
+                    distance,
+                ],
+            });
+        }
+    }
+}
+
+fn binned(
+    name: &str,
+    as_friction: bool,
+    mut values: Vec<(f64, f64)>,
+    by_value: bool,
+    square: f64,
+    independent: f64,
+) -> Option<Dependence> {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (first, last) = (values.first()?.0, values.last()?.0);
+    if first == last {
+        return None;
+    }
+    let bins: Vec<&[(f64, f64)]> = if by_value {
+        values.chunk_by(|a, b| a.0 == b.0).collect()
+    } else {
+        values.chunks(values.len().div_ceil(BINS)).collect()
+    };
+    let within = |bin: &&[(f64, f64)]| {
+        let sum: f64 = bin.iter().map(|(_, value)| value).sum();
+        sum * sum / bin.len() as f64
+    };
+    let between: f64 = bins.iter().map(within).sum();
+    let total: f64 = values.iter().map(|(_, value)| value * value).sum();
+    let part = independent * values.len() as f64 / values.len().max(1) as f64;
+    Some(tested(name, as_friction, (between, total), bins.len() as f64, square, part))
+}
+
+fn harmonic(
+    order: usize,
+    as_friction: bool,
+    samples: &[Sample],
+    square: f64,
+    independent: f64,
+) -> Option<Dependence> {
+    let (mut cc, mut ss, mut cs, mut rc, mut rs) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for sample in samples {
+        let angle = sample.covariates.get(2).copied().unwrap_or(f64::NAN);
+        if !angle.is_finite() {
+            return None;
+        }
+        (least, most) = (least.min(angle), most.max(angle));
+        let value = sample.residual * if as_friction { sample.direction } else { 1.0 };
+        let (sin, cos) = (order as f64 * angle).sin_cos();
+        (cc, ss, cs, rc, rs) =
+            (cc + cos * cos, ss + sin * sin, cs + cos * sin, rc + value * cos, rs + value * sin);
+    }
+    let determinant = cc * ss - cs * cs;
+    if (most - least) * (order as f64) < std::f64::consts::TAU || determinant <= 1e-6 * cc * ss {
+        return None;
+    }
+    let explained = (rc * (ss * rc - cs * rs) + rs * (cc * rs - cs * rc)) / determinant;
+    Some(tested(&format!("angle, order {order}"), as_friction, (explained, square), 2.0, square, independent))
+}
+
+fn tested(
+    on: &str,
+    as_friction: bool,
+    (between, total): (f64, f64),
+    groups: f64,
+    square: f64,
+    independent: f64,
+) -> Dependence {
+    let within = (total - between).max(1e-12 * total);
+    let freedom = (independent - groups).max(1.0);
+    let statistic = (between / groups) / (within / freedom);
+    let p_value = FisherSnedecor::new(groups, freedom).map_or(1.0, |f| 1.0 - f.cdf(statistic.max(0.0)));
+    let by_chance = groups / independent;
+    let share = ((between / square) - by_chance).max(0.0);
+    Dependence { on: on.to_owned(), as_friction, share, p_value }
+}
+
+/// How many samples are worth one independent one: 1 + 2·Σ autocorrelation, until it first falls below a twentieth.
+fn correlation(setting: &Setting<'_>, left: &[Left]) -> f64 {
+    let mut sums = vec![0.0; LAGS];
+    for (piece, left) in setting.campaign.pieces.iter().zip(left) {
+        let values: Vec<f64> =
+            left.residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect();
+        let some = values.get(..4096).unwrap_or(&values);
+        for (lag, sum) in sums.iter_mut().enumerate() {
+            *sum += some.iter().zip(some.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+    let none = sums.first().copied().unwrap_or(0.0);
+    let mut total = 1.0;
+    for sum in sums.iter().skip(1) {
+        let correlation = sum / none.max(f64::MIN_POSITIVE);
+        if correlation < 0.05 {
+            break;
+        }
+        total += 2.0 * correlation;
+    }
+    total
+}

@@ -1,0 +1,144 @@
+//! `stepvalve diagnose`: measured runs against a model; what it gets wrong, why, and what that is worth.
+
+mod extended;
+mod page;
+mod threads;
+
+use crate::failure::{Failure, Outcome};
+use crate::files::{self, name};
+use crate::say::say;
+use anyhow::{Context, anyhow};
+use diagnosis::{Diagnosis, Event, Options, Verdict, diagnose};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use threads::Threads;
+
+/// What to hold against what.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Measured runs (valve-log): torque against angle, or angle against angle_command
+    #[arg(long, value_name = "LOG.h5")]
+    log: PathBuf,
+    /// The model
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// The folder for diagnosis.json, model-extended.toml and report.html
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Decides which runs are held out: the same seed, the same answer
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+/// Diagnoses, and writes all three files when all is done.
+///
+/// # Errors
+/// [`Failure::Input`] where the log or the model can't be used, naming run and row, or files exist;
+/// [`Failure::Failed`] where writing fails.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let files = Files::new(&arguments.out)?;
+    let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
+    let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
+    let mut log = run_log::read_log(&arguments.log).map_err(Failure::input)?;
+    // What the model doesn't know needs no memory from here on.
+    log.runs.iter_mut().for_each(|run| run.extra = Vec::new());
+    let progress = progress();
+    let options = Options { seed: arguments.seed };
+    let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
+    progress.finish_and_clear();
+    let found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
+    let headline = page::headline(&found);
+    let extended = extended::text(&found, &model, &log_file, &model_file);
+    let page = page::page(&found, &log, &log_file, &model_file, &headline);
+    let json = serde_json::to_string_pretty(&found.diagnosis).context("diagnosis.json")?;
+    files.write(&[("diagnosis.json", &json), ("model-extended.toml", &extended), ("report.html", &page)])?;
+    summary(&found.diagnosis, &headline, &arguments.out);
+    Ok(Outcome::Done)
+}
+
+fn progress() -> ProgressBar {
+    let progress = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+        progress.set_style(style);
+    }
+    progress.enable_steady_tick(Duration::from_millis(200));
+    progress
+}
+
+fn show(progress: &ProgressBar, event: Event<'_>) {
+    match event {
+        Event::Noise { rms, noise } => {
+            progress.suspend(|| say(format_args!("error of the model: RMS {rms:.4e}; noise {noise:.4e}")));
+        }
+        Event::Ranking(ranking) => progress.suspend(|| {
+            say("first ranking, by what each cause alone would cut the error (in parts of the noise):");
+            for (id, gain) in ranking.iter().take(5).filter(|(_, gain)| *gain > 0.0) {
+                say(format_args!("  {gain:8.3}  {id}"));
+            }
+        }),
+        Event::Step(step) => progress.set_message(step),
+    }
+}
+
+fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
+    say(format_args!("{}: {headline}", diagnosis.verdict.name()));
+    for cause in &diagnosis.causes {
+        let parameters: Vec<String> = cause
+            .parameters
+            .iter()
+            .map(|(key, of)| format!("{key} = {:.4} ({:.4} to {:.4})", of.value, of.ci95[0], of.ci95[1]))
+            .collect();
+        say(format_args!("  {}: {}", cause.id, parameters.join(", ")));
+    }
+    for group in &diagnosis.ambiguous {
+        say(format_args!("  can't be told apart: {}", group.ids.join(", ")));
+    }
+    if diagnosis.verdict != Verdict::NoDiscrepancy {
+        say(format_args!("next: {}", diagnosis.next_experiment));
+    }
+    say(format_args!("{}, with model-extended.toml and diagnosis.json", name(&out.join("report.html"))));
+}
+
+/// The folder for the results.
+struct Files {
+    folder: PathBuf,
+}
+
+impl Files {
+    /// Refuses a folder that holds a diagnosis.
+    fn new(folder: &Path) -> Result<Self, Failure> {
+        for file in ["diagnosis.json", "model-extended.toml", "report.html"] {
+            let path = folder.join(file);
+            if path.exists() {
+                return Err(Failure::Input(anyhow!("{} exists: give --out another folder", name(&path))));
+            }
+        }
+        Ok(Self { folder: folder.to_owned() })
+    }
+
+    /// All files under other names first: they appear when all are whole.
+    fn write(&self, files: &[(&str, &str)]) -> anyhow::Result<()> {
+        std::fs::create_dir_all(&self.folder).with_context(|| name(&self.folder))?;
+        let mut written = Vec::new();
+        for (file, text) in files {
+            let path = self.folder.join(file);
+            let mut temporary =
+                tempfile::NamedTempFile::new_in(&self.folder).with_context(|| name(&self.folder))?;
+            temporary.write_all(text.as_bytes()).with_context(|| name(&path))?;
+            written.push((temporary, path));
+        }
+        for (temporary, path) in written {
+            let file = temporary.persist_noclobber(&path).with_context(|| name(&path))?;
+            readable(&file).with_context(|| name(&path))?;
+        }
+        Ok(())
+    }
+}
+
+/// Temporary files are their owner's alone; results are for everybody that the folder lets in.
+fn readable(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
