@@ -8,6 +8,7 @@ mod output;
 mod peers;
 mod programs;
 mod progress;
+mod safety;
 mod scenario;
 mod sim;
 mod timing;
@@ -54,7 +55,13 @@ enum Bench {
     Max,
     /// LinuxCNC's thread jitter beside the loop's, where it is installed
     Peers,
-    /// All of them, one after the other
+    /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
+    Safety(safety::Arguments),
+    /// Faults by the thousand in real time: processes killed, stopped, starved; --docs docs/safety.md
+    SafetyLive(safety::Arguments),
+    /// A valve that turns for half an hour beside stress-ng; --docs docs/safety.md
+    Soak(safety::SoakArguments),
+    /// All of those about time, one after the other
     All,
 }
 
@@ -85,6 +92,9 @@ fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
         Bench::Jitter => jitter::run(quick, out),
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
+        Bench::Safety(arguments) => safety::run(&arguments, quick),
+        Bench::SafetyLive(arguments) => safety::run_live(&arguments, quick),
+        Bench::Soak(arguments) => safety::run_soak(&arguments, quick),
         Bench::All => return Ok(()),
     }?;
     println!("{}", results.text());

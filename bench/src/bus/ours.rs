@@ -38,7 +38,7 @@ fn trip_all(place: &Place, trips: u64, times: &mut Times) -> Result<()> {
         let begun = now_ns();
         let command = StepCommand { follow: 1, ..StepCommand::default() };
         there.write(trip, now_ns(), command);
-        while back.of_cycle(trip).is_none() {
+        while back.of_cycle(trip).message().is_none() {
             std::hint::spin_loop();
         }
         times.add(now_ns() - begun);
@@ -59,7 +59,7 @@ pub(super) fn echo(root: &Path) -> Result<()> {
     back.write(0, now_ns(), Feedback::default());
     let mut trip = 1;
     loop {
-        if there.of_cycle(trip).is_some() {
+        if there.of_cycle(trip).message().is_some() {
             back.write(trip, now_ns(), Feedback::default());
             trip += 1;
         } else if there.latest().is_some_and(|message| message.header.cycle == u64::MAX) {

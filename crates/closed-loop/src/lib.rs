@@ -9,13 +9,16 @@ mod encoder;
 mod generator;
 mod in_process;
 mod plant;
+mod pulses;
 mod timeline;
+mod wire;
 mod wiring;
 
 pub use controller::{ControllerPart, ControllerRole};
 pub use encoder::EncoderParams;
 pub use generator::{DueSetPoint, GeneratorPart, GeneratorRole};
-pub use in_process::{CycleMessages, InProcess};
+pub use in_process::{Arrived, CycleMessages, CycleOutputs, InProcess};
 pub use plant::{PlantPart, PlantRole, PlantSample};
 pub use timeline::{ARM_CYCLE, Timeline};
+pub use wire::{Perfect, Presence, Wire};
 pub use wiring::{Parts, WiringError, wire};

@@ -1,6 +1,7 @@
 //! The plant's role: drive, valve and sensors. StepCommand in; Feedback and, for the recorder alone, PlantTruth out.
 
 use crate::encoder::{Encoder, EncoderParams};
+use crate::pulses::Pulses;
 use crate::timeline::Timeline;
 use config::Profile;
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,8 @@ pub struct PlantRole {
     delayed: Option<StepCommand>,
     motion: Option<drive::Motion>,
     output: Option<ValveOutput>,
+    // Of the last cycle.
+    pulses: Pulses,
     lost_steps_at_start: i64,
 }
 
@@ -58,7 +61,7 @@ impl PlantRole {
     pub fn new(part: PlantPart) -> Self {
         let angle_rad = part.initial_angle_rad;
         let microsteps = (angle_rad / part.drive.microstep_angle_rad).round() as i64;
-        let holds = part.drive.after_stop == drive::AfterStop::Hold;
+        let holds = part.drive.after_stop != drive::AfterStop::DeEnergise;
         let drive = if holds {
             drive::State::at_rest_energised(microsteps)
         } else {
@@ -74,6 +77,7 @@ impl PlantRole {
             delayed: None,
             motion: None,
             output: None,
+            pulses: Pulses::default(),
             lost_steps_at_start: 0,
         };
         role.lost_steps_at_start = role.lost_steps();
@@ -110,6 +114,8 @@ impl PlantRole {
         if let Some(encoder) = &mut self.encoder {
             encoder.sample(output.encoder_angle_rad);
         }
+        self.pulses =
+            Pulses::between(motion.start_microsteps, motion.end_microsteps, self.part.timeline.period_ns);
         self.motion = Some(motion);
         self.output = Some(output);
     }
@@ -155,6 +161,9 @@ impl PlantRole {
             speed_rad_per_s: self.valve.speed_rad_per_s,
             command_angle_rad: self.command_rad(),
             lost_teeth: self.lost_steps() - self.lost_steps_at_start,
+            pulses: self.pulses.count,
+            first_pulse_ns: self.pulses.first_ns,
+            last_pulse_ns: self.pulses.last_ns,
             ..PlantTruth::default()
         };
         self.output.map_or(at_rest, |output| PlantTruth {

@@ -112,6 +112,18 @@ fn drive_params(scenario: &Scenario, motor: &MotorParams) -> drive::Params {
         after_stop: match scenario.driver.after_stop {
             config::AfterStop::Hold => drive::AfterStop::Hold,
             config::AfterStop::DeEnergise => drive::AfterStop::DeEnergise,
+            config::AfterStop::Neutral { angle_rad, speed_rad_per_s } => {
+                let microstep_rad = motor.microstep_angle_rad();
+                let reach = |end: Option<f64>| end.map_or(0.0, |end| (end - angle_rad).abs());
+                let limits = &scenario.limits;
+                let longest_rad = reach(limits.min_angle_rad).max(reach(limits.max_angle_rad));
+                drive::AfterStop::Neutral {
+                    microsteps: (angle_rad / microstep_rad).round() as i64,
+                    pulse_rate_hz: speed_rad_per_s / microstep_rad,
+                    // Where the valve was led beyond its limits by a following error, it is as far again.
+                    longest_way: (2.0 * longest_rad / microstep_rad).ceil(),
+                }
+            }
         },
         silence_cycles: scenario.safety.silence_cycles,
     }

@@ -4,13 +4,22 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// What the drive does once it has stopped by itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AfterStop {
     /// The windings stay energised and hold the position.
     Hold,
     /// The windings are switched off.
     DeEnergise,
+    /// The drive goes on to a neutral position, and holds there.
+    Neutral {
+        /// The position, micro-steps.
+        microsteps: i64,
+        /// The pulse rate on the way there, micro-steps per second.
+        pulse_rate_hz: f64,
+        /// The longest way there, micro-steps: what the limits of motion allow.
+        longest_way: f64,
+    },
 }
 
 /// Limits and reactions of the guard.
@@ -69,6 +78,16 @@ impl Params {
                 return Err(DriveError { key, found, expected: "a number above 0, at most 1e15" });
             }
         }
+        if let AfterStop::Neutral { pulse_rate_hz, longest_way, .. } = self.after_stop {
+            if !(pulse_rate_hz > 0.0 && pulse_rate_hz <= self.max_pulse_rate_hz) {
+                let (key, found) = ("after_stop.pulse_rate_hz", pulse_rate_hz);
+                return Err(DriveError { key, found, expected: "above 0, at most `max_pulse_rate_hz`" });
+            }
+            if !(0.0..=LARGEST).contains(&longest_way) {
+                let (key, found) = ("after_stop.longest_way", longest_way);
+                return Err(DriveError { key, found, expected: "0 to 1e15" });
+            }
+        }
         if self.silence_cycles == 0 {
             return Err(DriveError { key: "silence_cycles", found: 0.0, expected: "1 or more" });
         }
@@ -95,6 +114,18 @@ impl Params {
         self.quick_stop_deceleration_hz_per_s * self.period_s * self.period_s
     }
 
+    /// These with the pulse rate of the way to the neutral position.
+    pub(crate) fn to_neutral(&self, pulse_rate_hz: f64) -> Self {
+        Self { max_pulse_rate_hz: pulse_rate_hz, ..*self }
+    }
+
+    /// Cycles of the way to the neutral position, at the most: at its rate, with a ramp at either end.
+    fn neutral_cycles(&self) -> u64 {
+        let AfterStop::Neutral { pulse_rate_hz, longest_way, .. } = self.after_stop else { return 0 };
+        let way = pulse_rate_hz * self.period_s;
+        ((longest_way / way).ceil() + 2.0 * (way / self.max_change()).ceil()) as u64 + 2
+    }
+
     /// Cycles of the ramp from the highest rate to zero, the last one at zero.
     fn ramp_cycles(&self) -> f64 {
         (self.max_travel() / self.quick_stop_change()).ceil()
@@ -102,7 +133,8 @@ impl Params {
 }
 
 /// Cycles from the one of the last command to the first at zero rate, at most: the silence, the ramp from the
-/// highest rate, and one for rounding.
+/// highest rate, the way to a neutral position where there is one, and one for rounding.
 pub fn stop_cycles_bound(params: &Params) -> u64 {
-    params.silence_cycles.saturating_add(params.ramp_cycles() as u64).saturating_add(1)
+    let ramp = params.silence_cycles.saturating_add(params.ramp_cycles() as u64).saturating_add(1);
+    ramp.saturating_add(params.neutral_cycles())
 }

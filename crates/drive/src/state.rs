@@ -26,6 +26,8 @@ pub struct State {
     pub(crate) missed: u64,
     /// What the drive is doing.
     pub(crate) mode: Mode,
+    /// Whether a stop by itself is over: the ramp, and the way to the neutral position where there is one.
+    pub(crate) settled: bool,
     /// Whether the windings carry current.
     pub(crate) energised: bool,
     /// Whether the last command wanted current.
@@ -45,6 +47,7 @@ impl State {
             travel: 0.0,
             missed: 0,
             mode: Mode::Idle,
+            settled: true,
             energised: false,
             energise_wanted: false,
             previous_command: None,

@@ -35,12 +35,16 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&Ste
     let travel = match (state.mode, command) {
         (Mode::Following, Some(command)) => follow(params, state, command),
         (Mode::Following, None) => go_on(state),
+        (Mode::StoppedItself, _) => after_silence(params, state, command),
         _ => stop(params, state, command),
     };
     accept(state, &travel, command);
     // Counted to the end, so that the ramp begins in the next cycle.
     if state.mode == Mode::Following && state.missed >= params.silence_cycles {
         state.mode = Mode::StoppedItself;
+        state.settled = false;
+    } else if state.mode == Mode::StoppedItself {
+        state.settled = state.settled || state.travel == 0.0 && at_neutral(params, state);
     }
     switch_current(params, state);
     report(params, state, start, travel.limited(), command.is_none())
@@ -59,7 +63,7 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
     }
     let agrees = (command.position_unrounded - state.position).abs() <= 1.0;
     state.mode = match (state.mode, follow) {
-        (Mode::StoppedItself, false) if state.travel == 0.0 => Mode::Released,
+        (Mode::StoppedItself, false) if state.settled => Mode::Released,
         (Mode::StoppedItself, _) => Mode::StoppedItself,
         (Mode::Released, true) if !agrees => Mode::Released,
         (Mode::Released, false) => Mode::Released,
@@ -92,6 +96,27 @@ fn go_on(state: &State) -> Travel {
 fn stop(params: &Params, state: &State, command: Option<&StepCommand>) -> Travel {
     let refused = command.is_some_and(|command| command.follow == 1);
     go(state, limits::ramp_down(params, state.travel), refused)
+}
+
+/// The ramp of a stop by itself; then, once it has stood, the way to the neutral position where that is wanted and the
+/// motor has current to go there.
+fn after_silence(params: &Params, state: &State, command: Option<&StepCommand>) -> Travel {
+    let AfterStop::Neutral { microsteps, pulse_rate_hz, .. } = params.after_stop else {
+        return stop(params, state, command);
+    };
+    // Faster than on that way: still the ramp.
+    let way = pulse_rate_hz * params.period_s;
+    if state.settled || !state.energised || state.travel.abs() > way * (1.0 + f64::EPSILON) {
+        return stop(params, state, command);
+    }
+    limits::follow(&params.to_neutral(pulse_rate_hz), state.position, state.travel, microsteps as f64, 0.0)
+}
+
+fn at_neutral(params: &Params, state: &State) -> bool {
+    match params.after_stop {
+        AfterStop::Neutral { microsteps, .. } if state.energised => state.accepted == microsteps,
+        _ => true,
+    }
 }
 
 fn go(state: &State, way: f64, change_limited: bool) -> Travel {
@@ -132,7 +157,8 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
     let latched = state.mode == Mode::StoppedItself;
     let bits = [
         (validity::ENERGISED, state.energised),
-        (validity::STANDSTILL, state.travel == 0.0),
+        // On the way to the neutral position it may stand for a cycle, where it turns back.
+        (validity::STANDSTILL, state.travel == 0.0 && (!latched || state.settled)),
         (validity::LIMITED, limited),
         (validity::STOPPED_ITSELF, latched),
         (validity::COMMAND_MISSED, missed),

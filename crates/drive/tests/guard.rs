@@ -411,3 +411,68 @@ fn parameters_that_no_drive_has_are_refused() {
         println!("{error}");
     }
 }
+
+/// The guard after its commands fell silent at `way` a cycle, with a neutral position; what it did in each cycle.
+fn silent_with_neutral(neutral: i64, way_before: f64, cycles: usize) -> (State, Vec<(f64, u64)>) {
+    let after_stop = AfterStop::Neutral { microsteps: neutral, pulse_rate_hz: 50e3, longest_way: 20_000.0 };
+    let params = Params { after_stop, ..params() };
+    params.validate().unwrap();
+    let mut state = State::at_rest(0);
+    let (mut position, mut last_way, mut cycle) = (0.0, 0.0, 0);
+    while last_way < way_before {
+        last_way += 40.0;
+        position += last_way;
+        step(&params, &mut state, cycle, Some(&follow(position, last_way)));
+        cycle += 1;
+    }
+    let silent = (0..cycles).map(|n| {
+        let motion = step(&params, &mut state, cycle + n as u64, None);
+        (way(&motion), motion.flags)
+    });
+    let silent = silent.collect();
+    (state, silent)
+}
+
+#[test]
+fn after_silence_it_ramps_down_and_goes_to_the_neutral_position() {
+    for neutral in [-5000, 0, 777, 6000] {
+        let (mut state, cycles) = silent_with_neutral(neutral, 400.0, 1000);
+        assert_eq!(state.accepted_microsteps(), neutral);
+        let stood = cycles.iter().position(|(_, flags)| flags & validity::STANDSTILL != 0).unwrap();
+        let bound = Params {
+            after_stop: AfterStop::Neutral {
+                microsteps: neutral,
+                pulse_rate_hz: 50e3,
+                longest_way: 20_000.0,
+            },
+            ..params()
+        };
+        assert!((stood as u64) < stop_cycles_bound(&bound), "{stood} cycles");
+        assert!(cycles[stood..].iter().all(|(way, flags)| *way == 0.0 && flags & validity::STANDSTILL != 0));
+        // The silence, at the last rate; the ramp; then never faster than 50 kHz, and no jerk.
+        assert_eq!(cycles[2].0, 400.0);
+        assert!(cycles[8..].iter().all(|(way, _)| way.abs() <= 50.0 + 1e-6), "{:?}", &cycles[..20]);
+        for pair in cycles.windows(2) {
+            assert!((pair[1].0 - pair[0].0).abs() <= 100.0 + 1e-6, "{pair:?}");
+        }
+        assert!(cycles.iter().skip(3).all(|(_, flags)| flags & validity::ENERGISED != 0));
+        // Nothing but a command that does not want to be followed takes the latch off.
+        let found = step(&bound, &mut state, 5000, Some(&follow(neutral as f64, 0.0)));
+        assert_eq!(found.fault, FaultCode::CommandSilent);
+        step(&bound, &mut state, 5001, Some(&hold()));
+        assert_eq!(state.mode(), Mode::Released);
+    }
+}
+
+#[test]
+fn a_valve_that_is_not_armed_never_goes_to_the_neutral_position() {
+    let after_stop = AfterStop::Neutral { microsteps: 900, pulse_rate_hz: 50e3, longest_way: 20_000.0 };
+    let params = Params { after_stop, ..params() };
+    let mut state = State::at_rest_energised(0);
+    for cycle in 0..20 {
+        step(&params, &mut state, cycle, Some(&hold()));
+    }
+    for cycle in 20..200 {
+        assert_eq!(step(&params, &mut state, cycle, None).end_microsteps, 0.0);
+    }
+}

@@ -3,6 +3,7 @@
 use crate::frame::{FrameError, read_frame, write_frame};
 use crate::part::{ChildSummary, FromChild, Mode, Part, Task, ToChild};
 use crate::{controller, generator, plant, recorder};
+use injection::Injection;
 use realtime::{Wanted, obtain};
 use signal_bus::{Bus, BusError};
 use signals::Source;
@@ -46,6 +47,9 @@ pub enum ChildError {
     /// The record.
     #[error("record: {0}")]
     Recording(#[from] recording::RecordingError),
+    /// A fault to suffer.
+    #[error(transparent)]
+    Injection(#[from] injection::FaultTextError),
     /// The histograms of loop timing.
     #[error("histogram: {0}")]
     Histogram(String),
@@ -85,6 +89,8 @@ pub(crate) struct Child {
     pub(crate) phase_ns: u64,
     pub(crate) wishes: Arc<Wishes>,
     pub(crate) wanted: Wanted,
+    /// Faults planned before the start; `None` where none are allowed.
+    pub(crate) injections: Option<Vec<Injection>>,
     orders: Receiver<ToChild>,
 }
 
@@ -168,6 +174,7 @@ fn live(source: Source) -> Result<(), ChildError> {
     let bus = Bus::open(&part.membership.place, part.membership.generation)?;
     let wishes = Arc::new(Wishes::default());
     let orders = listen(&wishes);
+    let injections = part.injections.map(|texts| texts.iter().map(|text| Injection::parse(text)).collect());
     let child = Child {
         source,
         bus,
@@ -180,6 +187,7 @@ fn live(source: Source) -> Result<(), ChildError> {
             core: part.timing.core,
             lock_memory: source != Source::Recorder,
         },
+        injections: injections.transpose()?,
         orders,
     };
     let summary = match part.task {

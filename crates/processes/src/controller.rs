@@ -2,16 +2,17 @@
 
 use crate::child::{Child, ChildError};
 use crate::inbox::Inbox;
-use crate::paced::{self, Cyclic, Stamp};
+use crate::outbox::Outbox;
+use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::ChildSummary;
 use closed_loop::{ControllerPart, ControllerRole};
-use signal_bus::Writer;
+use injection::Injection;
 use signals::{ControlStatus, Feedback, OperatorCommand, Reference, Source, StepCommand};
 
 struct Controller {
     role: ControllerRole,
-    command: Writer<StepCommand>,
-    status: Writer<ControlStatus>,
+    command: Outbox<StepCommand>,
+    status: Outbox<ControlStatus>,
     feedback: Inbox<Feedback>,
     reference: Inbox<Reference>,
     orders: Inbox<OperatorCommand>,
@@ -20,8 +21,8 @@ struct Controller {
 pub(crate) fn run(child: &Child, part: &ControllerPart) -> Result<Option<ChildSummary>, ChildError> {
     let controller = Controller {
         role: ControllerRole::new(part),
-        command: child.bus.writer(Source::Controller)?,
-        status: child.bus.writer(Source::Controller)?,
+        command: Outbox::open(child, Source::Controller)?,
+        status: Outbox::open(child, Source::Controller)?,
         feedback: Inbox::open(child, Source::Plant)?,
         reference: Inbox::open(child, Source::Trajectory)?,
         orders: Inbox::open(child, Source::Supervisor)?,
@@ -39,9 +40,21 @@ impl Cyclic for Controller {
         stamp.has_read();
         let output = self.role.step(cycle, feedback.as_ref(), reference.as_ref(), order.as_ref());
         stamp.has_stepped();
-        self.command.write(cycle + 1, stamp.now(), output.command);
-        self.status.write(cycle, stamp.now(), output.status);
+        self.command.write(cycle, cycle + 1, stamp.now(), output.command);
+        self.status.write(cycle, cycle, stamp.now(), output.status);
         stamp.has_written();
+    }
+
+    fn pass_over(&mut self, cycle: u64, time_ns: u64, _why: Absence) {
+        _ = self.feedback.of_cycle(cycle);
+        _ = self.reference.of_cycle(cycle + 2);
+        self.command.pass_over(cycle + 1, time_ns);
+        self.status.pass_over(cycle, time_ns);
+    }
+
+    fn inject(&mut self, injection: &Injection) {
+        self.command.inject(injection);
+        self.status.inject(injection);
     }
 
     fn missed(&self) -> u64 {

@@ -2,15 +2,16 @@
 
 use crate::child::{Child, ChildError};
 use crate::inbox::Inbox;
-use crate::paced::{self, Cyclic, Stamp};
+use crate::outbox::Outbox;
+use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::ChildSummary;
 use closed_loop::{GeneratorPart, GeneratorRole};
-use signal_bus::Writer;
+use injection::Injection;
 use signals::{ControlStatus, Feedback, Reference, SetPoint, Source};
 
 struct Generator {
     role: GeneratorRole,
-    reference: Writer<Reference>,
+    reference: Outbox<Reference>,
     feedback: Inbox<Feedback>,
     status: Inbox<ControlStatus>,
     set_points: Inbox<SetPoint>,
@@ -19,7 +20,7 @@ struct Generator {
 pub(crate) fn run(child: &Child, part: GeneratorPart) -> Result<Option<ChildSummary>, ChildError> {
     let generator = Generator {
         role: GeneratorRole::new(part),
-        reference: child.bus.writer(Source::Trajectory)?,
+        reference: Outbox::open(child, Source::Trajectory)?,
         feedback: Inbox::open(child, Source::Plant)?,
         status: Inbox::open(child, Source::Controller)?,
         set_points: Inbox::open(child, Source::Supervisor)?,
@@ -38,8 +39,18 @@ impl Cyclic for Generator {
         stamp.has_read();
         let reference = self.role.step(cycle, feedback.as_ref(), status.as_ref(), set_point.as_ref());
         stamp.has_stepped();
-        self.reference.write(cycle + 2, stamp.now(), reference);
+        self.reference.write(cycle, cycle + 2, stamp.now(), reference);
         stamp.has_written();
+    }
+
+    fn pass_over(&mut self, cycle: u64, time_ns: u64, _why: Absence) {
+        _ = cycle.checked_sub(1).and_then(|previous| self.status.of_cycle(previous));
+        _ = self.feedback.of_cycle(cycle);
+        self.reference.pass_over(cycle + 2, time_ns);
+    }
+
+    fn inject(&mut self, injection: &Injection) {
+        self.reference.inject(injection);
     }
 
     fn missed(&self) -> u64 {

@@ -2,7 +2,7 @@
 
 use crate::child::{Child, Wishes, lockstep_core};
 use crate::part::Mode;
-use signal_bus::{BusError, CycleReader, Service};
+use signal_bus::{BusError, CycleReader, Found, Service};
 use signals::Source;
 use std::sync::Arc;
 
@@ -17,6 +17,7 @@ pub(crate) struct Inbox<B: Service> {
     mode: Mode,
     spins: u32,
     wishes: Arc<Wishes>,
+    ended: bool,
 }
 
 impl<B: Service> Inbox<B> {
@@ -27,15 +28,28 @@ impl<B: Service> Inbox<B> {
             mode: child.mode,
             spins: if shares_core { SPINS_ON_ONE_CORE } else { SPINS },
             wishes: Arc::clone(&child.wishes),
+            ended: false,
         })
     }
 
-    /// The message of `cycle`. In lockstep waits for it; `None` then means that the run is to end.
+    /// The message of `cycle`. In lockstep waits for it, or for its sender's word that there is none.
     pub(crate) fn of_cycle(&mut self, cycle: u64) -> Option<B> {
         match self.mode {
-            Mode::Realtime => self.reader.of_cycle(cycle),
-            Mode::Lockstep => self.wait_for(|reader| reader.of_cycle(cycle)),
+            Mode::Realtime => self.reader.of_cycle(cycle).message(),
+            Mode::Lockstep => {
+                let found = self.wait_for(|reader| match reader.of_cycle(cycle) {
+                    Found::NotYet => None,
+                    found => Some(found),
+                });
+                self.ended = found.is_none();
+                found.and_then(Found::message)
+            }
         }
+    }
+
+    /// Whether nothing more comes because the run is to end.
+    pub(crate) fn ended(&self) -> bool {
+        self.ended
     }
 
     /// The next message in order, if there is one now.

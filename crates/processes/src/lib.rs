@@ -8,9 +8,11 @@
 
 mod child;
 mod controller;
+mod faults;
 mod frame;
 mod generator;
 mod inbox;
+mod outbox;
 mod paced;
 mod part;
 mod plant;

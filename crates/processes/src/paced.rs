@@ -1,7 +1,9 @@
 //! The cycles of a loop process, paced by the clock or by its partners, with the timing that it kept.
 
 use crate::child::{Child, ChildError};
-use crate::part::{ChildSummary, Mode};
+use crate::faults::ProcessFaults;
+use crate::part::{ChildSummary, Mode, ToChild};
+use injection::Injection;
 use realtime::{
     CyclicTimer, LoopStats, PageFaults, Wake, allocations_of_this_thread, now_ns, page_faults_of_this_thread,
 };
@@ -60,12 +62,26 @@ impl Stamp {
     }
 }
 
+/// Why a process takes no part in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Absence {
+    /// It is still busy with an earlier one.
+    Late,
+    /// It is taken for dead.
+    Dead,
+}
+
 /// The work of a loop process.
 pub(crate) trait Cyclic {
     /// Its name on the bus.
     const SOURCE: Source;
     /// Does cycle `cycle`, after `skipped` that were passed over.
     fn cycle(&mut self, cycle: u64, skipped: u64, stamp: &mut Stamp);
+    /// Where there is no clock: takes no part in a cycle. It still keeps pace with its partners, whose messages it leaves
+    /// unread, and says that it has none.
+    fn pass_over(&mut self, cycle: u64, time_ns: u64, why: Absence);
+    /// Lets a fault befall its messages.
+    fn inject(&mut self, injection: &Injection);
     /// Messages lost or refused on the way to it.
     fn missed(&self) -> u64;
     /// Messages published and those of them that could not be sent.
@@ -104,10 +120,23 @@ pub(crate) fn run<C: Cyclic>(child: &Child, mut work: C) -> Result<Option<ChildS
 
 fn lockstep_cycles<C: Cyclic>(child: &Child, work: &mut C) -> Steady {
     let mut steady = Steady::default();
-    let mut cycle = 0;
+    let mut faults = planned(child, work);
+    let (mut cycle, mut over) = (0, 0);
     while (cycle <= child.timeline.last_cycle || !work.may_end()) && !child.wishes.stop() {
         steady.note(cycle, || work.published().0);
-        work.cycle(cycle, 0, &mut Stamp::lockstep(cycle * child.timeline.period_ns));
+        let time_ns = cycle * child.timeline.period_ns;
+        over = if over > 0 { over } else { faults.overrun(cycle) };
+        if faults.silent(cycle) {
+            if cycle > child.timeline.last_cycle {
+                break;
+            }
+            work.pass_over(cycle, time_ns, Absence::Dead);
+        } else if over > 0 {
+            over -= 1;
+            work.pass_over(cycle, time_ns, Absence::Late);
+        } else {
+            work.cycle(cycle, 0, &mut Stamp::lockstep(time_ns));
+        }
         cycle += 1;
     }
     steady.end(cycle, work.published().0);
@@ -123,10 +152,14 @@ fn realtime_cycles<C: Cyclic>(
 ) -> Steady {
     let priority = if child.wanted.priority.is_some() { realtime::current_fifo_priority() } else { None };
     let mut steady = Steady::default();
+    let mut faults = planned(child, work);
     let mut timer = CyclicTimer::new(epoch_ns, child.timeline.period_ns, child.phase_ns);
     loop {
         let wake = timer.wait();
         stats.woke(&wake);
+        if child.injections.is_some() {
+            suffer(child, work, &mut faults, &wake);
+        }
         steady.note(wake.cycle, || work.published().0 + timing.published());
         let mut stamp = Stamp::realtime(wake.woke_ns);
         work.cycle(wake.cycle, wake.skipped, &mut stamp);
@@ -137,6 +170,39 @@ fn realtime_cycles<C: Cyclic>(
             steady.end(wake.cycle + 1, work.published().0 + timing.published());
             return steady;
         }
+    }
+}
+
+/// The faults that were planned before the start.
+fn planned<C: Cyclic>(child: &Child, work: &mut C) -> ProcessFaults {
+    let mut faults = ProcessFaults::default();
+    for injection in child.injections.iter().flatten() {
+        faults.add(C::SOURCE, injection);
+        work.inject(injection);
+    }
+    faults
+}
+
+/// Takes in faults that came since, and lets those of the whole process happen.
+fn suffer<C: Cyclic>(child: &Child, work: &mut C, faults: &mut ProcessFaults, wake: &Wake) {
+    while let Some(order) = child.order() {
+        if let ToChild::Inject(text) = order
+            && let Ok(injection) = Injection::parse(&text)
+        {
+            faults.add(C::SOURCE, &injection);
+            work.inject(&injection);
+        }
+    }
+    let period_ns = child.timeline.period_ns;
+    let overrun = faults.overrun(wake.cycle);
+    if overrun > 0 {
+        // As a computation would that does not come to an end: the core stays busy.
+        while now_ns() < wake.deadline_ns + overrun * period_ns {
+            std::hint::spin_loop();
+        }
+    }
+    while faults.silent(wake.cycle) && !child.wishes.stop() {
+        std::thread::sleep(std::time::Duration::from_nanos(period_ns));
     }
 }
 

@@ -52,6 +52,8 @@ pub struct Part {
     pub timeline: Timeline,
     /// When and where it runs.
     pub timing: TaskTiming,
+    /// Faults to suffer, as text; `None` where none are allowed, whatever comes later.
+    pub injections: Option<Vec<String>>,
     /// Its own work.
     pub task: Task,
 }
@@ -124,6 +126,8 @@ pub enum ToChild {
     Mark(String),
     /// For the recorder: save the last seconds of every process's timing.
     SaveTiming,
+    /// Suffer a fault, where that is allowed; its text form.
+    Inject(String),
     /// End the cycles now.
     Stop,
     /// End the process.

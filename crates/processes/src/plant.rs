@@ -2,9 +2,11 @@
 
 use crate::child::{Child, ChildError};
 use crate::inbox::Inbox;
-use crate::paced::{self, Cyclic, Stamp};
+use crate::outbox::Outbox;
+use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::{ChildSummary, Mode};
 use closed_loop::{PlantPart, PlantRole};
+use injection::Injection;
 use signal_bus::Writer;
 use signals::{Feedback, PlantTruth, RecorderProgress, Source, StepCommand, validity};
 
@@ -17,7 +19,8 @@ const PROGRESS_CYCLES: u64 = 256;
 struct Plant {
     role: PlantRole,
     mode: Mode,
-    feedback: Writer<Feedback>,
+    last_cycle: u64,
+    feedback: Outbox<Feedback>,
     truth: Writer<PlantTruth>,
     commands: Inbox<StepCommand>,
     recorder: Inbox<RecorderProgress>,
@@ -30,7 +33,8 @@ pub(crate) fn run(child: &Child, part: PlantPart) -> Result<Option<ChildSummary>
     let plant = Plant {
         role: PlantRole::new(part),
         mode: child.mode,
-        feedback: child.bus.writer(Source::Plant)?,
+        last_cycle: child.timeline.last_cycle,
+        feedback: Outbox::open(child, Source::Plant)?,
         truth: child.bus.writer(Source::Plant)?,
         commands: Inbox::open(child, Source::Controller)?,
         recorder: Inbox::open(child, Source::Recorder)?,
@@ -43,11 +47,12 @@ pub(crate) fn run(child: &Child, part: PlantPart) -> Result<Option<ChildSummary>
 impl Plant {
     /// StepCommand n; nobody makes one for cycle 0.
     fn command(&mut self, cycle: u64) -> Option<StepCommand> {
-        if cycle == 0 {
+        // In lockstep the controller ends with the last cycle, however long the valve still moves.
+        if cycle == 0 || self.mode == Mode::Lockstep && cycle > self.last_cycle.saturating_add(1) {
             return None;
         }
         let command = self.commands.of_cycle(cycle);
-        self.silent_lockstep = self.mode == Mode::Lockstep && command.is_none();
+        self.silent_lockstep = self.commands.ended();
         command
     }
 
@@ -66,13 +71,15 @@ impl Cyclic for Plant {
 
     fn cycle(&mut self, cycle: u64, skipped: u64, stamp: &mut Stamp) {
         for missed_cycle in cycle - skipped..cycle {
+            // The valve went on meanwhile, and its pulses count.
+            self.truth.write(missed_cycle, stamp.now(), self.role.sample(missed_cycle).truth);
             let command = self.command(missed_cycle);
             self.role.advance(missed_cycle, command.as_ref());
         }
         self.wait_for_recorder(cycle);
         let sample = self.role.sample(cycle);
         stamp.has_stepped();
-        self.feedback.write(cycle, stamp.now(), sample.feedback);
+        self.feedback.write(cycle, cycle, stamp.now(), sample.feedback);
         self.truth.write(cycle, stamp.now(), sample.truth);
         self.standstill_told = sample.feedback.validity & validity::STANDSTILL != 0;
         stamp.has_written();
@@ -80,6 +87,21 @@ impl Cyclic for Plant {
         stamp.has_read();
         self.role.advance(cycle, command.as_ref());
         stamp.has_stepped();
+    }
+
+    fn pass_over(&mut self, cycle: u64, time_ns: u64, why: Absence) {
+        self.feedback.pass_over(cycle, time_ns);
+        if why == Absence::Late {
+            self.truth.write(cycle, time_ns, self.role.sample(cycle).truth);
+        }
+        let command = self.command(cycle);
+        if why == Absence::Late {
+            self.role.advance(cycle, command.as_ref());
+        }
+    }
+
+    fn inject(&mut self, injection: &Injection) {
+        self.feedback.inject(injection);
     }
 
     fn missed(&self) -> u64 {

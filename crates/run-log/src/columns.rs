@@ -77,6 +77,9 @@ pub(crate) const COLUMNS: &[Column] = &[
     column("bristle_deflection", PlantTruth, "bristle_deflection_rad"),
     column("true_flow", PlantTruth, "flow_m3_per_s"),
     column("lost_teeth", PlantTruth, "lost_teeth"),
+    column("pulses", PlantTruth, "pulses"),
+    column("first_pulse", PlantTruth, "first_pulse_ns"),
+    column("last_pulse", PlantTruth, "last_pulse_ns"),
 ];
 
 /// The messages of a cycle.

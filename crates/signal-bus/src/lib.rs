@@ -15,6 +15,6 @@ mod writer;
 pub use bus::Bus;
 pub use error::BusError;
 pub use place::Place;
-pub use reader::{CycleReader, StreamReader};
+pub use reader::{CycleReader, Found, StreamReader};
 pub use services::{RECORDER_DEPTH, Service};
 pub use writer::Writer;

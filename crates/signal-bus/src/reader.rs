@@ -22,16 +22,29 @@ impl<B: Service> StreamReader<B> {
     /// The next valid message, with the number of messages that were lost before it; `None` when there is none now.
     /// Never waits. Messages that fail the check, and repeated or old ones, are passed over and counted.
     pub fn receive(&mut self) -> Option<(Message<B>, u64)> {
+        loop {
+            match self.next()? {
+                Incoming::Message(message, lost) => return Some((message, lost)),
+                Incoming::Absence(_) => {}
+            }
+        }
+    }
+
+    fn next(&mut self) -> Option<Incoming<B>> {
         while let Ok(Some(sample)) = self.subscriber.receive() {
             let message = *sample;
-            if let Err(defect) = check(&message, &self.expected) {
-                self.refused += 1;
-                self.last_defect = Some(defect);
-                continue;
+            match check(&message, &self.expected) {
+                Ok(()) => {}
+                Err(Defect::Absent { cycle }) => return Some(Incoming::Absence(cycle)),
+                Err(defect) => {
+                    self.refused += 1;
+                    self.last_defect = Some(defect);
+                    continue;
+                }
             }
             match self.sequence.note(message.header.sequence) {
-                Arrival::Next => return Some((message, 0)),
-                Arrival::Gap(lost) => return Some((message, lost)),
+                Arrival::Next => return Some(Incoming::Message(message, 0)),
+                Arrival::Gap(lost) => return Some(Incoming::Message(message, lost)),
                 Arrival::Repeated | Arrival::Old => self.refused += 1,
             }
         }
@@ -60,31 +73,74 @@ impl<B: Service> StreamReader<B> {
     }
 }
 
+/// What came over a service.
+enum Incoming<B: Service> {
+    /// A message, and how many were lost before it.
+    Message(Message<B>, u64),
+    /// The publisher says that it has none for this cycle.
+    Absence(u64),
+}
+
+/// What there is for a cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Found<B> {
+    /// Its message.
+    Message(B),
+    /// The publisher's word that there is none; in lockstep only.
+    Absence,
+    /// Nothing yet.
+    NotYet,
+}
+
+impl<B> Found<B> {
+    /// The message, where there is one.
+    pub fn message(self) -> Option<B> {
+        match self {
+            Self::Message(message) => Some(message),
+            Self::Absence | Self::NotYet => None,
+        }
+    }
+}
+
 /// The message of one's cycle.
 pub struct CycleReader<B: Service> {
     stream: StreamReader<B>,
     // Came early: it belongs to a later cycle than the one asked for.
     early: Option<Message<B>>,
+    early_absence: Option<u64>,
     newest: Option<Message<B>>,
 }
 
 impl<B: Service> CycleReader<B> {
     pub(crate) fn new(stream: StreamReader<B>) -> Self {
-        Self { stream, early: None, newest: None }
+        Self { stream, early: None, early_absence: None, newest: None }
     }
 
-    /// The message of `cycle`; `None` if it is not there (yet). Those of earlier cycles are passed over, one of a
-    /// later cycle is kept. Never waits.
-    pub fn of_cycle(&mut self, cycle: u64) -> Option<B> {
+    /// The message of `cycle`, if it is there. Those of earlier cycles are passed over, one of a later cycle is kept.
+    /// Never waits.
+    pub fn of_cycle(&mut self, cycle: u64) -> Found<B> {
         loop {
-            let message = self.early.take().or_else(|| self.stream.receive().map(|(message, _)| message))?;
+            if let Some(absent) = self.early_absence.take_if(|absent| *absent <= cycle)
+                && absent == cycle
+            {
+                return Found::Absence;
+            }
+            if self.early.is_none() && self.early_absence.is_none() {
+                match self.stream.next() {
+                    Some(Incoming::Message(message, _)) => self.early = Some(message),
+                    Some(Incoming::Absence(absent)) => {
+                        self.early_absence = Some(absent);
+                        continue;
+                    }
+                    None => return Found::NotYet,
+                }
+            }
+            let Some(message) = self.early.take_if(|message| message.header.cycle <= cycle) else {
+                return Found::NotYet;
+            };
             self.newest = Some(message);
             if message.header.cycle == cycle {
-                return Some(message.body);
-            }
-            if message.header.cycle > cycle {
-                self.early = Some(message);
-                return None;
+                return Found::Message(message.body);
             }
         }
     }

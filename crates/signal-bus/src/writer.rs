@@ -33,9 +33,19 @@ impl<B: Service> Writer<B> {
     /// Publishes `body` as the message of `cycle`, stamped with the time `monotonic_ns`. Never waits. A message
     /// that can't be sent uses up its sequence number all the same, so that readers count it as lost.
     pub fn write(&mut self, cycle: u64, monotonic_ns: u64, body: B) {
+        let message = self.seal(cycle, monotonic_ns, body);
+        self.send(message);
+    }
+
+    /// The next message, sealed and counted as published, for [`Self::send`].
+    pub fn seal(&mut self, cycle: u64, monotonic_ns: u64, body: B) -> Message<B> {
         let header = Header::new::<B>(self.source, self.generation, self.next_sequence, cycle, monotonic_ns);
         self.next_sequence += 1;
-        let message = Message::seal(header, body);
+        Message::seal(header, body)
+    }
+
+    /// Sends a message as it is. Never waits.
+    pub fn send(&mut self, message: Message<B>) {
         let sent = self.publisher.loan_uninit().map(|sample| sample.write_payload(message).send());
         if !matches!(sent, Ok(Ok(_))) {
             self.failures += 1;

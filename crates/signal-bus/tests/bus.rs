@@ -1,8 +1,8 @@
 //! The bus over real shared memory: cycles, losses, wrong generations, and nothing left behind.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use signal_bus::{Bus, Place, RECORDER_DEPTH};
-use signals::{Feedback, LoopTiming, Source};
+use signal_bus::{Bus, Found, Place, RECORDER_DEPTH};
+use signals::{Feedback, Header, LoopTiming, Message, Source};
 
 fn place(name: &str) -> (tempfile::TempDir, Place) {
     let directory = tempfile::tempdir().unwrap();
@@ -27,14 +27,14 @@ fn a_loop_reader_gets_the_message_of_its_cycle() {
     let mut reader = controller.cycle_reader::<Feedback>(Source::Plant).unwrap();
     writer.connect();
 
-    assert_eq!(reader.of_cycle(0), None, "nothing was published");
+    assert_eq!(reader.of_cycle(0), Found::NotYet, "nothing was published");
     for cycle in 0..4 {
         writer.write(cycle, cycle * 1_000_000, feedback(cycle as f64));
     }
-    assert_eq!(reader.of_cycle(1).map(|f| f.angle_rad), Some(1.0), "cycle 0 is passed over");
-    assert_eq!(reader.of_cycle(2).map(|f| f.angle_rad), Some(2.0));
-    assert_eq!(reader.of_cycle(2), None, "a message is handed out once");
-    assert_eq!(reader.of_cycle(3).map(|f| f.angle_rad), Some(3.0), "a later one was kept");
+    assert_eq!(reader.of_cycle(1).message().map(|f| f.angle_rad), Some(1.0), "cycle 0 is passed over");
+    assert_eq!(reader.of_cycle(2).message().map(|f| f.angle_rad), Some(2.0));
+    assert_eq!(reader.of_cycle(2), Found::NotYet, "a message is handed out once");
+    assert_eq!(reader.of_cycle(3).message().map(|f| f.angle_rad), Some(3.0), "a later one was kept");
     assert_eq!(reader.missed(), 0);
     drop((writer, reader, plant, controller, supervisor));
     place.wipe().unwrap();
@@ -77,7 +77,7 @@ fn another_generation_is_refused() {
     let mut reader = new.cycle_reader::<Feedback>(Source::Plant).unwrap();
     writer.connect();
     writer.write(0, 0, feedback(1.0));
-    assert_eq!(reader.of_cycle(0), None);
+    assert_eq!(reader.of_cycle(0), Found::NotYet);
     assert_eq!(reader.missed(), 1);
     drop((writer, reader, new, old));
     place.wipe().unwrap();
@@ -90,5 +90,27 @@ fn a_second_publisher_is_refused() {
     let _writer = bus.writer::<Feedback>(Source::Plant).unwrap();
     assert!(bus.writer::<Feedback>(Source::Plant).is_err());
     drop((_writer, bus));
+    place.wipe().unwrap();
+}
+
+#[test]
+fn absence_is_said_and_kept_for_its_cycle() {
+    let (_directory, place) = place("absence");
+    let supervisor = Bus::create(&place, 0).unwrap();
+    let plant = Bus::open(&place, 0).unwrap();
+    let controller = Bus::open(&place, 0).unwrap();
+    let mut writer = plant.writer::<Feedback>(Source::Plant).unwrap();
+    let mut reader = controller.cycle_reader::<Feedback>(Source::Plant).unwrap();
+    writer.connect();
+    let message = writer.seal(0, 0, feedback(0.0));
+    // From another start: nobody of ours has said so.
+    writer.send(Message::absent(Header { generation: 9, ..message.header }));
+    assert_eq!(reader.of_cycle(0), Found::NotYet);
+    writer.send(Message::absent(message.header));
+    writer.write(1, 0, feedback(1.0));
+    assert_eq!(reader.of_cycle(0), Found::Absence);
+    assert_eq!(reader.of_cycle(0), Found::NotYet, "it is said once");
+    assert_eq!(reader.of_cycle(1).message().map(|f| f.angle_rad), Some(1.0));
+    drop((writer, reader, plant, controller, supervisor));
     place.wipe().unwrap();
 }

@@ -15,6 +15,12 @@ pub enum Defect {
         /// The hash of the message expected.
         expected: u64,
     },
+    /// No message at all: the sender of a lockstep run says that it has none for this cycle.
+    #[error("the sender has no message for cycle {cycle}")]
+    Absent {
+        /// The cycle.
+        cycle: u64,
+    },
     /// Bits differ from what was sent.
     #[error("CRC {found:#010x}, expected {expected:#010x}")]
     WrongCrc {
@@ -60,13 +66,16 @@ pub struct Expectation {
     pub generation: u64,
 }
 
+/// Stands in the schema hash's place of a message that says that there is none: no message has it.
+const ABSENT: u64 = 0;
+
 /// Checks a received message: layout, bits, sender, generation, and each field's range, in this order.
 ///
 /// # Errors
 /// The first [`Defect`] found. A message with one must not be used, and counts as missing.
 pub fn check<B: Body>(message: &Message<B>, expected: &Expectation) -> Result<(), Defect> {
     let header = &message.header;
-    if header.schema_hash != B::SCHEMA_HASH {
+    if header.schema_hash != B::SCHEMA_HASH && header.schema_hash != ABSENT {
         return Err(Defect::WrongSchema { found: header.schema_hash, expected: B::SCHEMA_HASH });
     }
     let crc = message.crc();
@@ -78,6 +87,9 @@ pub fn check<B: Body>(message: &Message<B>, expected: &Expectation) -> Result<()
     }
     if header.generation != expected.generation {
         return Err(Defect::WrongGeneration { found: header.generation, expected: expected.generation });
+    }
+    if header.schema_hash == ABSENT {
+        return Err(Defect::Absent { cycle: header.cycle });
     }
     check_fields(&message.body)
 }
@@ -114,6 +126,12 @@ impl<B: Body> Message<B> {
         let mut message = Self { header, body };
         message.header.crc = message.crc();
         message
+    }
+
+    /// Says that there is no message in the place of the one that `header` belongs to. In lockstep there is no clock to
+    /// tell a silent partner by, so silence has to be said.
+    pub fn absent(header: Header) -> Self {
+        Self::seal(Header { schema_hash: ABSENT, ..header }, B::default())
     }
 
     /// CRC-32C of all words but the CRC itself, little-endian, header first.

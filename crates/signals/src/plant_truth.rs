@@ -23,5 +23,11 @@ message! {
         flow_m3_per_s: f64 ["m^3/s", Within(-1e3, 1e3)],
         /// Tooth pitches by which the rotor has fallen behind or ahead since the start.
         lost_teeth: i64 ["1", Within(-MAX_MICROSTEPS, MAX_MICROSTEPS)],
+        /// Pulses that the driver gave in the cycle that ends at t_k, signed: counted where they reach the motor.
+        pulses: i64 ["1", Within(-MAX_MICROSTEPS, MAX_MICROSTEPS)],
+        /// Time of the first of them after that cycle's beginning; 0 where there was none.
+        first_pulse_ns: u64 ["ns", Any],
+        /// The same of the last.
+        last_pulse_ns: u64 ["ns", Any],
     }
 }

@@ -133,7 +133,7 @@ fn rest(params: &Params, state: &mut State) {
 
 fn command(params: &Params, state: &State) -> StepCommand {
     let moving = matches!(state.machine, ControllerState::Running | ControllerState::QuickStop);
-    let holds = params.drive.after_stop == drive::AfterStop::Hold;
+    let holds = params.drive.after_stop != drive::AfterStop::DeEnergise;
     StepCommand {
         // The one place where micro-steps are rounded.
         position_microsteps: state.position.round() as i64,

@@ -75,6 +75,11 @@ pub enum Request {
     },
     /// Save the last seconds of every process's timing.
     SaveTiming,
+    /// Let something go wrong, where that was allowed at the start.
+    Inject {
+        /// What, in its text form.
+        fault: String,
+    },
 }
 
 /// What became of it.

@@ -61,6 +61,8 @@ enum Command {
     Mark(operator::Mark),
     /// Save the last seconds of every process's timing
     SaveTiming(operator::Plain),
+    /// Let something go wrong on purpose, on an instance started with --allow-injection: a fault that must stop the valve
+    Inject(operator::Inject),
     /// Validate a scenario (with its models) or a model
     Check(check::Arguments),
     /// Measure what friction compensation is worth, over scenarios, levels and beliefs
@@ -93,6 +95,7 @@ fn main() -> ExitCode {
         Command::Status(arguments) => operator::status(&arguments),
         Command::Mark(arguments) => operator::mark(&arguments),
         Command::SaveTiming(arguments) => operator::plain(&Request::SaveTiming, &arguments),
+        Command::Inject(arguments) => operator::inject(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Compensation(arguments) => compensation::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),

@@ -37,6 +37,21 @@ pub struct Mark {
     which: Which,
 }
 
+/// A fault.
+#[derive(Debug, Args)]
+pub struct Inject {
+    /// The fault, whom or what it befalls, and key=value: `kill step-controller`, `pause plant-simulator ms=100`,
+    /// `overrun step-controller cycles=3`, `silence trajectory-generator`, `drop feedback count=2`,
+    /// `flip-bits reference bits=3 seed=7`, `field feedback name=angle_rad value=nan`, `replay step-command age=5`,
+    /// `duplicate`, `delay`, `wrong-schema`, `wrong-generation`, `wrong-source` with a message, `frozen-encoder`,
+    /// `encoder-jump by_rad=0.2`, `hog core=1 ms=1000`, `disk-stalled ms=10000`, `disk-full`. `at=CYCLE` says from which
+    /// cycle on; without, at once
+    #[arg(required = true, value_name = "WORD")]
+    fault: Vec<String>,
+    #[command(flatten)]
+    which: Which,
+}
+
 /// A set-point.
 #[derive(Debug, Args)]
 pub struct Set {
@@ -103,6 +118,16 @@ pub fn plain(request: &Request, arguments: &Plain) -> Result<Outcome, Failure> {
 /// As [`plain`].
 pub fn mark(arguments: &Mark) -> Result<Outcome, Failure> {
     send(&Request::Mark { text: arguments.text.clone() }, &arguments.which)
+}
+
+/// Lets something go wrong on an instance that was started with `--allow-injection`.
+///
+/// # Errors
+/// As [`plain`]; [`Failure::Input`] for a text that is no fault.
+pub fn inject(arguments: &Inject) -> Result<Outcome, Failure> {
+    let fault = arguments.fault.join(" ");
+    injection::Injection::parse(&fault).map_err(|error| Failure::Input(anyhow!("{error}")))?;
+    send(&Request::Inject { fault }, &arguments.which)
 }
 
 /// Sends a set-point.

@@ -32,6 +32,9 @@ pub struct Arguments {
     /// Fail instead of running without the scheduling, core or locked memory that the scenario asks for
     #[arg(long)]
     require_realtime: bool,
+    /// Let `stepvalve inject` make things go wrong on purpose; never beside a real valve
+    #[arg(long)]
+    allow_injection: bool,
     /// Print how it ended as JSON
     #[arg(long)]
     json: bool,
@@ -60,6 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         output: &output,
         keep: arguments.record,
         info: info(&loaded, Mode::Realtime, &arguments.instance),
+        injections: arguments.allow_injection.then(Vec::new),
         require_realtime: arguments.require_realtime,
         interruption: interruption.clone(),
     };

@@ -14,6 +14,7 @@ use crate::summary::Summary;
 use crate::supervisor::{self, Setup};
 use anyhow::anyhow;
 use clap::ValueEnum;
+use injection::Injection;
 use processes::{Keep, Mode as Pace};
 use recording::{RecordInfo, read_record};
 use std::collections::BTreeMap;
@@ -52,6 +53,13 @@ pub struct Arguments {
     /// Fail instead of running without the scheduling, core or locked memory that the scenario asks for
     #[arg(long)]
     require_realtime: bool,
+    /// Let the faults given with --inject happen
+    #[arg(long)]
+    allow_injection: bool,
+    /// A fault, as `stepvalve inject` takes it, in one argument, with the cycle: "flip-bits feedback bits=3 seed=7 at=1200".
+    /// Any number of them
+    #[arg(long, value_name = "FAULT", requires = "allow_injection")]
+    inject: Vec<String>,
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
@@ -65,6 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if matches!(arguments.record, Keep::Ring { .. }) {
         return Err(Failure::Input(anyhow!("--record takes none or all here: a scenario has an end")));
     }
+    let injections = injections(arguments)?;
     let loaded = files::load(&arguments.scenario)?;
     for warning in loaded.scenario.warnings() {
         eprintln!("note: {warning}");
@@ -77,13 +86,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Mode::InProcess => {
             let info = info(&loaded, arguments.mode, "in-process");
             let record = (arguments.record == Keep::All).then(|| (info, output.first_segment()));
-            in_process::run(&loaded.parts, record, &interruption)?
+            in_process::run(&loaded.parts, record, &injections, &interruption)?
         }
         Mode::Realtime => {
-            supervised(arguments, &loaded, Pace::Realtime, &output, &interruption, &mut summary)?
+            supervised(arguments, &loaded, Pace::Realtime, &output, &injections, &interruption, &mut summary)?
         }
         Mode::Lockstep => {
-            supervised(arguments, &loaded, Pace::Lockstep, &output, &interruption, &mut summary)?
+            supervised(arguments, &loaded, Pace::Lockstep, &output, &injections, &interruption, &mut summary)?
         }
     };
     summary.wall_s = begun.elapsed().as_secs_f64();
@@ -99,6 +108,7 @@ fn supervised(
     loaded: &Loaded,
     pace: Pace,
     output: &Output,
+    injections: &[Injection],
     interruption: &Interruption,
     summary: &mut Summary,
 ) -> Result<bool, Failure> {
@@ -112,6 +122,7 @@ fn supervised(
         output,
         keep: arguments.record,
         info: info(loaded, arguments.mode, &name),
+        injections: arguments.allow_injection.then(|| injections.to_vec()),
         require_realtime: arguments.require_realtime,
         interruption: interruption.clone(),
     };
@@ -120,6 +131,25 @@ fn supervised(
     summary.failure = ending.failure;
     summary.recorder_restarts = ending.recorder_restarts;
     Ok(!ending.interrupted)
+}
+
+/// The faults that were asked for.
+fn injections(arguments: &Arguments) -> Result<Vec<Injection>, Failure> {
+    let one = |text: &String| {
+        let injection = Injection::parse(text).map_err(|error| Failure::Input(anyhow!("{error}")))?;
+        let fits = match arguments.mode {
+            Mode::Realtime => injection.fault.within().is_some(),
+            Mode::Lockstep | Mode::InProcess => injection.fault.without_clock(),
+        };
+        if fits {
+            return Ok(injection);
+        }
+        let mode = mode_name(arguments.mode);
+        Err(Failure::Input(anyhow!(
+            "fault {text:?} can't be planned {mode}: stepvalve inject does it to an instance"
+        )))
+    };
+    arguments.inject.iter().map(one).collect()
 }
 
 /// What a record says of itself.

@@ -130,12 +130,19 @@ pub struct Driver {
 }
 
 /// What follows when the valve has stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AfterStop {
     /// The motor stays energised and holds its angle.
     Hold,
     /// The motor is switched off; friction and flow decide where the spool goes.
     DeEnergise,
+    /// The driver goes on to a neutral angle by itself where nobody commands it any more, and holds there.
+    Neutral {
+        /// The angle, in radians.
+        angle_rad: f64,
+        /// The speed on the way there, in rad/s.
+        speed_rad_per_s: f64,
+    },
 }
 
 /// The encoder at the spool.

@@ -60,7 +60,7 @@ fn read(root: Section<'_>) -> Scenario {
     let period_ns = read_period_ns(&root);
     let duration_s = read_duration_s(&root, period_ns);
     let limits = root.section("limits").map_or(NO_LIMITS, read_limits);
-    let driver = root.section("driver").map_or(NO_DRIVER, read_driver);
+    let driver = root.section("driver").map_or(NO_DRIVER, |section| read_driver(section, &limits));
     let initial_angle_rad = read_initial_angle_rad(&root, &limits);
     let frame = Frame {
         period_ns,
@@ -187,20 +187,42 @@ fn read_limits(section: Section<'_>) -> MotionLimits {
     limits
 }
 
-fn read_driver(section: Section<'_>) -> Driver {
+fn read_driver(section: Section<'_>, limits: &MotionLimits) -> Driver {
     let ramp = |key| section.quantity(key, Dimension::PulseAcceleration, PULSE_ACCELERATION);
-    let after_stop = section.require("after_stop", "\"hold\" or \"de-energise\"");
-    let words = [("de-energise", AfterStop::DeEnergise)];
     let driver = Driver {
         max_pulse_rate_hz: section.quantity("max_pulse_rate", Dimension::PulseRate, PULSE_RATE),
         max_pulse_acceleration_hz_per_s: ramp("max_pulse_acceleration"),
         quick_stop_deceleration_hz_per_s: ramp("quick_stop_deceleration"),
-        after_stop: after_stop
-            .and_then(|field| field.choice(("hold", AfterStop::Hold), &words))
-            .unwrap_or(AfterStop::Hold),
+        after_stop: read_after_stop(&section, limits),
     };
     section.finish();
     driver
+}
+
+fn read_after_stop(section: &Section<'_>, limits: &MotionLimits) -> AfterStop {
+    const NEUTRAL_KEYS: [&str; 2] = ["neutral_angle", "neutral_speed"];
+    let words = [("de-energise", Some(AfterStop::DeEnergise)), ("neutral", None)];
+    let field = section.require("after_stop", "\"hold\", \"de-energise\" or \"neutral\"");
+    let chosen = field.and_then(|field| field.choice(("hold", Some(AfterStop::Hold)), &words));
+    let Some(None) = chosen else {
+        for key in section.present(&NEUTRAL_KEYS) {
+            section.refuse_key(key, "a neutral angle", "none unless after_stop is \"neutral\"");
+            // It is known, and needs no second error.
+            _ = section.optional_quantity(key, Dimension::Ratio, Bounds::either_sign(f64::MAX));
+        }
+        return chosen.flatten().unwrap_or(AfterStop::Hold);
+    };
+    if limits.min_angle_rad.is_none() || limits.max_angle_rad.is_none() {
+        let expected = "min_angle and max_angle in [limits]: the way to the neutral angle has to have an end";
+        section.refuse_key("after_stop", "\"neutral\" for a valve that turns without end", expected);
+    }
+    let angle_rad = section.quantity("neutral_angle", Dimension::Angle, ANGLE);
+    if let Some(field) = section.find("neutral_angle") {
+        checks::refuse_angle_outside(&field, angle_rad, limits);
+    }
+    let most = if limits.max_speed_rad_per_s > 0.0 { limits.max_speed_rad_per_s } else { 1e4 };
+    let speed_rad_per_s = section.quantity("neutral_speed", Dimension::Speed, Bounds::within(1e-4, most));
+    AfterStop::Neutral { angle_rad, speed_rad_per_s }
 }
 
 fn read_encoder(section: Section<'_>) -> Encoder {

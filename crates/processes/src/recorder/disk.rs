@@ -3,6 +3,7 @@
 use super::ring::Ring;
 use crate::part::{Keep, RecorderPart};
 use crate::segments::SegmentName;
+use injection::{Fault, Injection};
 use recording::{Gap, RecordInfo, RecordingError, Writer};
 use signal_bus::Service;
 use signals::{Message, Source};
@@ -185,6 +186,15 @@ impl Disk {
             Err(TrySendError::Disconnected(_)) => {
                 self.fail("the thread that syncs the record has ended".to_owned())
             }
+        }
+    }
+
+    /// A fault of the disk, as far as the record can tell: it takes nothing for a while, or refuses everything.
+    pub(crate) fn inject(&mut self, text: &str) {
+        match Injection::parse(text).map(|injection| injection.fault) {
+            Ok(Fault::DiskStalled { ms }) => std::thread::sleep(Duration::from_millis(ms)),
+            Ok(Fault::DiskFull) => self.fail("No space left on device (injected)".to_owned()),
+            _ => {}
         }
     }
 

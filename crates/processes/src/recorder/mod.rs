@@ -84,6 +84,7 @@ impl Recorder {
         while let Some(order) = child.order() {
             match order {
                 ToChild::Mark(text) => self.disk.note(&text),
+                ToChild::Inject(text) if child.injections.is_some() => self.disk.inject(&text),
                 ToChild::SaveTiming => child.say(&FromChild::Saved(self.flight.save_now())),
                 _ => {}
             }

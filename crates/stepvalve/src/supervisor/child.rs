@@ -2,11 +2,14 @@
 
 use crate::control::Asked;
 use anyhow::{Context, Result};
-use processes::{FromChild, Part, ToChild, read_frame, write_frame};
+use processes::{FromChild, ToChild, read_frame, write_frame};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
 use signals::Source;
+use std::os::fd::OwnedFd;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
-use std::process::{Child as Process, ChildStdin, Command, ExitStatus, Stdio};
+use std::process::{Child as Process, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
@@ -16,7 +19,7 @@ pub struct Event {
     pub source: Source,
     /// Counts the processes started, so that a dead recorder's last words aren't taken for its successor's.
     pub number: u32,
-    /// What; `None` when its stdout ended: it is dead or dying.
+    /// What; `None` when it is dead, as its pidfd says, or will say no more.
     pub said: Option<FromChild>,
 }
 
@@ -37,12 +40,11 @@ pub struct Child {
 }
 
 impl Child {
-    /// Starts the program of `part`'s process, from the folder of this program, and tells it its part.
+    /// Starts a process's program, from the folder of this program.
     ///
     /// # Errors
-    /// Where the program is missing or can't be told.
-    pub fn start(part: Part, number: u32, events: &Sender<News>) -> Result<Self> {
-        let source = part.task.source();
+    /// Where the program is missing.
+    pub fn start(source: Source, number: u32, events: &Sender<News>) -> Result<Self> {
         let path = program(source)?;
         let mut process = Command::new(&path)
             .stdin(Stdio::piped())
@@ -51,10 +53,8 @@ impl Child {
             .process_group(0)
             .spawn()
             .with_context(|| path.display().to_string())?;
-        listen(&mut process, source, number, events);
-        let mut child = Self { source, number, orders: process.stdin.take(), process };
-        child.tell(&ToChild::Part(Box::new(part)))?;
-        Ok(child)
+        listen(&mut process, source, number, events)?;
+        Ok(Self { source, number, orders: process.stdin.take(), process })
     }
 
     /// Sends an order.
@@ -64,6 +64,19 @@ impl Child {
     pub fn tell(&mut self, order: &ToChild) -> Result<()> {
         let pipe = self.orders.as_mut().with_context(|| format!("{} takes no more orders", self.source))?;
         write_frame(pipe, order).with_context(|| self.source.name())
+    }
+
+    /// Sends a signal to it.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn signal(&self, signal: Signal) -> Result<()> {
+        kill_process(self.pid(), signal).with_context(|| self.source.name())
+    }
+
+    /// Its process id; as long as nobody waits for it, no other process has it.
+    pub fn pid(&self) -> Pid {
+        Pid::from_child(&self.process)
     }
 
     /// Whether an event is this process's.
@@ -91,20 +104,41 @@ impl Child {
     }
 }
 
-/// Hands on what the child says, from a thread of its own.
-fn listen(process: &mut Process, source: Source, number: u32, events: &Sender<News>) {
-    let Some(mut pipe) = process.stdout.take() else { return };
+/// Hands on what the child says, and its death, from a thread of its own.
+fn listen(process: &mut Process, source: Source, number: u32, events: &Sender<News>) -> Result<()> {
+    let pidfd = pidfd_open(Pid::from_child(process), PidfdFlags::empty())
+        .with_context(|| format!("{source}: pidfd_open"))?;
+    let Some(mut pipe) = process.stdout.take() else { return Ok(()) };
     let events = events.clone();
     std::thread::spawn(move || {
         loop {
-            // A frame that can't be read is the end of sensible speech.
-            let said = read_frame(&mut pipe).ok().flatten();
+            let said = next_words(&mut pipe, &pidfd);
             let over = said.is_none();
             if events.send(News::Child(Event { source, number, said })).is_err() || over {
                 return;
             }
         }
     });
+    Ok(())
+}
+
+/// Waits for the child's next words, or its death: whatever else may still hold its stdout open.
+fn next_words(pipe: &mut ChildStdout, pidfd: &OwnedFd) -> Option<FromChild> {
+    let speaks = |timeout: Option<&Timespec>| {
+        let mut watched = [PollFd::new(pipe, PollFlags::IN), PollFd::new(pidfd, PollFlags::IN)];
+        loop {
+            match poll(&mut watched, timeout) {
+                Err(rustix::io::Errno::INTR) => {}
+                _ => return watched.first().is_some_and(|pipe| !pipe.revents().is_empty()),
+            }
+        }
+    };
+    // Dead: what it had said before can still be read.
+    if !speaks(None) && !speaks(Some(&Timespec { tv_sec: 0, tv_nsec: 0 })) {
+        return None;
+    }
+    // A frame that can't be read is the end of sensible speech.
+    read_frame(pipe).ok().flatten()
 }
 
 /// The program beside this one.

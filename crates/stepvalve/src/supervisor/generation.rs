@@ -8,6 +8,7 @@ use crate::control::Asked;
 use crate::summary::ProcessSummary;
 use anyhow::{Context, Result, bail};
 use closed_loop::Parts;
+use injection::Injection;
 use processes::{ChildSummary, FromChild, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild};
 use realtime::Obtained;
 use signal_bus::{Bus, Place, Writer};
@@ -16,6 +17,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
+use thiserror::Error;
 
 /// How long all processes may take to say ready.
 const START_PATIENCE: Duration = Duration::from_secs(20);
@@ -31,6 +33,11 @@ const STOP_MARGIN: Duration = Duration::from_secs(1);
 const MAX_RECORDER_RESTARTS: u32 = 20;
 
 const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller];
+
+/// A process that died before it was ready: that is its fault, not the user's.
+#[derive(Debug, Error)]
+#[error("{0} ended before it was ready")]
+pub struct DiedAtStart(Source);
 
 pub struct Generation<'a> {
     setup: &'a Setup<'a>,
@@ -151,6 +158,19 @@ impl<'a> Generation<'a> {
         id
     }
 
+    /// Whether faults may be injected.
+    pub fn allows_injection(&self) -> bool {
+        self.setup.injections.is_some()
+    }
+
+    /// A child process, while it lives.
+    ///
+    /// # Errors
+    /// Where it is gone.
+    pub fn child(&self, source: Source) -> Result<&Child> {
+        self.children.get(&source).with_context(|| format!("{source} is gone"))
+    }
+
     /// Tells a child something.
     ///
     /// # Errors
@@ -170,8 +190,8 @@ impl<'a> Generation<'a> {
         self.orders.connect();
         self.set_points.connect();
         let epoch_ns = realtime::now_ns() + EPOCH_AHEAD_NS;
-        for child in self.children.values_mut() {
-            child.tell(&ToChild::Go { epoch_ns })?;
+        for (source, child) in &mut self.children {
+            child.tell(&ToChild::Go { epoch_ns }).map_err(|_| DiedAtStart(*source))?;
         }
         Ok(())
     }
@@ -188,12 +208,14 @@ impl<'a> Generation<'a> {
             mode: self.setup.pace,
             timeline: self.setup.loaded.parts.timeline,
             timing: timing(self.setup, source),
+            injections: self.setup.injections.as_ref().map(|all| injections_within(all, source)),
             task,
         };
         self.started += 1;
-        let child = Child::start(part, self.started, &self.channel.sender)?;
+        let mut child = Child::start(source, self.started, &self.channel.sender)?;
+        let told = child.tell(&ToChild::Part(Box::new(part)));
         self.children.insert(source, child);
-        Ok(())
+        told.map_err(|_| DiedAtStart(source).into())
     }
 
     fn start_recorder(&mut self) -> Result<()> {
@@ -228,7 +250,7 @@ impl<'a> Generation<'a> {
             match event.said {
                 Some(FromChild::Ready(obtained)) => drop(self.obtained.insert(event.source, obtained)),
                 Some(FromChild::Failed(reason)) => bail!("{}: {reason}", event.source),
-                _ => bail!("{} ended before it was ready", event.source),
+                _ => return Err(DiedAtStart(event.source).into()),
             }
         }
         Ok(())
@@ -335,14 +357,15 @@ impl<'a> Generation<'a> {
         }
     }
 
-    /// A loop process died: the plant's guard notices the silence and stops the valve; only then the plant ends.
+    /// A loop process died: the plant's guard, or a controller that lives, notices the silence and stops the valve; only
+    /// then the plant ends.
     fn wait_for_standstill(&mut self) {
         let begun = Instant::now();
         while self.setup.pace == Mode::Realtime
             && self.children.contains_key(&Source::Plant)
             && !self.summaries.contains_key(&Source::Plant)
             && begun.elapsed() < self.stop_patience()
-            && !self.watch.stopped_itself()
+            && !self.watch.stands_for_good(self.children.contains_key(&Source::Controller))
         {
             self.look_around();
         }
@@ -427,6 +450,12 @@ fn loop_tasks(parts: &Parts) -> [Task; 3] {
         Task::Generator(Box::new(parts.generator.clone())),
         Task::Controller(Box::new(parts.controller.clone())),
     ]
+}
+
+/// The faults that a process carries out itself, as text.
+fn injections_within(all: &[Injection], source: Source) -> Vec<String> {
+    let ours = all.iter().filter(|injection| injection.fault.within() == Some(source));
+    ours.map(Injection::to_string).collect()
 }
 
 fn timing(setup: &Setup, source: Source) -> TaskTiming {

@@ -9,6 +9,7 @@
 
 mod child;
 mod generation;
+mod inject;
 mod notify;
 mod operate;
 mod progress;
@@ -20,7 +21,8 @@ use crate::output::Output;
 use crate::signals::Interruption;
 use crate::summary::ProcessSummary;
 use anyhow::Result;
-use generation::Generation;
+use generation::{DiedAtStart, Generation};
+use injection::Injection;
 use processes::{Keep, Mode};
 use recording::RecordInfo;
 use serde::Serialize;
@@ -35,6 +37,9 @@ pub use progress::Progress;
 const MAX_RESTARTS: usize = 3;
 /// within this time.
 const RESTART_WINDOW: Duration = Duration::from_secs(600);
+
+/// Processes of a generation at its start.
+const PROCESSES: u32 = 4;
 
 /// A run to supervise.
 pub struct Setup<'a> {
@@ -52,6 +57,8 @@ pub struct Setup<'a> {
     pub keep: Keep,
     /// What the record says of itself.
     pub info: RecordInfo,
+    /// Faults to inject; `None` where none are allowed, now or later.
+    pub injections: Option<Vec<Injection>>,
     /// Whether degraded scheduling is refused.
     pub require_realtime: bool,
     /// Whether the user wants it to end.
@@ -70,6 +77,19 @@ pub struct Ending {
     pub failure: Option<String>,
     /// How often the recorder had to be replaced.
     pub recorder_restarts: u32,
+}
+
+impl Ending {
+    /// Of a generation that never ran.
+    fn stillborn(failure: String) -> Self {
+        Self {
+            processes: BTreeMap::new(),
+            published: 0,
+            interrupted: false,
+            failure: Some(failure),
+            recorder_restarts: 0,
+        }
+    }
 }
 
 /// How an instance ended.
@@ -130,15 +150,26 @@ pub fn stay(mut setup: Setup, channel: &Channel) -> Result<Stay> {
     let mut deaths = VecDeque::new();
     let mut started = 0;
     loop {
-        let mut generation = Generation::start(&setup, channel, started)?;
-        notify::ready();
-        while generation.goes_on() {
-            generation.look_around();
-            generation.answer_waiting();
-            notify::alive();
-        }
-        started = generation.started();
-        let ending = generation.end();
+        let ending = match Generation::start(&setup, channel, started) {
+            Ok(mut generation) => {
+                notify::ready();
+                while generation.goes_on() {
+                    generation.look_around();
+                    generation.answer_waiting();
+                    notify::alive();
+                }
+                started = generation.started();
+                generation.end()
+            }
+            Err(error) if error.is::<DiedAtStart>() => {
+                // Whatever was started then, nobody's last words may be taken for its successor's.
+                started += PROCESSES;
+                Ending::stillborn(format!("{error:#}"))
+            }
+            Err(error) => return Err(error),
+        };
+        // What a killed process left in shared memory goes now, not at the instance's end.
+        setup.instance.place(setup.info.generation).wipe()?;
         let stay = |failure| Stay {
             generations: setup.info.generation,
             failure,

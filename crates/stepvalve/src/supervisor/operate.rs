@@ -39,6 +39,7 @@ impl Generation<'_> {
             Request::Status => self.status(),
             Request::Mark { text } => self.tell_recorder(ToChild::Mark(text.clone()), "noted"),
             Request::SaveTiming => self.save_timing(),
+            Request::Inject { fault } => self.inject(fault),
         }
     }
 

@@ -83,10 +83,13 @@ impl Watch {
         self.feedback.latest()
     }
 
-    /// Whether the drive says that it stands because it stopped by itself.
-    pub fn stopped_itself(&mut self) -> bool {
+    /// Whether the drive says that it stands, and nobody will move it: it stopped by itself, or the controller has come to
+    /// rest, if that still lives.
+    pub fn stands_for_good(&mut self, controller_lives: bool) -> bool {
         let stopped = validity::STANDSTILL | validity::STOPPED_ITSELF;
-        self.feedback().is_some_and(|feedback| feedback.body.validity & stopped == stopped)
+        let at_rest = controller_lives && self.at_rest();
+        let wanted = if at_rest { validity::STANDSTILL } else { stopped };
+        self.feedback().is_some_and(|feedback| feedback.body.validity & wanted == wanted)
     }
 
     /// Whether the controller has come to rest.

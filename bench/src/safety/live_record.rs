@@ -1,0 +1,202 @@
+//! The record of a running instance, judged: every start by the oracle, every trial by what follows it.
+
+use super::ground::Ground;
+use super::tally::{Outcome, Tally};
+use anyhow::Result;
+use oracle::{Judge, Unsafe};
+use recording::{AnyMessage, read_record};
+use signals::{ControllerState, Reference, Source, StepCommand, validity};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A trial, as far as it is known without the record.
+pub struct Done {
+    /// Kind of fault.
+    pub kind: String,
+    /// Its text.
+    pub text: String,
+    /// When it was asked for, CLOCK_MONOTONIC.
+    pub at_ns: u64,
+    /// The start that it befell.
+    pub generation: u64,
+    /// What was wrong, so far.
+    pub violations: Vec<String>,
+}
+
+/// One start of the processes, from the record.
+struct Start {
+    judge: Judge,
+    /// Time of cycle 0, ns.
+    epoch_ns: u64,
+    /// Sequence number and cycle of the newest command and reference.
+    command: Option<(u64, u64)>,
+    references: Vec<u64>,
+    feedbacks: Vec<u64>,
+    /// Cycles in which the drive began to stop by itself, with the last command to follow before.
+    stops: Vec<(u64, u64)>,
+    stopped: bool,
+    followed: u64,
+    /// Cycles in which the controller began a quick stop.
+    quick_stops: Vec<u64>,
+    running: bool,
+}
+
+/// Judges everything, and counts the trials.
+///
+/// # Errors
+/// Where the record can't be read.
+pub fn judge(
+    ground: &Ground,
+    folder: &Path,
+    trials: Vec<Done>,
+    ending: Vec<String>,
+    tally: &mut Tally,
+) -> Result<()> {
+    let starts = read(ground, folder)?;
+    let count = trials.len();
+    let mut findings: BTreeMap<u64, Vec<Unsafe>> = BTreeMap::new();
+    for (generation, start) in &starts {
+        findings.insert(*generation, start.judge.verdict().findings);
+    }
+    for (number, trial) in trials.iter().enumerate() {
+        let next = trials.get(number + 1).filter(|next| next.generation == trial.generation);
+        let mut outcome = Outcome {
+            fault: trial.kind.clone(),
+            exact: trial.text.clone(),
+            violations: trial.violations.clone(),
+            ..Outcome::default()
+        };
+        if let Some(start) = starts.get(&trial.generation) {
+            let from = cycle_of(ground, start, trial.at_ns);
+            let to = next.map_or(u64::MAX, |next| cycle_of(ground, start, next.at_ns));
+            follow(ground, start, from, to, &mut outcome);
+            let found = findings.entry(trial.generation).or_default();
+            found.retain(|finding| {
+                let here = (from..to).contains(&cycle(finding));
+                if here {
+                    outcome.violations.push(format!("{finding:?}"));
+                }
+                !here
+            });
+        }
+        if number + 1 == count {
+            outcome.violations.extend(ending.clone());
+            outcome.violations.extend(findings.values().flatten().map(|finding| format!("{finding:?}")));
+        }
+        tally.note(outcome);
+    }
+    Ok(())
+}
+
+fn cycle(finding: &Unsafe) -> u64 {
+    match finding {
+        Unsafe::Rate { cycle, .. }
+        | Unsafe::Acceleration { cycle, .. }
+        | Unsafe::Time { cycle }
+        | Unsafe::BeforeArming { cycle }
+        | Unsafe::AfterDeadline { cycle, .. } => *cycle,
+    }
+}
+
+fn cycle_of(ground: &Ground, start: &Start, at_ns: u64) -> u64 {
+    at_ns.saturating_sub(start.epoch_ns) / ground.parts.timeline.period_ns
+}
+
+/// How the valve was stopped between two cycles, if it was.
+fn follow(ground: &Ground, start: &Start, from: u64, to: u64, outcome: &mut Outcome) {
+    let silence = ground.limits.silence_cycles;
+    let within = |cycle: &u64| (from.saturating_sub(2)..to).contains(cycle);
+    // The drive's own stop: counted from the last command that it was to follow.
+    if let Some((cycle, last)) = start.stops.iter().find(|(cycle, _)| within(cycle)) {
+        outcome.stopped = true;
+        outcome.reaction = Some((cycle - last, silence + 1));
+    }
+    // The controller's: counted from the last message of the partner that fell silent.
+    if let Some(cycle) = start.quick_stops.iter().find(|cycle| within(cycle)) {
+        outcome.stopped = true;
+        let silent_since = |heard: &[u64], ahead: u64| {
+            let last = heard.iter().filter(|of| **of <= cycle + ahead).max().copied();
+            last.map_or(0, |last| (cycle + ahead).saturating_sub(last))
+        };
+        let silent = silent_since(&start.feedbacks, 0).max(silent_since(&start.references, 2));
+        let reaction = (silent + 1, silence + 1);
+        if silent > 0 && outcome.reaction.is_none() {
+            outcome.reaction = Some(reaction);
+        }
+    }
+}
+
+fn read(ground: &Ground, folder: &Path) -> Result<BTreeMap<u64, Start>> {
+    let mut segments: Vec<PathBuf> = std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
+    segments.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
+    segments.sort();
+    let mut starts: BTreeMap<u64, Start> = BTreeMap::new();
+    read_record(&segments, |message| {
+        let start = starts.entry(message.header().generation).or_insert_with(|| Start::new(ground));
+        start.take(ground, message);
+    })?;
+    Ok(starts)
+}
+
+impl Start {
+    fn new(ground: &Ground) -> Self {
+        Self {
+            judge: Judge::new(ground.limits),
+            epoch_ns: u64::MAX,
+            command: None,
+            references: Vec::new(),
+            feedbacks: Vec::new(),
+            stops: Vec::new(),
+            stopped: false,
+            followed: 0,
+            quick_stops: Vec::new(),
+            running: false,
+        }
+    }
+
+    fn take(&mut self, ground: &Ground, message: &AnyMessage) {
+        let (cycle, sequence) = (message.header().cycle, message.header().sequence);
+        match message {
+            AnyMessage::PlantTruth(m) => self.judge.truth(cycle, &m.body),
+            AnyMessage::StepCommand(m) => self.command(cycle, sequence, &m.body),
+            AnyMessage::Reference(m) => self.reference(cycle, &m.body),
+            AnyMessage::LoopTiming(Source::Plant, m) => {
+                let since = cycle * ground.parts.timeline.period_ns;
+                self.epoch_ns = self.epoch_ns.min(m.body.deadline_ns.saturating_sub(since));
+            }
+            AnyMessage::Feedback(m) => {
+                self.feedbacks.push(cycle);
+                let stopped = m.body.validity & validity::STOPPED_ITSELF != 0;
+                if stopped && !self.stopped {
+                    // The drive's own word on the last command that it took.
+                    self.stops.push((cycle, m.body.command_cycle));
+                }
+                self.stopped = stopped;
+            }
+            AnyMessage::ControlStatus(m) => {
+                let running = m.body.state == ControllerState::Running.code();
+                if self.running && !running && m.body.fault != 0 {
+                    self.quick_stops.push(cycle);
+                }
+                self.running = running;
+            }
+            _ => {}
+        }
+    }
+
+    fn command(&mut self, cycle: u64, sequence: u64, body: &StepCommand) {
+        if let Some((last_sequence, last_cycle)) = self.command
+            && sequence > last_sequence + 1
+        {
+            // Lost on the way to the recorder, or to everybody: the drive may have had them.
+            self.judge.commands_unknown(last_cycle + 1..cycle);
+        }
+        self.command = Some((sequence, cycle));
+        self.followed = if body.follow == 1 { cycle } else { self.followed };
+        self.judge.command(cycle, body);
+    }
+
+    fn reference(&mut self, cycle: u64, _body: &Reference) {
+        self.references.push(cycle);
+    }
+}

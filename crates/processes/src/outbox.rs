@@ -1,0 +1,64 @@
+//! A service's messages on their way out: straight to the bus, or through a line of faults where injection is allowed.
+
+use crate::child::Child;
+use crate::part::Mode;
+use injection::{Injection, Line};
+use signal_bus::{BusError, Service, Writer};
+use signals::{Message, Source};
+
+/// A writer through which faults can be injected.
+pub(crate) struct Outbox<B: Service> {
+    writer: Writer<B>,
+    line: Option<Line<B>>,
+    says_absence: bool,
+}
+
+impl<B: Service> Outbox<B> {
+    pub(crate) fn open(child: &Child, source: Source) -> Result<Self, BusError> {
+        Ok(Self {
+            writer: child.bus.writer(source)?,
+            line: child.injections.as_ref().map(|_| Line::default()),
+            says_absence: child.mode == Mode::Lockstep,
+        })
+    }
+
+    /// Publishes the message for `of_cycle` that this process makes in `cycle`. Never waits.
+    pub(crate) fn write(&mut self, cycle: u64, of_cycle: u64, time_ns: u64, body: B) {
+        let Some(line) = &mut self.line else { return self.writer.write(of_cycle, time_ns, body) };
+        let message = self.writer.seal(of_cycle, time_ns, body);
+        let carried = line.carry(cycle, message);
+        for message in carried.messages.into_iter().flatten() {
+            self.writer.send(message);
+        }
+        if self.says_absence && !carried.arrives {
+            self.writer.send(Message::absent(message.header));
+        }
+    }
+
+    /// Says that there is no message for `of_cycle`, where there is no clock to tell by.
+    pub(crate) fn pass_over(&mut self, of_cycle: u64, time_ns: u64) {
+        if self.says_absence {
+            let message = self.writer.seal(of_cycle, time_ns, B::default());
+            self.writer.send(Message::absent(message.header));
+        }
+    }
+
+    /// Lets a fault befall its messages from now on.
+    pub(crate) fn inject(&mut self, injection: &Injection) {
+        if let Some(line) = &mut self.line {
+            line.add(injection);
+        }
+    }
+
+    pub(crate) fn connect(&self) {
+        self.writer.connect();
+    }
+
+    pub(crate) fn published(&self) -> u64 {
+        self.writer.published()
+    }
+
+    pub(crate) fn failures(&self) -> u64 {
+        self.writer.failures()
+    }
+}
