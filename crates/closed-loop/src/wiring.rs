@@ -162,6 +162,11 @@ fn controller_params(
             config::LostSteps::Resynchronise => step_control::LostSteps::Resynchronise,
         },
         drive,
+        reference_limits: step_control::ReferenceLimits {
+            min_angle_rad: scenario.limits.min_angle_rad,
+            max_angle_rad: scenario.limits.max_angle_rad,
+            max_speed_rad_per_s: scenario.limits.max_speed_rad_per_s,
+        },
         max_following_error_rad: scenario.safety.max_following_error_rad,
         following_error_per_speed_s: scenario.safety.following_error_per_speed_s,
         arm_at_cycle: Some(timeline.arm_cycle),

@@ -3,10 +3,12 @@
 
 mod common;
 
-use closed_loop::{CycleMessages, InProcess, wire};
+use closed_loop::{CycleMessages, InProcess, Perfect, Presence, Wire, wire};
 use common::{Valve, scenario};
 use config::{Damping, LostSteps, Scenario, ScheduledSetPoint, Target};
-use signals::{ControllerState, FaultCode, limiting};
+use signals::{
+    ControlStatus, ControllerState, FaultCode, Feedback, Reference, Source, StepCommand, limiting,
+};
 
 fn at(time_s: f64, target: Target) -> ScheduledSetPoint {
     ScheduledSetPoint { time_s, target, line: 0 }
@@ -126,4 +128,46 @@ fn the_limit_of_the_following_error_grows_with_speed() {
     let status = fault(&scenario);
     // Slow at first, when the limit has hardly grown: it takes its break-away there.
     assert!(status.fault == 0 || status.following_error_peak_rad < 5e-3, "{status:?}");
+}
+
+/// From cycle 200 on the references are this much faster than the trajectory made them.
+struct Hasty(f64);
+
+impl Wire for Hasty {
+    fn presence(&self, _: Source, _: u64) -> Presence {
+        Presence::Runs
+    }
+    fn feedback(&mut self, cycle: u64, body: Feedback) -> Option<Feedback> {
+        Perfect.feedback(cycle, body)
+    }
+    fn reference(&mut self, cycle: u64, body: Reference) -> Option<Reference> {
+        let factor = if cycle >= 200 { self.0 } else { 1.0 };
+        Some(Reference { speed_rad_per_s: body.speed_rad_per_s * factor, ..body })
+    }
+    fn command(&mut self, cycle: u64, body: StepCommand) -> Option<StepCommand> {
+        Perfect.command(cycle, body)
+    }
+    fn status(&mut self, cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
+        Perfect.status(cycle, body)
+    }
+}
+
+#[test]
+fn a_reference_beyond_the_limits_is_a_fault_in_the_same_cycle() {
+    let mut scenario = scenario(0.5, "");
+    let most = scenario.limits.max_speed_rad_per_s;
+    scenario.set_points = vec![at(0.01, Target::Speed { speed_rad_per_s: 0.99 * most })];
+    let parts = wire(&scenario, &Valve::default().model(), &Valve::default().model()).unwrap();
+    for (factor, fault) in [(1.0, FaultCode::None), (1.05, FaultCode::ReferenceLimit)] {
+        let mut run = InProcess::over(&parts, Hasty(factor));
+        let mut found = (FaultCode::None.code(), 0);
+        while let Some(outputs) = run.cycle() {
+            let status = outputs.controller.unwrap().status;
+            if status.fault != 0 && found.1 == 0 {
+                found = (status.fault, status.fault_cycle);
+            }
+        }
+        assert_eq!(found.0, fault.code(), "{factor}: {found:?}");
+        assert_eq!(found.1, if fault == FaultCode::None { 0 } else { 200 }, "{factor}");
+    }
 }

@@ -56,6 +56,7 @@ impl Bus {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|error| BusError::Node { root: place.root.clone(), reason: format!("{error:?}") })?;
+        place.close_to_others()?;
         Ok(Self { node, generation, held: Vec::new() })
     }
 

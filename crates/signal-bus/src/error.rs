@@ -32,7 +32,7 @@ pub enum BusError {
         /// What iceoryx2 says.
         reason: String,
     },
-    /// Leftovers could not be removed.
+    /// Leftovers could not be removed, or not be kept from other users.
     #[error("{path}: {source}")]
     Wipe {
         /// The file or directory.

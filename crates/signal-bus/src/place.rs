@@ -3,7 +3,9 @@
 use crate::BusError;
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 use serde::{Deserialize, Serialize};
+use std::fs::Permissions;
 use std::io;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 /// Where POSIX shared memory appears as files.
@@ -48,6 +50,19 @@ impl Place {
     pub fn wipe(&self) -> Result<(), BusError> {
         wipe_prefix(&self.prefix)?;
         ignore_missing(&self.root, std::fs::remove_dir_all(&self.root))
+    }
+
+    /// Takes from other users what iceoryx2 0.10 gives them: it makes the node's management segment (16 bytes) writable for
+    /// everybody. Others are created for this user alone, and not touched: their permissions say when they are ready.
+    pub(crate) fn close_to_others(&self) -> Result<(), BusError> {
+        let shared = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "global_mgmt");
+        files_with_prefix(&self.prefix).iter().filter(|path| shared(path)).try_for_each(|path| {
+            let open = std::fs::metadata(path).is_ok_and(|found| found.permissions().mode() & 0o077 != 0);
+            if !open {
+                return Ok(());
+            }
+            ignore_missing(path, std::fs::set_permissions(path, Permissions::from_mode(0o600)))
+        })
     }
 
     /// The shared-memory files of this place that exist now.

@@ -27,6 +27,10 @@ fn a_loop_reader_gets_the_message_of_its_cycle() {
     let mut reader = controller.cycle_reader::<Feedback>(Source::Plant).unwrap();
     writer.connect();
 
+    for file in place.shared_memory_files() {
+        let mode = std::os::unix::fs::MetadataExt::mode(&std::fs::metadata(&file).unwrap());
+        assert_eq!(mode & 0o077, 0, "others may use {}", file.display());
+    }
     assert_eq!(reader.of_cycle(0), Found::NotYet, "nothing was published");
     for cycle in 0..4 {
         writer.write(cycle, cycle * 1_000_000, feedback(cycle as f64));

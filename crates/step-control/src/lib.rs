@@ -27,7 +27,7 @@ mod tuning;
 mod window;
 
 pub use observer::{Observer, ObserverSettings};
-pub use params::{Compensation, ControlError, LostSteps, Params};
+pub use params::{Compensation, ControlError, LostSteps, Params, ReferenceLimits};
 pub use shaper::Shaper;
 pub use state::State;
 pub use step::{Input, Output, step};

@@ -5,6 +5,7 @@ use crate::correction::Instant;
 use crate::params::{LostSteps, Params};
 use crate::recovery::Recovery;
 use crate::state::State;
+use crate::step::Input;
 use signals::{
     ControlParameter, ControllerState, FaultCode, Feedback, OperatorCommand, OperatorKind, OperatorResult,
     Reference, validity,
@@ -108,7 +109,7 @@ fn begin(params: &Params, state: &mut State, feedback: &Feedback) {
 }
 
 /// Looks for a reason to stop, while running.
-pub(crate) fn watch(params: &Params, state: &mut State, cycle: u64, feedback: Option<&Feedback>) {
+pub(crate) fn watch(params: &Params, state: &mut State, cycle: u64, input: &Input) {
     if state.machine != ControllerState::Running {
         return;
     }
@@ -117,8 +118,10 @@ pub(crate) fn watch(params: &Params, state: &mut State, cycle: u64, feedback: Op
         FaultCode::FeedbackSilent
     } else if state.reference.silent(limit) {
         FaultCode::ReferenceSilent
+    } else if input.reference.is_some_and(|reference| params.reference_limits.exceeded(reference)) {
+        FaultCode::ReferenceLimit
     } else {
-        feedback.map_or(FaultCode::None, |feedback| fault_of(params, state, feedback))
+        input.feedback.map_or(FaultCode::None, |feedback| fault_of(params, state, feedback))
     };
     if fault != FaultCode::None {
         state.fault = fault;

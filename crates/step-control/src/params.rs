@@ -3,6 +3,7 @@
 use crate::observer::{Observer, ObserverSettings, Shaft};
 use crate::shaper::Shaper;
 use serde::{Deserialize, Serialize};
+use signals::Reference;
 use thiserror::Error;
 use valve_model::{FrictionLaw, MotionParams, MotorParams};
 
@@ -26,6 +27,32 @@ pub enum LostSteps {
     Fault,
     /// The command goes to where the rotor is, and back to the reference from there.
     Resynchronise,
+}
+
+/// The limits of motion that a reference keeps to, as the trajectory is told them too.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceLimits {
+    /// The smallest angle, rad; `None` for a valve that turns.
+    pub min_angle_rad: Option<f64>,
+    /// The largest angle, rad; `None` for a valve that turns.
+    pub max_angle_rad: Option<f64>,
+    /// The largest speed, rad/s.
+    pub max_speed_rad_per_s: f64,
+}
+
+impl ReferenceLimits {
+    /// What a healthy trajectory's own rounding may cost, in parts of a speed, and in rad.
+    const SLACK: f64 = 0.01;
+    const SLACK_RAD: f64 = 1e-3;
+
+    /// Whether a reference is faster than allowed, or beyond an end and on its way further out. One that is beyond and
+    /// rests, or comes back, is where a valve was armed that stood there.
+    pub(crate) fn exceeded(&self, reference: &Reference) -> bool {
+        let (angle, speed) = (reference.angle_rad, reference.speed_rad_per_s);
+        let below = self.min_angle_rad.is_some_and(|min| angle < min - Self::SLACK_RAD) && speed < 0.0;
+        let above = self.max_angle_rad.is_some_and(|max| angle > max + Self::SLACK_RAD) && speed > 0.0;
+        below || above || speed.abs() > self.max_speed_rad_per_s * (1.0 + Self::SLACK)
+    }
 }
 
 /// The controller's settings; [`Params::validate`] once, before the first step.
@@ -59,6 +86,8 @@ pub struct Params {
     pub lost_steps: LostSteps,
     /// The driver's limits; the drive enforces the same, last.
     pub drive: drive::Params,
+    /// What a reference keeps to; one that does not is a fault.
+    pub reference_limits: ReferenceLimits,
     /// Following error at rest that is a fault, rad.
     pub max_following_error_rad: f64,
     /// By how much that grows with the reference's speed, s.
@@ -120,6 +149,7 @@ impl Params {
             ("period_s", self.period_s),
             ("inertia_kg_m2", self.inertia_kg_m2),
             ("max_following_error_rad", self.max_following_error_rad),
+            ("reference_limits.max_speed_rad_per_s", self.reference_limits.max_speed_rad_per_s),
         ];
         for (key, found) in positive {
             if !(found > 0.0 && found.is_finite()) {

@@ -36,7 +36,7 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Ou
     listen(params, state, input);
     obey(params, state, cycle, input.feedback, input.order);
     measure(params, state, input.feedback);
-    watch(params, state, cycle, input.feedback);
+    watch(params, state, cycle, input);
     match state.machine {
         ControllerState::Running => track(params, state),
         ControllerState::QuickStop => ramp_down(params, state),

@@ -207,8 +207,6 @@ fn read_after_stop(section: &Section<'_>, limits: &MotionLimits) -> AfterStop {
     let Some(None) = chosen else {
         for key in section.present(&NEUTRAL_KEYS) {
             section.refuse_key(key, "a neutral angle", "none unless after_stop is \"neutral\"");
-            // It is known, and needs no second error.
-            _ = section.optional_quantity(key, Dimension::Ratio, Bounds::either_sign(f64::MAX));
         }
         return chosen.flatten().unwrap_or(AfterStop::Hold);
     };
