@@ -5,7 +5,7 @@ use super::tally::{Outcome, Tally};
 use anyhow::Result;
 use oracle::{Judge, Unsafe};
 use recording::{AnyMessage, read_record};
-use signals::{ControllerState, Reference, Source, StepCommand, validity};
+use signals::{ControllerState, FaultCode, Reference, Source, StepCommand, validity};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -36,8 +36,12 @@ struct Start {
     stops: Vec<(u64, u64)>,
     stopped: bool,
     followed: u64,
+    /// Cycles that the controller ran.
+    statuses: Vec<u64>,
     /// Cycles in which the controller began a quick stop.
     quick_stops: Vec<u64>,
+    /// Cycles in which it found a fault of any kind.
+    faults: Vec<u64>,
     running: bool,
 }
 
@@ -111,12 +115,13 @@ fn follow(ground: &Ground, start: &Start, from: u64, to: u64, outcome: &mut Outc
         outcome.stopped = true;
         outcome.reaction = Some((cycle - last, silence + 1));
     }
+    outcome.stopped |= start.faults.iter().any(within);
     // The controller's: counted from the last message of the partner that fell silent.
     if let Some(cycle) = start.quick_stops.iter().find(|cycle| within(cycle)) {
-        outcome.stopped = true;
+        // In its own cycles: those that it did not run it could not count.
         let silent_since = |heard: &[u64], ahead: u64| {
-            let last = heard.iter().filter(|of| **of <= cycle + ahead).max().copied();
-            last.map_or(0, |last| (cycle + ahead).saturating_sub(last))
+            let last = heard.iter().filter(|of| **of <= cycle + ahead).max().copied().unwrap_or(0);
+            start.statuses.iter().filter(|ran| **ran + ahead > last && *ran <= cycle).count() as u64
         };
         let silent = silent_since(&start.feedbacks, 0).max(silent_since(&start.references, 2));
         let reaction = (silent + 1, silence + 1);
@@ -149,7 +154,9 @@ impl Start {
             stops: Vec::new(),
             stopped: false,
             followed: 0,
+            statuses: Vec::new(),
             quick_stops: Vec::new(),
+            faults: Vec::new(),
             running: false,
         }
     }
@@ -174,9 +181,14 @@ impl Start {
                 self.stopped = stopped;
             }
             AnyMessage::ControlStatus(m) => {
+                self.statuses.push(cycle);
                 let running = m.body.state == ControllerState::Running.code();
-                if self.running && !running && m.body.fault != 0 {
+                let silence = [FaultCode::FeedbackSilent.code(), FaultCode::ReferenceSilent.code()];
+                if self.running && !running && silence.contains(&m.body.fault) {
                     self.quick_stops.push(cycle);
+                }
+                if self.running && !running && m.body.fault != 0 {
+                    self.faults.push(cycle);
                 }
                 self.running = running;
             }

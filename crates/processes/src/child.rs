@@ -7,6 +7,8 @@ use injection::Injection;
 use realtime::{Wanted, obtain};
 use signal_bus::{Bus, BusError};
 use signals::Source;
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, stdin, stdout};
 use std::os::unix::process::parent_id;
@@ -92,6 +94,8 @@ pub(crate) struct Child {
     /// Faults planned before the start; `None` where none are allowed.
     pub(crate) injections: Option<Vec<Injection>>,
     orders: Receiver<ToChild>,
+    /// Orders that came before the start.
+    early: RefCell<VecDeque<ToChild>>,
 }
 
 /// The core of a process in lockstep, where there are two: trajectory and controller take turns, so they share one and hand
@@ -122,15 +126,21 @@ impl Child {
         // Held until the process ends.
         std::mem::forget(dma_latency);
         write_frame(stdout(), &FromChild::Ready(obtained))?;
-        match self.orders.recv() {
-            Ok(ToChild::Go { epoch_ns }) => Ok(Some(epoch_ns)),
-            _ => Ok(None),
+        loop {
+            match self.orders.recv() {
+                Ok(ToChild::Go { epoch_ns }) => return Ok(Some(epoch_ns)),
+                // Somebody may want something of a recorder that takes over before it is told to go.
+                Ok(order @ (ToChild::Mark(_) | ToChild::SaveTiming | ToChild::Inject(_))) => {
+                    self.early.borrow_mut().push_back(order);
+                }
+                _ => return Ok(None),
+            }
         }
     }
 
     /// The next order that came since, if any.
     pub(crate) fn order(&self) -> Option<ToChild> {
-        self.orders.try_recv().ok()
+        self.early.borrow_mut().pop_front().or_else(|| self.orders.try_recv().ok())
     }
 
     /// Says something to the supervisor; one that is gone is noticed elsewhere.
@@ -189,6 +199,7 @@ fn live(source: Source) -> Result<(), ChildError> {
         },
         injections: injections.transpose()?,
         orders,
+        early: RefCell::default(),
     };
     let summary = match part.task {
         Task::Plant(part) => plant::run(&child, *part),
