@@ -303,7 +303,7 @@ fn values_out_of_range() {
         FULL,
         "\"de-energise\"",
         "\"off\"",
-        "x.toml:25:14: driver.after_stop: found off, expected \"hold\" or \"de-energise\"",
+        "x.toml:25:14: driver.after_stop: found off, expected \"hold\" or \"de-energise\" or \"neutral\"",
     );
     refused(
         FULL,
@@ -664,4 +664,25 @@ fn huge_and_deep_files_are_refused() {
     }
     let many = "[[set_point]]\nx = 1\n".repeat(40_000);
     assert_eq!(parse_scenario(&format!("{SMALL}{many}"), "x.toml").unwrap_err().errors().len(), 100);
+}
+
+#[test]
+fn a_neutral_angle_needs_an_end_on_either_side() {
+    let with = |keys: &str| FULL.replace("after_stop = \"de-energise\"", keys);
+    let good = with("after_stop = \"neutral\"\nneutral_angle = \"5deg\"\nneutral_speed = \"10rpm\"");
+    let driver = parse_scenario(&good, "x.toml").unwrap_or_else(|errors| panic!("{errors}")).driver;
+    let AfterStop::Neutral { angle_rad, speed_rad_per_s } = driver.after_stop else { panic!("{driver:?}") };
+    assert!((angle_rad - 5.0_f64.to_radians()).abs() < 1e-12 && (speed_rad_per_s - 1.0472).abs() < 1e-4);
+    for (keys, says) in [
+        ("after_stop = \"neutral\"", "neutral_angle"),
+        ("after_stop = \"neutral\"\nneutral_angle = \"80deg\"\nneutral_speed = \"10rpm\"", "within [limits]"),
+        ("after_stop = \"neutral\"\nneutral_angle = 0\nneutral_speed = \"1000rpm\"", "neutral_speed"),
+        ("after_stop = \"hold\"\nneutral_angle = 0", "neutral"),
+    ] {
+        let errors = parse_scenario(&with(keys), "x.toml").expect_err(keys).to_string();
+        assert!(errors.contains(says), "{keys}: {errors}");
+    }
+    let turns = good.replace("min_angle = \"0deg\"\n", "");
+    let errors = parse_scenario(&turns, "x.toml").expect_err("a way without an end").to_string();
+    assert!(errors.contains("turns without end"), "{errors}");
 }
