@@ -4,15 +4,17 @@
 use config::{parse_model, parse_scenario};
 use recording::read_record;
 use signals::{
-    Body, ControlStatus, Expectation, Feedback, LoopTiming, Message, OperatorCommand, PlantTruth, RecorderProgress,
-    Reference, SetPoint, Source, StepCommand, check,
+    Body, ControlStatus, Expectation, Feedback, LoopTiming, Message, OperatorCommand, PlantTruth,
+    RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 use std::io::Write;
 
 /// A scenario or a model: refused with places, or accepted.
 pub fn configuration(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    for error in [parse_scenario(text, "fuzz.toml").err(), parse_model(text, "fuzz.toml").err()].into_iter().flatten() {
+    for error in
+        [parse_scenario(text, "fuzz.toml").err(), parse_model(text, "fuzz.toml").err()].into_iter().flatten()
+    {
         assert!(error.to_string().contains("fuzz.toml"), "an error without a place: {error}");
     }
 }

@@ -55,7 +55,10 @@ fn every_kind_of_defect_is_named() {
     let absent = Message::<Feedback>::absent(good.header);
     assert_eq!(check(&absent, &EXPECTED), Err(Defect::Absent { cycle: 5 }));
     let other = Message::<Feedback>::absent(Header { generation: 6, ..good.header });
-    assert!(matches!(check(&other, &EXPECTED), Err(Defect::WrongGeneration { .. })), "absence is said by us alone");
+    assert!(
+        matches!(check(&other, &EXPECTED), Err(Defect::WrongGeneration { .. })),
+        "absence is said by us alone"
+    );
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300] {
         let defect = check(&sealed(Feedback { angle_rad: bad, ..example() }), &EXPECTED).unwrap_err();
         assert!(matches!(defect, Defect::OutOfRange { field: "angle_rad", .. }), "{defect}");

@@ -1,0 +1,71 @@
+//! What `tools/fuzz` does for minutes, briefly and without its tools: the committed corpus, and changes of it, through the
+//! same functions. The seed is printed with a panic.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+#[path = "../../fuzz/src/lib.rs"]
+mod fuzz;
+
+use injection::SplitSeed;
+use std::path::PathBuf;
+use stepvalve_tests::repository;
+
+fn corpus(target: &str) -> Vec<Vec<u8>> {
+    let folder = repository().join("fuzz/corpus").join(target);
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().flatten().map(|entry| entry.path()).collect();
+    files.sort();
+    files.iter().map(|file| std::fs::read(file).unwrap()).collect()
+}
+
+/// A copy with a few bytes changed, cut out, doubled, or exchanged for another file's.
+fn changed(details: &mut SplitSeed, all: &[Vec<u8>]) -> Vec<u8> {
+    let pick = |details: &mut SplitSeed| all[details.whole(0, all.len() as u64) as usize].clone();
+    let mut bytes = pick(details);
+    for _ in 0..details.whole(1, 5) {
+        let length = bytes.len() as u64;
+        let (from, to) = (details.whole(0, length + 1) as usize, details.whole(0, length + 1) as usize);
+        let (from, to) = (from.min(to), from.max(to).min(from.min(to) + 64));
+        match details.whole(0, 5) {
+            0 => drop(bytes.drain(from..to)),
+            1 => {
+                let again = bytes[from..to].to_vec();
+                bytes.splice(from..from, again);
+            }
+            2 => bytes.truncate(from),
+            3 => bytes[from..to].iter_mut().for_each(|byte| *byte = details.whole(0, 256) as u8),
+            _ => {
+                let other = pick(details);
+                let end = to.min(other.len());
+                bytes.splice(from..to, other[from.min(end)..end].iter().copied());
+            }
+        }
+    }
+    bytes
+}
+
+fn briefly(target: &str, run: fn(&[u8]), times: u64) {
+    let all = corpus(target);
+    assert!(!all.is_empty(), "no corpus for {target}");
+    all.iter().for_each(|bytes| run(bytes));
+    for seed in 0..times {
+        let bytes = changed(&mut SplitSeed::new(seed), &all);
+        if std::panic::catch_unwind(|| run(&bytes)).is_err() {
+            panic!("{target}: seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn configuration() {
+    briefly("configuration", fuzz::configuration, 4000);
+}
+
+#[test]
+fn message_check() {
+    briefly("message_check", fuzz::message_check, 20_000);
+}
+
+#[test]
+fn record_recovery() {
+    briefly("record_recovery", fuzz::record_recovery, 4000);
+}
