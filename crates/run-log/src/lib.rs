@@ -12,6 +12,7 @@ mod convert;
 mod cycles;
 mod error;
 mod h5;
+mod mat;
 mod messages;
 mod read;
 mod run_file;
@@ -21,6 +22,7 @@ mod write;
 
 pub use convert::{Summary, convert};
 pub use error::RunLogError;
+pub use mat::read_mat_arrays;
 pub use read::read_log;
 pub use run_file::{MissingMessages, RunFile, RunSpan};
 pub use write::write_log;

@@ -8,6 +8,7 @@ mod convert;
 mod diagnose;
 mod failure;
 mod files;
+mod import;
 mod in_process;
 mod instance;
 mod metrics;
@@ -73,6 +74,11 @@ enum Command {
     Convert(convert::Arguments),
     /// Find what a model gets wrong about measured runs, name the cause, extend the model, measure the gain
     Diagnose(diagnose::Arguments),
+    /// Turn tables (CSV, MAT) into a valve-log
+    Import(import::Arguments),
+    /// Read a MAT file for `import`
+    #[command(hide = true)]
+    ReadMat(import::ReadMat),
     /// Reproduce or refute the paper's figures and tables: DIR/paper.html and paper.json
     Paper(paper::Arguments),
     /// Predict torque or angle of measured runs with a model
@@ -101,6 +107,8 @@ fn main() -> ExitCode {
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Import(arguments) => import::run(&arguments),
+        Command::ReadMat(arguments) => import::read_mat(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),

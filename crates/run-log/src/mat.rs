@@ -1,0 +1,44 @@
+//! Arrays of a MAT file of v7.3, which is HDF5: numeric datasets at the root.
+
+use crate::error::Context;
+use crate::{RunLogError, h5};
+use std::path::Path;
+
+/// More members of the root than this are refused.
+const MAX_MEMBERS: u64 = 10_000;
+
+/// Reads the numeric arrays at the root: name, shape as MATLAB has it, numbers with the first index running fastest.
+/// At most `most` numbers in all.
+///
+/// # Errors
+/// [`RunLogError`], which names the file and the array.
+pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<(String, Vec<u64>, Vec<f64>)>, RunLogError> {
+    let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
+    let format = |place: &str, found: String, expected: String| RunLogError::Format {
+        path: path.to_owned(),
+        place: place.to_owned(),
+        found,
+        expected,
+    };
+    if file.len() > MAX_MEMBERS {
+        return Err(format("root", format!("{} members", file.len()), format!("at most {MAX_MEMBERS}")));
+    }
+    let mut left = most;
+    let mut arrays = Vec::new();
+    for name in file.member_names().context(path, || "reading the root".to_owned())? {
+        let Ok(dataset) = file.dataset(&name) else { continue };
+        // MATLAB's name for what the numbers are; texts and logicals are numbers to HDF5 too.
+        let class = h5::text_attribute(&dataset, "MATLAB_class").context(path, || format!("array {name}"))?;
+        if !h5::is_numeric(&dataset) || class.as_deref() == Some("char") {
+            continue;
+        }
+        left = left.checked_sub(dataset.size()).ok_or_else(|| {
+            format(&name, format!("{} numbers", dataset.size()), format!("at most {most} in all"))
+        })?;
+        let numbers = dataset.read_raw::<f64>().context(path, || format!("reading array {name}"))?;
+        // HDF5's last index runs fastest, MATLAB's first: the same numbers, the shape the other way round.
+        let shape = dataset.shape().iter().rev().map(|size| *size as u64).collect();
+        arrays.push((name, shape, numbers));
+    }
+    Ok(arrays)
+}
