@@ -19,6 +19,7 @@ mod effects;
 mod forms;
 mod hidden;
 mod jet;
+mod judge;
 mod motion;
 mod nominal;
 mod plan;
@@ -29,4 +30,5 @@ mod truth;
 
 pub use campaign::{Campaign, choose};
 pub use hidden::{Gap, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
+pub use judge::{Finding, Interval, Outcome, intervals};
 pub use truth::{HiddenEffect, Truth};

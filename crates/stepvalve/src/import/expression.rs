@@ -46,6 +46,42 @@ impl FromStr for Map {
     }
 }
 
+/// The expression with 1.5e5 written out as 150000: exmex knows no exponents.
+fn without_exponents(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(next) = rest.chars().next() {
+        let word = next.is_alphanumeric() || next == '_' || next == '.';
+        let length = match next {
+            // A name in braces may look like a number.
+            '{' => rest.find('}').map_or(rest.len(), |end| end + 1),
+            _ if word => word_length(rest),
+            _ => next.len_utf8(),
+        };
+        let (token, after) = rest.split_at(length);
+        match token.parse::<f64>() {
+            Ok(number) if number.is_finite() && next.is_ascii_digit() | (next == '.') => {
+                plain.push_str(&number.to_string());
+            }
+            _ => plain.push_str(token),
+        }
+        rest = after;
+    }
+    plain
+}
+
+/// The length of the name or number that a text begins with; the sign of an exponent belongs to a number.
+fn word_length(text: &str) -> usize {
+    let number = text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let mut last = ' ';
+    let end = text.char_indices().find(|(_, c)| {
+        let sign = number && matches!(c, '+' | '-') && matches!(last, 'e' | 'E');
+        last = *c;
+        !(c.is_alphanumeric() || matches!(c, '_' | '.') || sign)
+    });
+    end.map_or(text.len(), |(index, _)| index)
+}
+
 /// `torque`, or `motor_current[A]`.
 fn target_and_unit(text: &str) -> Result<(String, String), String> {
     if let Some(channel) = Channel::from_name(text) {
@@ -160,6 +196,8 @@ mod tests {
         assert_eq!(value("time=row*0.01", &["x"], &[0.0]), 0.07);
         assert_eq!(value("torque=-(a-b)^2+abs(b)", &["b", "a"], &[-1.0, 2.0]), -8.0);
         assert_eq!(value("speed[rad/s]=1.5E2", &["b"], &[-1.0]), 150.0);
+        assert_eq!(value("pressure_drop=c1*1e5-.5e+1", &["p"], &[2.0]), 199_995.0);
+        assert_eq!(value("angle={1e3}+e2-1", &["1e3", "e2"], &[2.0, 4.0]), 5.0);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::files::name;
 use anyhow::{Context, anyhow, bail};
 use matfile::{MatFile, NumericData};
 use std::fs::File;
-use std::io::{BufReader, Read, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -18,6 +18,8 @@ type Array = (String, Vec<u64>, Vec<f64>);
 
 /// A MAT file's end of header, at which its version stands.
 const VERSION_AT: usize = 124;
+/// The kind of an element that is compressed: alone not padded to 8 bytes.
+const COMPRESSED: u32 = 15;
 /// What HDF5 begins with.
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Where HDF5 begins in a file of v7.3.
@@ -63,10 +65,36 @@ fn arrays(path: &Path, most: usize) -> anyhow::Result<Vec<Array>> {
     if !head.starts_with(b"MATLAB") {
         bail!("the file doesn't begin with MATLAB, expected a MAT file, v5 or v7.3 (v4 is not read)");
     }
+    whole_v5(path, &head)?;
     let file = MatFile::parse(BufReader::new(File::open(path)?))
         .map_err(|error| anyhow!("no whole MAT file of v5: {error}"))?;
     let mut left = most;
     file.arrays().iter().map(|array| from_v5(array, &mut left)).collect()
+}
+
+/// Checks that the elements of a v5 file fill it to its end: the parser passes over what is cut off.
+fn whole_v5(path: &Path, head: &[u8]) -> anyhow::Result<()> {
+    let little = head.get(VERSION_AT + 2..VERSION_AT + 4) == Some(b"IM");
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut at = VERSION_AT as u64 + 4;
+    while at < length {
+        let mut tag = [[0; 4]; 2];
+        file.seek(SeekFrom::Start(at))?;
+        if file.read_exact(tag.as_flattened_mut()).is_err() {
+            bail!("cut off at byte {at}, expected a whole element");
+        }
+        let [kind, size] =
+            tag.map(|word| if little { u32::from_le_bytes(word) } else { u32::from_be_bytes(word) });
+        let padded = if kind == COMPRESSED { u64::from(size) } else { u64::from(size).div_ceil(8) * 8 };
+        at += 8 + padded;
+        if at > length {
+            bail!(
+                "the file ends at byte {length}, expected an element to reach to byte {at}: cut off, or damaged"
+            );
+        }
+    }
+    Ok(())
 }
 
 fn from_v5(array: &matfile::Array, left: &mut usize) -> anyhow::Result<Array> {
@@ -111,6 +139,7 @@ pub fn open(path: &Path, most: usize) -> anyhow::Result<Mat> {
         let complaint = String::from_utf8_lossy(&output.stderr);
         let said = complaint.trim();
         match output.status.code() {
+            Some(2) if said.starts_with(&file) => bail!("{said}"),
             Some(2) => bail!("{file}: {said}"),
             _ => bail!("{file}: reading it failed ({}), expected a whole MAT file: {said}", output.status),
         }

@@ -1,0 +1,153 @@
+//! What an ordinary regression makes of the same data: the residual on a library of terms, chosen stepwise.
+//!
+//! Forward by what a cause's terms explain on the runs that were not fitted on, at least 1 % of the noise and the
+//! Bayesian criterion on an effective sample size; earlier ones are dropped when they no longer pay.
+
+use super::library::{self, CAUSES, Terms};
+use anyhow::{Context, Result};
+use config::parse_model;
+use log_data::Log;
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
+
+/// The least cut of the held-out RMS, in parts of the noise.
+const FLOOR: f64 = 0.01;
+/// Samples that count as one: residuals of neighbours are alike.
+const ALIKE: f64 = 20.0;
+/// Most causes chosen.
+const MOST: usize = 6;
+
+/// Normal equations of some runs.
+struct Normal {
+    gram: DMatrix<f64>,
+    right: DVector<f64>,
+    square: f64,
+    count: f64,
+}
+
+/// Half of the runs to fit on, the others to choose on; and the other way round.
+struct Halves([Normal; 2]);
+
+/// The causes that the regression names in a torque log.
+///
+/// # Errors
+/// A model that can't be read.
+pub fn named(log: &Log, model_toml: &str) -> Result<BTreeSet<String>> {
+    let model = parse_model(model_toml, "model.toml")?;
+    let runs = library::terms(log, &model).context("the regression needs torque and a LuGre model")?;
+    let halves = Halves([0, 1].map(|half| normal(&runs, half)));
+    let noise = noise(&runs);
+    let mut chosen: Vec<usize> = Vec::new();
+    let mut score = halves.score(&chosen);
+    while chosen.len() < MOST {
+        let trials = (0..CAUSES.len()).filter(|cause| !chosen.contains(cause)).map(|cause| {
+            let with: Vec<usize> = chosen.iter().copied().chain([cause]).collect();
+            (cause, halves.score(&with))
+        });
+        let Some((best, found)) = trials.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        if !pays(score, found, best, noise, &halves) {
+            break;
+        }
+        chosen.push(best);
+        score = found;
+        while let Some(position) = idle(&chosen, score, noise, &halves) {
+            chosen.remove(position);
+            score = halves.score(&chosen);
+        }
+    }
+    Ok(chosen.iter().filter_map(|cause| CAUSES.get(*cause)).map(|(id, _)| (*id).to_owned()).collect())
+}
+
+/// Whether a cause's terms are worth their number: held-out mean squares before and after.
+fn pays(before: f64, after: f64, cause: usize, noise: f64, halves: &Halves) -> bool {
+    let terms = CAUSES.get(cause).map_or(1, |(_, terms)| *terms) as f64;
+    let samples = halves.0.iter().map(|half| half.count).sum::<f64>() / ALIKE;
+    let criterion = samples * (before / after).ln() > terms * samples.ln();
+    before.sqrt() - after.sqrt() >= FLOOR * noise && criterion
+}
+
+/// The place of a chosen cause, not the last, that no longer pays.
+fn idle(chosen: &[usize], score: f64, noise: f64, halves: &Halves) -> Option<usize> {
+    (0..chosen.len().saturating_sub(1)).find(|position| {
+        let without: Vec<usize> = chosen
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| other != position)
+            .map(|(_, cause)| *cause)
+            .collect();
+        let cause = chosen.get(*position).copied().unwrap_or(0);
+        !pays(halves.score(&without), score, cause, noise, halves)
+    })
+}
+
+fn normal(runs: &[Terms], half: usize) -> Normal {
+    let size: usize = CAUSES.iter().map(|(_, terms)| terms).sum();
+    let mut normal =
+        Normal { gram: DMatrix::zeros(size, size), right: DVector::zeros(size), square: 0.0, count: 0.0 };
+    for run in runs.iter().enumerate().filter(|(index, _)| index % 2 == half).map(|(_, run)| run) {
+        let rows = run.rows.len();
+        let matrix = DMatrix::from_row_iterator(rows, size, run.rows.iter().flatten().copied());
+        let residual = DVector::from_column_slice(&run.residual);
+        normal.gram += matrix.tr_mul(&matrix);
+        normal.right += matrix.tr_mul(&residual);
+        normal.square += residual.norm_squared();
+        normal.count += rows as f64;
+    }
+    normal
+}
+
+/// The noise, from differences of neighbours.
+fn noise(runs: &[Terms]) -> f64 {
+    let pairs = runs.iter().flat_map(|run| run.residual.windows(2));
+    let mut squares: Vec<f64> = pairs.map(|pair| pair.iter().fold(0.0, |a, b| b - a).powi(2)).collect();
+    let middle = squares.len() / 2;
+    if squares.is_empty() {
+        return 0.0;
+    }
+    let (_, median, _) = squares.select_nth_unstable_by(middle, f64::total_cmp);
+    // The median of a squared normal number is 0.455 of its mean; a difference has twice the variance.
+    (*median / 0.455 / 2.0).sqrt()
+}
+
+impl Halves {
+    /// Mean square on each half with what was fitted on the other.
+    fn score(&self, causes: &[usize]) -> f64 {
+        let [one, other] = &self.0;
+        let columns = columns(causes);
+        let square = held_out(one, other, &columns) + held_out(other, one, &columns);
+        square / (one.count + other.count)
+    }
+}
+
+fn columns(causes: &[usize]) -> Vec<usize> {
+    let begins: Vec<usize> = CAUSES
+        .iter()
+        .scan(0, |next, (_, terms)| {
+            let begin = *next;
+            *next += terms;
+            Some(begin)
+        })
+        .collect();
+    let of = |cause: &usize| {
+        let begin = begins.get(*cause).copied().unwrap_or(0);
+        begin..begin + CAUSES.get(*cause).map_or(0, |(_, terms)| *terms)
+    };
+    causes.iter().flat_map(of).collect()
+}
+
+/// Sum of squares on `judged` with coefficients fitted on `fitted`.
+fn held_out(fitted: &Normal, judged: &Normal, columns: &[usize]) -> f64 {
+    if columns.is_empty() {
+        return judged.square;
+    }
+    let gram = |normal: &Normal| normal.gram.select_rows(columns).select_columns(columns);
+    let right = |normal: &Normal| normal.right.select_rows(columns);
+    let (mut matrix, target) = (gram(fitted), right(fitted));
+    // Columns to the same size, and a touch of ridge against those that say the same.
+    let scale = matrix.diagonal().map(|value| 1.0 / value.max(1e-300).sqrt());
+    matrix = DMatrix::from_diagonal(&scale) * matrix * DMatrix::from_diagonal(&scale);
+    matrix += DMatrix::identity(columns.len(), columns.len()) * 1e-9;
+    let Some(cholesky) = matrix.cholesky() else { return judged.square };
+    let weights = cholesky.solve(&target.component_mul(&scale)).component_mul(&scale);
+    judged.square - 2.0 * weights.dot(&right(judged)) + weights.dot(&(gram(judged) * &weights))
+}

@@ -1,0 +1,89 @@
+//! Which campaigns are drawn: a seed each, and what is hidden.
+
+use super::Arguments;
+use hidden_effect_rig::{Hidden, LogKind, OUTSIDE, STRONG, WEAK, choose, effects_of, twins};
+
+/// What a campaign is there to show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// Nothing hidden.
+    Clean,
+    /// One effect, residual 5 times the noise.
+    Strong,
+    /// One effect, 2 times.
+    Weak,
+    /// Two effects.
+    Two,
+    /// An effect that no list of causes has.
+    Outside,
+    /// One of two that these data can't tell apart.
+    Twin,
+}
+
+/// A campaign to draw.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Its seed.
+    pub seed: u64,
+    /// What it shows.
+    pub class: Class,
+    /// What is hidden.
+    pub hidden: Hidden,
+    /// Whether the parameters are compared with the best fit to noise-free data.
+    pub best_fit: bool,
+}
+
+/// All cases, seeds counted up from the first.
+pub fn all(arguments: &Arguments) -> Vec<Case> {
+    let mut cases = Vec::new();
+    let mut seed = arguments.first_seed;
+    let mut add = |class: Class, hidden: Hidden| {
+        let hidden = Hidden { samples: arguments.samples, ..hidden };
+        cases.push(Case { seed, class, hidden, best_fit: arguments.best_fit });
+        seed += 1;
+    };
+    let logs: &[LogKind] =
+        if arguments.torque_only { &[LogKind::Torque] } else { &[LogKind::Torque, LogKind::Angle] };
+    for &log in logs {
+        for _ in 0..arguments.clean / logs.len() as u64 {
+            add(Class::Clean, Hidden::none(log));
+        }
+        let effects = effects_of(log);
+        for turn in 0..arguments.seeds {
+            for effect in &effects {
+                add(Class::Strong, Hidden::with(log, &[effect], STRONG));
+                add(Class::Weak, Hidden::with(log, &[effect], WEAK));
+            }
+            for index in 0..effects.len() as u64 / 2 {
+                let pair = pair(log, arguments.first_seed + turn * 1000 + index);
+                add(Class::Two, Hidden::with(log, &pair, STRONG));
+            }
+            for effect in OUTSIDE.iter().filter(|id| log == LogKind::Torque || **id != "outside-play") {
+                add(Class::Outside, Hidden::with(log, &[effect], STRONG));
+            }
+            for (effect, _, gap) in twins(log) {
+                add(Class::Twin, Hidden { without: Some(gap), ..Hidden::with(log, &[effect], STRONG) });
+            }
+        }
+    }
+    cases
+}
+
+/// Two effects that are no twins of each other.
+fn pair(log: LogKind, seed: u64) -> Vec<&'static str> {
+    let effects = effects_of(log);
+    let close = |a: &str, b: &str| {
+        a == b
+            || twins(log)
+                .iter()
+                .any(|(id, others, _)| (*id == a && others.contains(&b)) || (*id == b && others.contains(&a)))
+    };
+    let mut turn = seed.wrapping_mul(64);
+    loop {
+        let (a, b) = (choose(turn, &effects), choose(turn + 1, &effects));
+        if !close(a, b) {
+            return vec![a, b];
+        }
+        turn += 2;
+    }
+}

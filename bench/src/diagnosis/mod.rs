@@ -1,0 +1,61 @@
+//! `bench diagnosis`: `stepvalve diagnose` on campaigns with a hidden effect, beside a stepwise regression.
+
+mod baseline;
+mod cases;
+mod library;
+mod run;
+mod tables;
+
+use crate::output::Results;
+use crate::progress::Progress;
+use anyhow::Result;
+use serde_json::json;
+use std::sync::Mutex;
+
+/// How much of it.
+#[derive(clap::Args, Clone)]
+pub struct Arguments {
+    /// Seeds for each effect and strength; the others (nothing hidden, two effects, twins) in proportion
+    #[arg(long, default_value_t = 6)]
+    seeds: u64,
+    /// Campaigns with nothing hidden
+    #[arg(long, default_value_t = 300)]
+    clean: u64,
+    /// The first seed
+    #[arg(long, default_value_t = 1)]
+    first_seed: u64,
+    /// About how many samples a campaign has
+    #[arg(long, default_value_t = 60_000)]
+    samples: usize,
+    /// Torque logs alone
+    #[arg(long)]
+    torque_only: bool,
+    /// Single effects of another form than the product's: their parameters against the best fit to noise-free data
+    #[arg(long)]
+    best_fit: bool,
+}
+
+/// Runs all campaigns.
+///
+/// # Errors
+/// Where the program is missing or a diagnosis fails.
+pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
+    let arguments = if quick {
+        Arguments { seeds: 1, clean: 6, samples: 20_000, ..arguments.clone() }
+    } else {
+        arguments.clone()
+    };
+    let cases = cases::all(&arguments);
+    let progress = Mutex::new(Progress::new(cases.len()));
+    let judged = run::all(&cases, &progress)?;
+    let sheets = tables::all(&judged);
+    let data = judged.iter().map(run::Judged::json).collect::<Vec<_>>();
+    Ok(Results {
+        command: "diagnosis",
+        quick,
+        machine: realtime::machine_facts(),
+        scheduling: "the normal scheduler".to_owned(),
+        sheets,
+        data: json!(data),
+    })
+}

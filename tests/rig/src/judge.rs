@@ -1,0 +1,191 @@
+//! Holds a finding against the truth.
+
+use crate::truth::Truth;
+use serde_json::Value;
+use std::collections::BTreeSet;
+
+/// What a finding is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// Exactly what is hidden, and where these data can't tell: that they can't.
+    Right,
+    /// Some of what is hidden, and nothing else.
+    Part,
+    /// Reported as one of a group that can't be told apart, or the right name where the data hold no reason for it.
+    Ambiguous,
+    /// Nothing named.
+    Missed,
+    /// A name that is not hidden.
+    Wrong,
+}
+
+/// A finding as far as it is judged.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    /// The verdict.
+    pub verdict: String,
+    /// Causes named.
+    pub named: BTreeSet<String>,
+    /// Groups that can't be told apart.
+    pub groups: Vec<BTreeSet<String>>,
+}
+
+/// A parameter's interval beside the truth.
+#[derive(Debug, Clone)]
+pub struct Interval {
+    /// "effect: parameter".
+    pub of: String,
+    /// What is true.
+    pub truth: f64,
+    /// What was found.
+    pub value: f64,
+    /// The 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+impl Interval {
+    /// Whether it holds the truth.
+    pub fn holds(&self) -> bool {
+        self.ci95[0] <= self.truth && self.truth <= self.ci95[1]
+    }
+}
+
+impl Finding {
+    /// What `diagnosis.json` says.
+    pub fn of(diagnosis: &Value) -> Self {
+        let id = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+        Self {
+            verdict: id(&diagnosis["verdict"]),
+            named: list(&diagnosis["causes"]).iter().map(|cause| id(&cause["id"])).collect(),
+            groups: list(&diagnosis["ambiguous"])
+                .iter()
+                .map(|group| list(&group["ids"]).iter().map(id).collect())
+                .collect(),
+        }
+    }
+
+    /// Judges it.
+    pub fn judge(&self, truth: &Truth) -> Outcome {
+        let hidden: BTreeSet<String> = truth.effects.iter().map(|effect| effect.id.clone()).collect();
+        let listed: BTreeSet<String> =
+            hidden.iter().filter(|id| !id.starts_with("outside-")).cloned().collect();
+        if self.named.iter().any(|id| !listed.contains(id)) {
+            return Outcome::Wrong;
+        }
+        let grouped = |id: &String| self.groups.iter().any(|group| group.contains(id));
+        let silent = self.named.is_empty() && self.groups.is_empty();
+        if !truth.twins.is_empty() {
+            let group = self.groups.iter().any(|group| {
+                hidden.iter().all(|id| group.contains(id)) && truth.twins.iter().any(|id| group.contains(id))
+            });
+            return match (group, silent) {
+                (true, _) if self.verdict == "ambiguous" => Outcome::Right,
+                (_, true) => Outcome::Missed,
+                _ => Outcome::Ambiguous,
+            };
+        }
+        let outside = listed.len() < hidden.len();
+        match () {
+            () if hidden.is_empty() && silent && self.verdict == "no-discrepancy" => Outcome::Right,
+            () if hidden.is_empty() => Outcome::Wrong,
+            () if outside && silent && self.verdict == "no-discrepancy" => Outcome::Missed,
+            () if outside && silent => Outcome::Right,
+            () if outside => Outcome::Ambiguous,
+            () if self.named == listed => Outcome::Right,
+            () if listed.iter().any(grouped) => Outcome::Ambiguous,
+            () if !self.named.is_empty() => Outcome::Part,
+            () if !self.groups.is_empty() => Outcome::Wrong,
+            () => Outcome::Missed,
+        }
+    }
+}
+
+/// The intervals of the parameters that rig and finding share, of effects named rightly. `of_same_form` alone, or
+/// those of another form alone, whose truth is then to be replaced by a best fit.
+pub fn intervals(truth: &Truth, diagnosis: &Value, of_same_form: bool) -> Vec<Interval> {
+    let mut found = Vec::new();
+    for effect in truth.effects.iter().filter(|effect| effect.same_form == of_same_form) {
+        let causes = diagnosis["causes"].as_array().cloned().unwrap_or_default();
+        let Some(cause) = causes.into_iter().find(|cause| cause["id"] == effect.id.as_str()) else {
+            continue;
+        };
+        for (key, parameter) in cause["parameters"].as_object().into_iter().flatten() {
+            let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+            let ci95 = [number(&parameter["ci95"][0]), number(&parameter["ci95"][1])];
+            if ci95[0] == ci95[1] {
+                continue;
+            }
+            let of = format!("{}: {key}", effect.id);
+            let truth = true_value(&effect.parameters, key);
+            found.push(Interval { of, truth, value: number(&parameter["value"]), ci95 });
+        }
+    }
+    found
+}
+
+/// A parameter of the truth: a number, or an entry of a list, `cos[2]`, counted from 1; 0 beyond the list.
+fn true_value(parameters: &serde_json::Map<String, Value>, key: &str) -> f64 {
+    let Some((list, index)) = key.strip_suffix(']').and_then(|key| key.split_once('[')) else {
+        return parameters.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
+    };
+    let index: usize = index.parse().unwrap_or(0);
+    parameters
+        .get(list)
+        .and_then(|list| list.get(index.wrapping_sub(1)))
+        .and_then(Value::as_f64)
+        .unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Hidden, HiddenEffect, LogKind};
+    use serde_json::json;
+
+    fn truth(effects: &[&str], twins: &[&str]) -> Truth {
+        let effects = effects.iter().map(|id| HiddenEffect {
+            id: (*id).to_owned(),
+            parameters: serde_json::Map::new(),
+            same_form: true,
+            strength: 5.0,
+            acts_in: Vec::new(),
+        });
+        Truth {
+            seed: 0,
+            log: Hidden::none(LogKind::Torque).log,
+            effects: effects.collect(),
+            noise: 1.0,
+            encoder_step_rad: 0.0,
+            twins: twins.iter().map(|id| (*id).to_owned()).collect(),
+            verdict: "explained",
+        }
+    }
+
+    fn outcome(truth: &Truth, verdict: &str, causes: &[&str], groups: &[&[&str]]) -> Outcome {
+        let causes: Vec<Value> = causes.iter().map(|id| json!({ "id": id })).collect();
+        let groups: Vec<Value> = groups.iter().map(|ids| json!({ "ids": ids })).collect();
+        Finding::of(&json!({ "verdict": verdict, "causes": causes, "ambiguous": groups })).judge(truth)
+    }
+
+    #[test]
+    fn names_are_judged() {
+        let one = truth(&["a"], &[]);
+        assert_eq!(outcome(&one, "explained", &["a"], &[]), Outcome::Right);
+        assert_eq!(outcome(&one, "explained", &["a", "b"], &[]), Outcome::Wrong);
+        assert_eq!(outcome(&one, "ambiguous", &[], &[&["a", "b"]]), Outcome::Ambiguous);
+        assert_eq!(outcome(&one, "ambiguous", &[], &[&["c", "b"]]), Outcome::Wrong);
+        assert_eq!(outcome(&one, "unexplained", &[], &[]), Outcome::Missed);
+        let none = truth(&[], &[]);
+        assert_eq!(outcome(&none, "no-discrepancy", &[], &[]), Outcome::Right);
+        assert_eq!(outcome(&none, "unexplained", &[], &[]), Outcome::Wrong);
+        assert_eq!(outcome(&truth(&["a", "b"], &[]), "partly-explained", &["a"], &[]), Outcome::Part);
+        let twin = truth(&["a"], &["b"]);
+        assert_eq!(outcome(&twin, "ambiguous", &[], &[&["a", "b"]]), Outcome::Right);
+        assert_eq!(outcome(&twin, "explained", &["a"], &[]), Outcome::Ambiguous);
+        assert_eq!(outcome(&twin, "explained", &["b"], &[]), Outcome::Wrong);
+        let outside = truth(&["outside-hum"], &[]);
+        assert_eq!(outcome(&outside, "unexplained", &[], &[]), Outcome::Right);
+        assert_eq!(outcome(&outside, "explained", &["a"], &[]), Outcome::Wrong);
+    }
+}

@@ -1,0 +1,124 @@
+//! Blind tests of `stepvalve diagnose`: it is handed a log and the nominal model, and has to find what a rig hides that
+//! shares no friction code with it.
+//!
+//! Each commit draws other seeds; `STEPVALVE_BLIND_SEED` (printed) repeats them. Single findings are a matter of
+//! chance, so what is required is how many of a score are right: a tool that meets the rates of docs/diagnosis.md
+//! passes 999 times in 1000.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use hidden_effect_rig::{Campaign, Finding, Hidden, LogKind, OUTSIDE, Outcome, STRONG, choose, effects_of};
+use serde_json::Value;
+use std::process::Command;
+use stepvalve_tests::{TestPlace, repository};
+
+/// Samples of a campaign: fewer than in the field, so that a score of them takes minutes.
+const SAMPLES: usize = 24_000;
+
+/// The first seed: as given, else the commit's own.
+fn first_seed() -> u64 {
+    let given = std::env::var("STEPVALVE_BLIND_SEED").ok().and_then(|text| text.parse().ok());
+    let seed = given.unwrap_or_else(|| {
+        let head =
+            Command::new("git").args(["rev-parse", "--short=8", "HEAD"]).current_dir(repository()).output();
+        let text = head.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
+        text.ok().and_then(|text| u64::from_str_radix(&text, 16).ok()).unwrap_or(1)
+    });
+    eprintln!("seeds from STEPVALVE_BLIND_SEED={seed} on");
+    seed
+}
+
+/// Has a campaign diagnosed and judges the finding; what is not right is printed.
+fn found(seed: u64, hidden: &Hidden) -> Outcome {
+    let hidden = Hidden { samples: SAMPLES, ..hidden.clone() };
+    let campaign = Campaign::draw(seed, &hidden);
+    let place = TestPlace::new();
+    let given = place.path("given");
+    campaign.write(&given).unwrap();
+    // The tool may know the log and the model; the truth stays here.
+    std::fs::remove_file(given.join("truth.json")).unwrap();
+    let (log, model, out) = (given.join("log.h5"), given.join("model.toml"), place.path("found"));
+    let paths = [&log, &model, &out].map(|path| path.to_str().unwrap().to_owned());
+    let arguments = ["diagnose", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2]];
+    place.stepvalve(&arguments).expect_code(0);
+    let text = std::fs::read(out.join("diagnosis.json")).unwrap();
+    let diagnosis: Value = serde_json::from_slice(&text).unwrap();
+    let finding = Finding::of(&diagnosis);
+    let outcome = finding.judge(&campaign.truth);
+    eprintln!(
+        "seed {seed}, {:?} log, {:?} hidden: {outcome:?}: {}, named {:?}, groups {:?}",
+        hidden.log, hidden.effects, finding.verdict, finding.named, finding.groups
+    );
+    outcome
+}
+
+fn count(outcomes: &[Outcome], wanted: Outcome) -> usize {
+    outcomes.iter().filter(|outcome| **outcome == wanted).count()
+}
+
+#[test]
+fn strong_effects_are_named() {
+    let seed = first_seed();
+    let outcomes: Vec<Outcome> = (0..10)
+        .map(|k| {
+            let log = if k < 7 { LogKind::Torque } else { LogKind::Angle };
+            let effect = choose(seed + k, &effects_of(log));
+            found(seed + k, &Hidden::with(log, &[effect], STRONG))
+        })
+        .collect();
+    assert!(count(&outcomes, Outcome::Right) >= 7, "{outcomes:?}");
+    assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is_hidden() {
+    let seed = first_seed() + 100;
+    let logs = [LogKind::Torque, LogKind::Torque, LogKind::Torque, LogKind::Angle];
+    let outcomes: Vec<Outcome> =
+        logs.into_iter().zip(seed..).map(|(log, seed)| found(seed, &Hidden::none(log))).collect();
+    assert!(count(&outcomes, Outcome::Right) >= 3, "{outcomes:?}");
+}
+
+#[test]
+fn two_at_once_and_what_is_outside_the_list() {
+    let seed = first_seed() + 200;
+    let pairs = [["pressure-torque", "viscous-level"], ["position-torque", "coulomb-level"]];
+    let two: Vec<Outcome> = pairs
+        .iter()
+        .zip(seed..)
+        .map(|(pair, seed)| found(seed, &Hidden::with(LogKind::Torque, pair, STRONG)))
+        .collect();
+    assert!(count(&two, Outcome::Right) >= 1, "{two:?}");
+    let outside: Vec<Outcome> = (seed + 10..seed + 13)
+        .map(|seed| found(seed, &Hidden::with(LogKind::Torque, &[choose(seed, OUTSIDE)], STRONG)))
+        .collect();
+    assert!(count(&outside, Outcome::Wrong) <= 1, "{outside:?}");
+}
+
+/// The rig with nothing hidden is the nominal model, computed in another way: the prediction leaves its noise alone.
+#[test]
+fn rig_and_prediction_agree_where_nothing_is_hidden() {
+    let seed = first_seed() + 300;
+    for (log, seed) in [LogKind::Torque, LogKind::Angle].into_iter().zip(seed..) {
+        let campaign = Campaign::draw(seed, &Hidden::none(log));
+        let place = TestPlace::new();
+        campaign.write(&place.path("given")).unwrap();
+        let paths = ["given/log.h5", "given/model.toml", "out.h5"].map(|path| place.path(path));
+        let paths = paths.map(|path| path.to_str().unwrap().to_owned());
+        let arguments = ["predict", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2]];
+        place.stepvalve(&arguments).expect_code(0);
+        let predicted = run_log::read_log(&place.path("out.h5")).unwrap();
+        let (mut square, mut count) = (0.0, 0);
+        for run in &campaign.log.runs {
+            let found = predicted.run(&run.name).unwrap();
+            let (measured, found) = match log {
+                LogKind::Torque => (run.torque_nm.as_ref().unwrap(), found.torque_nm.as_ref().unwrap()),
+                LogKind::Angle => (&run.angle_rad, &found.angle_rad),
+            };
+            square += measured.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            count += measured.len();
+        }
+        let ratio = (square / count as f64).sqrt() / campaign.truth.noise;
+        eprintln!("seed {seed}, {log:?} log: residual over noise {ratio:.3}");
+        assert!((0.97..1.08).contains(&ratio), "seed {seed}, {log:?}: {ratio}");
+    }
+}
