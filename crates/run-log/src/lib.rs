@@ -22,7 +22,7 @@ mod write;
 
 pub use convert::{Summary, convert};
 pub use error::RunLogError;
-pub use mat::read_mat_arrays;
+pub use mat::{MatArray, read_mat_arrays};
 pub use read::read_log;
 pub use run_file::{MissingMessages, RunFile, RunSpan};
 pub use write::write_log;

@@ -7,12 +7,22 @@ use std::path::Path;
 /// More members of the root than this are refused.
 const MAX_MEMBERS: u64 = 10_000;
 
-/// Reads the numeric arrays at the root: name, shape as MATLAB has it, numbers with the first index running fastest.
-/// At most `most` numbers in all.
+/// An array as MATLAB has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatArray {
+    /// Its name.
+    pub name: String,
+    /// Its size in each dimension.
+    pub shape: Vec<u64>,
+    /// Its numbers, the first index running fastest.
+    pub numbers: Vec<f64>,
+}
+
+/// Reads the numeric arrays at the root, at most `most` numbers in all.
 ///
 /// # Errors
 /// [`RunLogError`], which names the file and the array.
-pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<(String, Vec<u64>, Vec<f64>)>, RunLogError> {
+pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<MatArray>, RunLogError> {
     let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
     let format = |place: &str, found: String, expected: String| RunLogError::Format {
         path: path.to_owned(),
@@ -38,7 +48,7 @@ pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<(String, Vec<u64>
         let numbers = dataset.read_raw::<f64>().context(path, || format!("reading array {name}"))?;
         // HDF5's last index runs fastest, MATLAB's first: the same numbers, the shape the other way round.
         let shape = dataset.shape().iter().rev().map(|size| *size as u64).collect();
-        arrays.push((name, shape, numbers));
+        arrays.push(MatArray { name, shape, numbers });
     }
     Ok(arrays)
 }

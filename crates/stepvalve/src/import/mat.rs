@@ -57,7 +57,8 @@ fn arrays(path: &Path, most: usize) -> anyhow::Result<Vec<Array>> {
     File::open(path)?.take(HDF5_AT as u64 + 8).read_to_end(&mut head)?;
     let hdf5 = head.starts_with(HDF5) || head.get(HDF5_AT..) == Some(HDF5);
     if hdf5 {
-        return Ok(run_log::read_mat_arrays(path, most)?);
+        let arrays = run_log::read_mat_arrays(path, most)?;
+        return Ok(arrays.into_iter().map(|array| (array.name, array.shape, array.numbers)).collect());
     }
     if head.len() < VERSION_AT + 4 {
         bail!("{} bytes, expected a MAT file, v5 or v7.3", head.len());
