@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod bus;
+mod diagnosis;
 mod jitter;
 mod max;
 mod output;
@@ -55,6 +56,8 @@ enum Bench {
     Max,
     /// LinuxCNC's thread jitter beside the loop's, where it is installed
     Peers,
+    /// How often `stepvalve diagnose` finds what is hidden, beside a stepwise regression; takes long, not among `all`
+    Diagnosis(diagnosis::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
     Safety(safety::Arguments),
     /// Faults by the thousand in real time: processes killed, stopped, starved; --docs docs/safety.md
@@ -92,6 +95,7 @@ fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
         Bench::Jitter => jitter::run(quick, out),
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
+        Bench::Diagnosis(arguments) => diagnosis::run(&arguments, quick),
         Bench::Safety(arguments) => safety::run(&arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(&arguments, quick),
         Bench::Soak(arguments) => safety::run_soak(&arguments, quick),

@@ -13,7 +13,7 @@ use serde_json::json;
 use std::sync::Mutex;
 
 /// How much of it.
-#[derive(clap::Args, Clone)]
+#[derive(clap::Args, Clone, Copy)]
 pub struct Arguments {
     /// Seeds for each effect and strength; the others (nothing hidden, two effects, twins) in proportion
     #[arg(long, default_value_t = 6)]
@@ -40,11 +40,8 @@ pub struct Arguments {
 /// # Errors
 /// Where the program is missing or a diagnosis fails.
 pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
-    let arguments = if quick {
-        Arguments { seeds: 1, clean: 6, samples: 20_000, ..arguments.clone() }
-    } else {
-        arguments.clone()
-    };
+    let arguments =
+        if quick { Arguments { seeds: 1, clean: 6, samples: 20_000, ..*arguments } } else { *arguments };
     let cases = cases::all(&arguments);
     let progress = Mutex::new(Progress::new(cases.len()));
     let judged = run::all(&cases, &progress)?;

@@ -42,8 +42,8 @@ impl Judged {
     pub fn json(&self) -> Value {
         let truth = self.truth.json();
         json!({
-            "seed": self.case.seed, "class": format!("{:?}", self.case.class), "log": truth["log"],
-            "hidden": truth["hidden"], "without": format!("{:?}", self.case.hidden.without),
+            "seed": self.case.seed, "class": format!("{:?}", self.case.class), "log": truth.get("log"),
+            "hidden": truth.get("hidden"), "without": format!("{:?}", self.case.hidden.without),
             "verdict": self.finding.verdict, "named": self.finding.named, "ambiguous": self.finding.groups,
             "outcome": format!("{:?}", self.outcome),
             "baseline": self.baseline.as_ref().map(|(named, outcome)| json!({"named": named, "outcome": format!("{outcome:?}")})),
@@ -122,7 +122,8 @@ fn one(case: &Case) -> Result<Judged> {
         case: case.clone(),
         intervals: if single { intervals(&campaign.truth, &diagnosis, true) } else { Vec::new() },
         best_fits,
-        rms_over_noise: diagnosis["gain"]["rms_after"].as_f64().unwrap_or(f64::NAN) / campaign.truth.noise,
+        rms_over_noise: diagnosis.pointer("/gain/rms_after").and_then(Value::as_f64).unwrap_or(f64::NAN)
+            / campaign.truth.noise,
         truth: campaign.truth,
         finding,
         outcome,
