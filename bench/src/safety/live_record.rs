@@ -30,6 +30,10 @@ struct Start {
     epoch_ns: u64,
     /// Sequence number and cycle of the newest command and reference.
     command: Option<(u64, u64)>,
+    /// The newest PlantTruth.
+    truth: Option<u64>,
+    /// Pulses of each cycle.
+    pulses: BTreeMap<u64, u64>,
     references: Vec<u64>,
     feedbacks: Vec<u64>,
     /// Cycles in which the drive began to stop by itself, with the last command to follow before.
@@ -113,7 +117,14 @@ fn follow(ground: &Ground, start: &Start, from: u64, to: u64, outcome: &mut Outc
     // The drive's own stop: counted from the last command that it was to follow.
     if let Some((cycle, last)) = start.stops.iter().find(|(cycle, _)| within(cycle)) {
         outcome.stopped = true;
-        outcome.reaction = Some((cycle - last, silence + 1));
+        // A plant that slept through its own stop says so later; its pulses are logged all the same.
+        if start.feedbacks.contains(&(cycle - 1)) {
+            outcome.reaction = Some((cycle - last, silence + 1));
+        }
+        let most = (ground.limits.max_pulse_rate_hz * ground.limits.period_s) as u64;
+        let size = start.pulses.get(last).copied().unwrap_or(most);
+        let moving = (1..).take_while(|n| start.pulses.get(&(last + n)).is_some_and(|pulses| *pulses > 0));
+        outcome.standstill = Some((moving.count() as u64, silence + ground.limits.ramp_cycles(size) + 1));
     }
     outcome.stopped |= start.faults.iter().any(within);
     // The controller's: counted from the last message of the partner that fell silent.
@@ -149,6 +160,8 @@ impl Start {
             judge: Judge::new(ground.limits),
             epoch_ns: u64::MAX,
             command: None,
+            truth: None,
+            pulses: BTreeMap::new(),
             references: Vec::new(),
             feedbacks: Vec::new(),
             stops: Vec::new(),
@@ -164,7 +177,16 @@ impl Start {
     fn take(&mut self, ground: &Ground, message: &AnyMessage) {
         let (cycle, sequence) = (message.header().cycle, message.header().sequence);
         match message {
-            AnyMessage::PlantTruth(m) => self.judge.truth(cycle, &m.body),
+            AnyMessage::PlantTruth(m) => {
+                // Every cycle has one: where they lack, the recorder was away, and may have missed commands too.
+                if let Some(last) = self.truth.replace(cycle)
+                    && cycle > last + 1
+                {
+                    self.judge.commands_unknown(last..cycle);
+                }
+                self.judge.truth(cycle, &m.body);
+                self.pulses.insert(cycle.saturating_sub(1), m.body.pulses.unsigned_abs());
+            }
             AnyMessage::StepCommand(m) => self.command(cycle, sequence, &m.body),
             AnyMessage::Reference(m) => self.reference(cycle, &m.body),
             AnyMessage::LoopTiming(Source::Plant, m) => {
