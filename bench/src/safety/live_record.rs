@@ -5,7 +5,7 @@ use super::tally::{Outcome, Tally};
 use anyhow::Result;
 use oracle::{Judge, Unsafe};
 use recording::{AnyMessage, read_record};
-use signals::{ControllerState, FaultCode, Reference, Source, StepCommand, validity};
+use signals::{ControllerState, FaultCode, Source, StepCommand, validity};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -34,16 +34,13 @@ struct Start {
     truth: Option<u64>,
     /// Pulses of each cycle.
     pulses: BTreeMap<u64, u64>,
-    references: Vec<u64>,
     feedbacks: Vec<u64>,
     /// Cycles in which the drive began to stop by itself, with the last command to follow before.
     stops: Vec<(u64, u64)>,
     stopped: bool,
     followed: u64,
-    /// Cycles that the controller ran.
-    statuses: Vec<u64>,
-    /// Cycles in which the controller began a quick stop.
-    quick_stops: Vec<u64>,
+    /// Cycles in which the controller began a quick stop for silence, and how long that was then.
+    quick_stops: Vec<(u64, u64)>,
     /// Cycles in which it found a fault of any kind.
     faults: Vec<u64>,
     running: bool,
@@ -127,18 +124,11 @@ fn follow(ground: &Ground, start: &Start, from: u64, to: u64, outcome: &mut Outc
         outcome.standstill = Some((moving.count() as u64, silence + ground.limits.ramp_cycles(size) + 1));
     }
     outcome.stopped |= start.faults.iter().any(within);
-    // The controller's: counted from the last message of the partner that fell silent.
-    if let Some(cycle) = start.quick_stops.iter().find(|cycle| within(cycle)) {
-        // In its own cycles: those that it did not run it could not count.
-        let silent_since = |heard: &[u64], ahead: u64| {
-            let last = heard.iter().filter(|of| **of <= cycle + ahead).max().copied().unwrap_or(0);
-            start.statuses.iter().filter(|ran| **ran + ahead > last && *ran <= cycle).count() as u64
-        };
-        let silent = silent_since(&start.feedbacks, 0).max(silent_since(&start.references, 2));
-        let reaction = (silent + 1, silence + 1);
-        if silent > 0 && outcome.reaction.is_none() {
-            outcome.reaction = Some(reaction);
-        }
+    // The controller's: as it has counted the cycles without a message of the partner that fell silent.
+    if let Some((_, silent)) = start.quick_stops.iter().find(|(cycle, _)| within(cycle))
+        && outcome.reaction.is_none()
+    {
+        outcome.reaction = Some((silent + 1, silence + 1));
     }
 }
 
@@ -162,12 +152,10 @@ impl Start {
             command: None,
             truth: None,
             pulses: BTreeMap::new(),
-            references: Vec::new(),
             feedbacks: Vec::new(),
             stops: Vec::new(),
             stopped: false,
             followed: 0,
-            statuses: Vec::new(),
             quick_stops: Vec::new(),
             faults: Vec::new(),
             running: false,
@@ -188,7 +176,6 @@ impl Start {
                 self.pulses.insert(cycle.saturating_sub(1), m.body.pulses.unsigned_abs());
             }
             AnyMessage::StepCommand(m) => self.command(cycle, sequence, &m.body),
-            AnyMessage::Reference(m) => self.reference(cycle, &m.body),
             AnyMessage::LoopTiming(Source::Plant, m) => {
                 let since = cycle * ground.parts.timeline.period_ns;
                 self.epoch_ns = self.epoch_ns.min(m.body.deadline_ns.saturating_sub(since));
@@ -203,11 +190,12 @@ impl Start {
                 self.stopped = stopped;
             }
             AnyMessage::ControlStatus(m) => {
-                self.statuses.push(cycle);
                 let running = m.body.state == ControllerState::Running.code();
                 let silence = [FaultCode::FeedbackSilent.code(), FaultCode::ReferenceSilent.code()];
                 if self.running && !running && silence.contains(&m.body.fault) {
-                    self.quick_stops.push(cycle);
+                    let body = &m.body;
+                    let silent = body.feedback_silent_cycles.max(body.reference_silent_cycles);
+                    self.quick_stops.push((cycle, silent));
                 }
                 if self.running && !running && m.body.fault != 0 {
                     self.faults.push(cycle);
@@ -228,9 +216,5 @@ impl Start {
         self.command = Some((sequence, cycle));
         self.followed = if body.follow == 1 { cycle } else { self.followed };
         self.judge.command(cycle, body);
-    }
-
-    fn reference(&mut self, cycle: u64, _body: &Reference) {
-        self.references.push(cycle);
     }
 }
