@@ -40,7 +40,7 @@ impl FromStr for Map {
         let (target, text) =
             text.split_once('=').ok_or_else(|| format!("{text:?}, expected CHANNEL=EXPRESSION"))?;
         let (target, unit) = target_and_unit(target.trim())?;
-        let expression = FlatEx::<f64>::parse(text)
+        let expression = FlatEx::<f64>::parse(&without_exponents(text))
             .map_err(|error| format!("{text:?} is no expression: {}", error.msg()))?;
         Ok(Self { target, unit, text: text.to_owned(), expression })
     }
@@ -60,7 +60,7 @@ fn without_exponents(text: &str) -> String {
         };
         let (token, after) = rest.split_at(length);
         match token.parse::<f64>() {
-            Ok(number) if number.is_finite() && next.is_ascii_digit() | (next == '.') => {
+            Ok(number) if number.is_finite() && (next.is_ascii_digit() || next == '.') => {
                 plain.push_str(&number.to_string());
             }
             _ => plain.push_str(token),
