@@ -28,6 +28,9 @@ struct Arguments {
     /// Shorter runs: to see that it works, not to quote from
     #[arg(long, global = true)]
     quick: bool,
+    /// How long each of `jitter`'s turns takes, in s [default: 8; quick: 0.5]
+    #[arg(long, global = true, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=3600))]
+    turn: Option<u64>,
     /// Folder for JSON and HTML
     #[arg(long, global = true, value_name = "DIR", default_value = "bench-results")]
     out: PathBuf,
@@ -92,7 +95,7 @@ fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
     let results = match bench {
         Bench::Sim => sim::run(quick),
         Bench::Bus => bus::run(quick),
-        Bench::Jitter => jitter::run(quick, out),
+        Bench::Jitter => jitter::run(quick, arguments.turn, out),
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
         Bench::Diagnosis(arguments) => diagnosis::run(&arguments, quick),

@@ -108,7 +108,8 @@ fn linuxcnc_turn(place: &Workplace, cycles: u64, servo: &mut Times) -> Result<bo
     );
     std::fs::write(&hal, text)?;
     // Started by root it drops to a user that must be named, and that must be able to make its socket.
-    let open_to_all = tempfile::Builder::new().permissions(Permissions::from_mode(0o777)).tempdir()?;
+    let open_to_all = tempfile::tempdir()?;
+    std::fs::set_permissions(open_to_all.path(), Permissions::from_mode(0o777))?;
     let output = Command::new("halrun")
         .arg("-f")
         .arg(&hal)

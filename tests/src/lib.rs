@@ -9,9 +9,11 @@
 )]
 
 mod bench_place;
+mod fake_machine;
 mod payloads;
 mod stalls;
 
 pub use bench_place::{Finished, TestPlace, program, repository};
+pub use fake_machine::FakeMachine;
 pub use payloads::{Payloads, payloads};
 pub use stalls::despite_stalls;

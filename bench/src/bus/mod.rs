@@ -1,10 +1,11 @@
 //! `bench bus`: round trips over our bus beside bare iceoryx2, a Unix socket, a pipe, and a bouncing cache line; and
-//! from feedback to step command in the real loop.
+//! from feedback and from a set-point to step command in the real loop.
 
 mod bare;
 mod cache_line;
 mod end_to_end;
 mod ours;
+mod set_point;
 mod stream;
 
 use crate::output::{Results, Sheet, us};
@@ -64,7 +65,7 @@ pub enum Echo {
 /// Where one can't be set up.
 pub fn run(quick: bool) -> Result<Results> {
     let (turns, trips) = if quick { (1, 20_000) } else { (5, 200_000) };
-    let progress = Progress::new(turns * CARRIERS.len() + 1);
+    let progress = Progress::new(turns * CARRIERS.len() + 2);
     let mut times = CARRIERS.iter().map(|_| Times::new()).collect::<Result<Vec<_>>>()?;
     for turn in 0..turns {
         for ((carrier, name), times) in CARRIERS.iter().zip(&mut times) {
@@ -76,6 +77,8 @@ pub fn run(quick: bool) -> Result<Results> {
     }
     progress.next("feedback to step command");
     let (end_to_end, end_to_end_data, scheduling) = end_to_end::run(if quick { 1_000 } else { 10_000 })?;
+    progress.next("set-point to step command");
+    let (set_point, set_point_data) = set_point::run(if quick { 20 } else { 300 })?;
     let data = CARRIERS.iter().zip(&times).map(|((_, name), times)| ((*name).to_owned(), times.json()));
     let round_trip: serde_json::Map<_, _> = data.collect();
     Ok(Results {
@@ -83,8 +86,8 @@ pub fn run(quick: bool) -> Result<Results> {
         quick,
         machine: realtime::machine_facts(),
         scheduling: format!("round trips: the normal scheduler, cores 0 and 1; the loop: {scheduling}"),
-        sheets: vec![table(&times), end_to_end],
-        data: json!({"round_trip": round_trip, "end_to_end": end_to_end_data}),
+        sheets: vec![table(&times), end_to_end, set_point],
+        data: json!({"round_trip": round_trip, "end_to_end": end_to_end_data, "set_point": set_point_data}),
     })
 }
 

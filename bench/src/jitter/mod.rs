@@ -25,16 +25,17 @@ struct Extent {
     turn_ns: u64,
 }
 
-/// Measures everything and writes the page.
+/// Measures everything and writes the page; `turn_s` is the length of a turn where it is not the usual one.
 ///
 /// # Errors
 /// Where a run fails.
-pub fn run(quick: bool, out: &Path) -> Result<Results> {
-    let extent = if quick {
+pub fn run(quick: bool, turn_s: Option<u64>, out: &Path) -> Result<Results> {
+    let mut extent = if quick {
         Extent { turns: 2, turn_ns: 500_000_000 }
     } else {
         Extent { turns: 3, turn_ns: 8_000_000_000 }
     };
+    extent.turn_ns = turn_s.map_or(extent.turn_ns, |seconds| seconds * 1_000_000_000);
     let loads: Vec<_> = LOADS.into_iter().filter(|load| load.available()).collect();
     let progress = Progress::new(loads.len() * PERIODS_NS.len() * extent.turns * 2);
     let place = Workplace::new()?;
@@ -49,6 +50,8 @@ pub fn run(quick: bool, out: &Path) -> Result<Results> {
     drop(progress);
     let mut machine = realtime::machine_facts();
     machine.push(("loads".to_owned(), described(&loads)));
+    let turns = format!("{} turns of {} s each", extent.turns, extent.turn_ns as f64 / 1e9);
+    machine.push(("measured".to_owned(), turns));
     let results = Results {
         command: "jitter",
         quick,

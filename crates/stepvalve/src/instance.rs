@@ -84,16 +84,8 @@ impl Drop for Instance {
 /// # Errors
 /// Where it can't be made, or belongs to somebody else.
 pub fn base_folder() -> Result<PathBuf, anyhow::Error> {
-    let from = |variable: &str| {
-        let value = std::env::var(variable).ok()?;
-        // systemd separates several by colons; the first is the service's own.
-        let first = value.split(':').next().filter(|path| path.starts_with('/'))?;
-        Some(PathBuf::from(first).join("stepvalve"))
-    };
+    let base = base_path();
     let uid = nix::unistd::getuid();
-    let base = from("RUNTIME_DIRECTORY")
-        .or_else(|| from("XDG_RUNTIME_DIR"))
-        .unwrap_or_else(|| std::env::temp_dir().join(format!("stepvalve-{uid}")));
     make_private(&base)?;
     let owner = std::fs::metadata(&base).with_context(|| name(&base))?.uid();
     if owner != uid.as_raw() {
@@ -103,6 +95,19 @@ pub fn base_folder() -> Result<PathBuf, anyhow::Error> {
         );
     }
     Ok(base)
+}
+
+/// Where [`base_folder`] is or will be.
+pub fn base_path() -> PathBuf {
+    let from = |variable: &str| {
+        let value = std::env::var(variable).ok()?;
+        // systemd separates several by colons; the first is the service's own.
+        let first = value.split(':').next().filter(|path| path.starts_with('/'))?;
+        Some(PathBuf::from(first).join("stepvalve"))
+    };
+    from("RUNTIME_DIRECTORY")
+        .or_else(|| from("XDG_RUNTIME_DIR"))
+        .unwrap_or_else(|| std::env::temp_dir().join(format!("stepvalve-{}", nix::unistd::getuid())))
 }
 
 fn make_private(folder: &Path) -> Result<(), anyhow::Error> {
@@ -185,7 +190,7 @@ fn wipe_generations(folder: &Path) -> Result<(), anyhow::Error> {
 }
 
 /// What the names of an instance's shared memory begin with: the same for every start of it, and nobody else's.
-fn prefix(folder: &Path) -> String {
+pub fn prefix(folder: &Path) -> String {
     let hash = crc32c::crc32c(folder.as_os_str().as_encoded_bytes());
     format!("stepvalve_{}_{hash:08x}_", nix::unistd::getuid())
 }

@@ -6,6 +6,7 @@ mod compensation;
 mod control;
 mod convert;
 mod diagnose;
+mod doctor;
 mod failure;
 mod files;
 mod import;
@@ -70,6 +71,8 @@ enum Command {
     Compensation(compensation::Arguments),
     /// Find the belief's friction parameters from a short motion, and how well they are known
     Tune(tune::Arguments),
+    /// Check whether this machine holds the loop: what stands in the way, what to do, and how late a process wakes
+    Doctor(doctor::Arguments),
     /// Turn a record (MCAP) into run.h5
     Convert(convert::Arguments),
     /// Find what a model gets wrong about measured runs, name the cause, extend the model, measure the gain
@@ -105,6 +108,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Compensation(arguments) => compensation::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),

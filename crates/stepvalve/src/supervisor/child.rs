@@ -51,6 +51,10 @@ impl Child {
             .stdout(Stdio::piped())
             // Ctrl-C on the terminal is for the supervisor, which stops the valve first.
             .process_group(0)
+            // The supervisor alone speaks to systemd.
+            .env_remove("NOTIFY_SOCKET")
+            .env_remove("WATCHDOG_PID")
+            .env_remove("WATCHDOG_USEC")
             .spawn()
             .with_context(|| path.display().to_string())?;
         listen(&mut process, source, number, events)?;

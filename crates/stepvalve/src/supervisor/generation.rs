@@ -1,6 +1,7 @@
 //! One generation of processes, from its services to its end.
 
 use super::child::{Child, Event, News};
+use super::notify::Pulse;
 use super::progress::Progress;
 use super::watch::Watch;
 use super::{Channel, Ending, Setup};
@@ -55,6 +56,7 @@ pub struct Generation<'a> {
     orders: Writer<OperatorCommand>,
     set_points: Writer<SetPoint>,
     progress: Progress,
+    pulse: Pulse,
     interrupted: bool,
     failure: Option<String>,
     // Last, so that ports go before the node that they belong to.
@@ -86,6 +88,7 @@ impl<'a> Generation<'a> {
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
             progress: Progress::new(&setup.loaded.parts.timeline),
+            pulse: Pulse::new(),
             interrupted: false,
             failure: None,
             _bus: bus,
@@ -231,6 +234,7 @@ impl<'a> Generation<'a> {
     fn wait_until_ready(&mut self) -> Result<()> {
         let begun = Instant::now();
         while self.obtained.len() < self.children.len() {
+            self.pulse.beat();
             if begun.elapsed() > START_PATIENCE {
                 let silent = self.children.keys().find(|source| !self.obtained.contains_key(source));
                 bail!(
@@ -280,6 +284,7 @@ impl<'a> Generation<'a> {
 
     /// Takes what is said, and shows progress.
     pub fn look_around(&mut self) {
+        self.pulse.beat();
         match self.channel.receiver.recv_timeout(LOOK_AROUND) {
             Ok(News::Child(event)) => self.take(event),
             Ok(News::Asked(asked)) => self.asked.push_back(asked),
@@ -417,6 +422,7 @@ impl<'a> Generation<'a> {
             let _ = child.tell(&ToChild::Finish);
         }
         for (source, child) in std::mem::take(&mut self.children) {
+            self.pulse.beat();
             match child.end(END_PATIENCE) {
                 Ok(status) if !status.success() && self.failure.is_none() => {
                     self.fail(format!("{source} ended with {status}"));

@@ -152,13 +152,15 @@ pub fn stay(mut setup: Setup, channel: &Channel) -> Result<Stay> {
     loop {
         let ending = match Generation::start(&setup, channel, started) {
             Ok(mut generation) => {
-                notify::ready();
+                notify::ready(setup.info.generation);
                 while generation.goes_on() {
                     generation.look_around();
                     generation.answer_waiting();
-                    notify::alive();
                 }
                 started = generation.started();
+                if !generation.failed() {
+                    notify::stopping();
+                }
                 generation.end()
             }
             Err(error) if error.is::<DiedAtStart>() => {

@@ -1,0 +1,124 @@
+//! What instances left that are dead: folders whose locks nobody holds, and shared memory that nobody maps.
+//!
+//! Looked at only: the locks are found in /proc/locks and not tried, which would stand in the way of an instance
+//! that starts just now.
+
+use super::finding::{Finding, Topic};
+use super::root::Root;
+use crate::instance::{base_path, prefix};
+use std::collections::BTreeMap;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+const LEFTOVERS: Topic = Topic {
+    id: "leftovers",
+    what: "leftovers of dead instances",
+    why: "Shared memory of processes that were killed stays until somebody removes it, and counts as memory in use.",
+};
+
+/// Where POSIX shared memory appears as files.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Instances of this user's runtime directory, and shared memory of this user (of all users where this is root).
+pub fn look(root: &Root) -> Finding {
+    let Some(locks) = locked_inodes(root) else {
+        return LEFTOVERS.unknown("/proc/locks can't be read", "");
+    };
+    let (alive, dead): (Vec<_>, Vec<_>) =
+        instances(&base_path()).into_iter().partition(|folder| is_alive(folder, &locks));
+    let Some(used) = mapped(root) else {
+        return LEFTOVERS.unknown("no process's memory map can be read", "");
+    };
+    let live_prefixes: Vec<_> = alive.iter().map(|folder| prefix(folder)).collect();
+    let orphans = orphans(root, &used, &live_prefixes);
+    if dead.is_empty() && orphans.is_empty() {
+        let names: Vec<_> = alive.iter().filter_map(|folder| folder.file_name()).collect();
+        let running: Vec<_> = names.iter().map(|name| name.to_string_lossy()).collect();
+        let running =
+            if running.is_empty() { String::new() } else { format!("; running: {}", running.join(", ")) };
+        return LEFTOVERS.ok(format!("none{running}"));
+    }
+    LEFTOVERS.advice(describe(&dead, &orphans), fix(&dead, &orphans))
+}
+
+/// Files of shared memory of one prefix.
+struct Orphan {
+    prefix: String,
+    files: usize,
+    bytes: u64,
+}
+
+fn describe(dead: &[PathBuf], orphans: &[Orphan]) -> String {
+    let folders = dead.iter().map(|folder| folder.display().to_string());
+    let memory = orphans.iter().map(|orphan| {
+        let Orphan { prefix, files, bytes } = orphan;
+        format!("{files} files {SHARED_MEMORY}/{prefix}* ({} kB)", bytes >> 10)
+    });
+    folders.chain(memory).collect::<Vec<_>>().join("; ")
+}
+
+fn fix(dead: &[PathBuf], orphans: &[Orphan]) -> String {
+    let folders = dead.iter().map(|folder| format!("rm -r {}", folder.display()));
+    let memory = orphans.iter().map(|orphan| format!("rm {SHARED_MEMORY}/{}*", orphan.prefix));
+    let commands: Vec<_> = folders.chain(memory).collect();
+    format!(
+        "the next `stepvalve run` or `simulate` of this user removes its folders; now: {}",
+        commands.join("; ")
+    )
+}
+
+fn instances(base: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(base).into_iter().flatten().flatten();
+    let mut folders: Vec<_> = entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
+    folders.sort();
+    folders
+}
+
+fn is_alive(folder: &Path, locks: &[u64]) -> bool {
+    ["supervisor.lock", "members.lock"].iter().any(|name| {
+        std::fs::metadata(folder.join(name)).is_ok_and(|metadata| locks.contains(&metadata.ino()))
+    })
+}
+
+/// Inodes of all files that somebody holds a lock on. The device is left out: what is said of it differs between
+/// file systems, and a like number elsewhere makes a dead instance look alive, which does no harm.
+fn locked_inodes(root: &Root) -> Option<Vec<u64>> {
+    let text = root.text("/proc/locks")?;
+    let inode =
+        |line: &str| line.split_whitespace().find_map(|word| word.splitn(3, ':').nth(2)?.parse().ok());
+    Some(text.lines().filter_map(inode).collect())
+}
+
+/// The text of all memory maps that this user may read.
+fn mapped(root: &Root) -> Option<String> {
+    let processes = root.names("/proc")?.into_iter().filter(|name| name.parse::<u32>().is_ok());
+    let maps: Vec<_> = processes.filter_map(|process| root.text(&format!("/proc/{process}/maps"))).collect();
+    let ours = maps.iter().flat_map(|map| map.lines()).filter(|line| line.contains("stepvalve_"));
+    (!maps.is_empty()).then(|| ours.collect::<Vec<_>>().join("\n"))
+}
+
+fn orphans(root: &Root, used: &str, live_prefixes: &[String]) -> Vec<Orphan> {
+    let user = nix::unistd::geteuid();
+    let mut found: BTreeMap<String, Orphan> = BTreeMap::new();
+    for name in root.names(SHARED_MEMORY).unwrap_or_default() {
+        let Some(prefix) = prefix_of(&name) else { continue };
+        let Ok(metadata) = std::fs::metadata(root.path(&format!("{SHARED_MEMORY}/{name}"))) else { continue };
+        let others = !user.is_root() && metadata.uid() != user.as_raw();
+        let live = live_prefixes.iter().any(|live| name.starts_with(live.as_str()));
+        if others || live || used.contains(&format!("/{name}")) {
+            continue;
+        }
+        let orphan = found.entry(prefix.clone()).or_insert_with(|| Orphan { prefix, files: 0, bytes: 0 });
+        orphan.files += 1;
+        orphan.bytes += metadata.blocks() * 512;
+    }
+    found.into_values().collect()
+}
+
+/// "stepvalve_1000_89abcdef_" of a name that begins with it.
+fn prefix_of(name: &str) -> Option<String> {
+    let mut words = name.split('_');
+    let (product, user, hash) = (words.next()?, words.next()?, words.next()?);
+    words.next()?;
+    (product == "stepvalve").then(|| format!("{product}_{user}_{hash}_"))
+}
