@@ -281,10 +281,10 @@ fn coalescing_is_asked_for_where_a_bus_is() {
 fn bad_questions_are_refused() {
     let place = TestPlace::new();
     for (option, value) in
-        [("--period", "1h"), ("--period", "50us"), ("--measure", "-1s"), ("--scenario", "no.toml")]
+        [("--period", "1h"), ("--period", "50us"), ("--measure", "2d"), ("--scenario", "no.toml")]
     {
         let refused = place.stepvalve(&["doctor", option, value]).expect_code(2);
-        assert!(refused.stderr.contains(value.trim_start_matches('-')), "{}", refused.stderr);
+        assert!(refused.stderr.contains(value), "{}", refused.stderr);
         assert!(refused.stdout.is_empty(), "{}", refused.stdout);
     }
 }

@@ -43,7 +43,11 @@ fn each_file_begins_with_how_to_verify_it() {
     for path in files {
         let text = std::fs::read_to_string(&path).unwrap();
         let head: Vec<_> = text.lines().take_while(|line| line.starts_with('#')).collect();
-        assert!(head.iter().any(|line| line.to_lowercase().contains("verify")), "{}: {head:?}", path.display());
+        assert!(
+            head.iter().any(|line| line.to_lowercase().contains("verify")),
+            "{}: {head:?}",
+            path.display()
+        );
     }
 }
 

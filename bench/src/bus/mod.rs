@@ -65,6 +65,8 @@ pub enum Echo {
 /// Where one can't be set up.
 pub fn run(quick: bool) -> Result<Results> {
     let (turns, trips) = if quick { (1, 20_000) } else { (5, 200_000) };
+    // Before this thread binds itself to a core.
+    let machine = realtime::machine_facts();
     let progress = Progress::new(turns * CARRIERS.len() + 2);
     let mut times = CARRIERS.iter().map(|_| Times::new()).collect::<Result<Vec<_>>>()?;
     for turn in 0..turns {
@@ -84,7 +86,7 @@ pub fn run(quick: bool) -> Result<Results> {
     Ok(Results {
         command: "bus",
         quick,
-        machine: realtime::machine_facts(),
+        machine,
         scheduling: format!("round trips: the normal scheduler, cores 0 and 1; the loop: {scheduling}"),
         sheets: vec![table(&times), end_to_end, set_point],
         data: json!({"round_trip": round_trip, "end_to_end": end_to_end_data, "set_point": set_point_data}),

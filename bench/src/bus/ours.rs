@@ -43,7 +43,8 @@ fn trip_all(place: &Place, trips: u64, times: &mut Times) -> Result<()> {
         }
         times.add(now_ns() - begun);
     }
-    there.write(u64::MAX, now_ns(), StepCommand::default());
+    // One that asks to follow no more is the end.
+    there.write(trips + 1, now_ns(), StepCommand::default());
     echo.wait()?;
     Ok(())
 }
@@ -59,13 +60,16 @@ pub(super) fn echo(root: &Path) -> Result<()> {
     back.write(0, now_ns(), Feedback::default());
     let mut trip = 1;
     loop {
-        if there.of_cycle(trip).message().is_some() {
-            back.write(trip, now_ns(), Feedback::default());
-            trip += 1;
-        } else if there.latest().is_some_and(|message| message.header.cycle == u64::MAX) {
+        // `latest` would swallow a message that comes between two looks.
+        let Some(command) = there.of_cycle(trip).message() else {
+            std::hint::spin_loop();
+            continue;
+        };
+        if command.follow == 0 {
             return Ok(());
         }
-        std::hint::spin_loop();
+        back.write(trip, now_ns(), Feedback::default());
+        trip += 1;
     }
 }
 

@@ -12,7 +12,8 @@ const LONG_STALL_NS: u64 = 100_000;
 /// Wake-up latency beside cyclictest's.
 pub fn wake_up(all: &[Measured]) -> Sheet {
     let title = "Wake-up latency, µs, the loop (stepvalve) beside cyclictest on the same core with the same \
-                 priorities and offsets, in turns; ratio: stepvalve / cyclictest; band: cyclictest's own turns apart";
+                 priorities and offsets, in turns; ratio: stepvalve / cyclictest; band: cyclictest's own turns apart; \
+                 a wake-up of cyclictest later than 500 µs counts as its thread's latest";
     let header = [
         "load, period, process",
         "p50",

@@ -33,7 +33,8 @@ pub fn run(place: &Workplace, cycle_counts: &[u64], progress: &Progress) -> Resu
             let (more_cycles, more_s) = shortest
                 .as_ref()
                 .map_or((all, run.wall_s), |(first_all, first)| (all - first_all, run.wall_s - first.wall_s));
-            let cycle_s = more_s / more_cycles as f64;
+            // A machine that was busy at the shorter run makes the difference meaningless.
+            let cycle_s = if more_s > 0.0 { more_s / more_cycles as f64 } else { f64::NAN };
             let times = run.period_s / cycle_s;
             let gaps = if options.is_empty() {
                 (run.declared_missing + run.record_flaws.len() as u64).to_string()
