@@ -125,11 +125,19 @@ impl Results {
     fn origin(&self) -> Sheet {
         let mut sheet = Sheet::new(&format!("{}-machine", self.command), "", &["machine", ""]);
         for (name, value) in self.machine.iter().filter(|(name, _)| name != "command_line") {
-            sheet.row([name.clone(), value.clone()]);
+            let value = if name == "kernel" { without_its_builder(value) } else { value.clone() };
+            sheet.row([name.clone(), value]);
         }
         sheet.row(["scheduling".to_owned(), self.scheduling.clone()]);
         sheet
     }
+}
+
+/// A kernel's version and configuration; by whom and with what it was built is nobody's business in a document.
+fn without_its_builder(version: &str) -> String {
+    let (name, rest) = version.split_once(" (").unwrap_or((version, ""));
+    let configuration = rest.split_once('#').map_or(String::new(), |(_, tail)| format!(" #{tail}"));
+    format!("{name}{configuration}")
 }
 
 /// The text with what stands between `<!-- bench ID -->` and `<!-- end -->` replaced.
@@ -173,6 +181,13 @@ mod tests {
         );
         assert_eq!(replaced(&new, "a", &sheet.markdown()).unwrap(), new, "once more changes nothing");
         assert!(replaced(text, "b", "").is_err());
+    }
+
+    #[test]
+    fn a_kernel_without_its_builder() {
+        let version = "Linux version 6.1.0 (me@here) (gcc (GCC) 12, GNU ld) #1 SMP PREEMPT_RT";
+        assert_eq!(without_its_builder(version), "Linux version 6.1.0 #1 SMP PREEMPT_RT");
+        assert_eq!(without_its_builder("unknown"), "unknown");
     }
 
     #[test]
