@@ -52,8 +52,11 @@ fn a_fault_needs_permission() {
     let out = out.to_str().unwrap();
     for (arguments, says) in [
         (&["--mode", "lockstep", "--inject", "drop feedback at=5"][..], "--allow-injection"),
-        (&["--mode", "lockstep", "--allow-injection", "--inject", "drop nothing"], "the message"),
-        (&["--mode", "in-process", "--allow-injection", "--inject", "kill step-controller"], "in-process"),
+        (&["--mode", "lockstep", "--allow-injection", "--inject", "drop nothing"][..], "the message"),
+        (
+            &["--mode", "in-process", "--allow-injection", "--inject", "kill step-controller"][..],
+            "in-process",
+        ),
     ] {
         let all = [&["simulate", file, "--out", out][..], arguments].concat();
         let refused = place.stepvalve(&all).expect_code(2);

@@ -29,14 +29,14 @@ fn changed(details: &mut SplitSeed, all: &[Vec<u8>]) -> Vec<u8> {
             0 => drop(bytes.drain(from..to)),
             1 => {
                 let again = bytes[from..to].to_vec();
-                bytes.splice(from..from, again);
+                drop(bytes.splice(from..from, again));
             }
             2 => bytes.truncate(from),
             3 => bytes[from..to].iter_mut().for_each(|byte| *byte = details.whole(0, 256) as u8),
             _ => {
                 let other = pick(details);
                 let end = to.min(other.len());
-                bytes.splice(from..to, other[from.min(end)..end].iter().copied());
+                drop(bytes.splice(from..to, other[from.min(end)..end].iter().copied()));
             }
         }
     }
