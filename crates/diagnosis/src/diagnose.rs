@@ -6,15 +6,16 @@ use crate::findings;
 use crate::fit::{Fitted, fit};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Nuisances, Point, Setting};
-use crate::measure::{Left, gain, left, nothing, rms_left, settled};
+use crate::measure::{Jumps, Left, gain, left, left_with, nothing, rms_left, settled};
 use crate::noise::{NoiseLevel, estimate};
-use crate::outcome::{Diagnosis, Residual};
-use crate::piece::Ready;
+use crate::outcome::{Cause, Diagnosis, Evidence, ParameterFound, Residual};
+use crate::piece::{Piece, Ready};
 use crate::select::{Selection, select};
 use crate::show::{Structure, structure};
 use crate::table::candidates;
 use crate::workers::{Workers, map};
 use log_data::{Channel, Log};
+use std::collections::BTreeMap;
 use valve_model::Model;
 
 /// What can be chosen.
@@ -103,6 +104,7 @@ pub fn diagnose(
     let mut campaign = Campaign::new(log, model, options.seed, workers)?;
     let ready = campaign.ready(model)?;
     let first = begin(&campaign, &ready);
+    find_missed_steps(&mut campaign, &ready, &first, model);
     check_finite(&campaign, &ready, &first, workers)?;
     tell(Event::Step("estimating the noise"));
     let noise = estimate(&mut campaign, &ready, &first.starts, options.seed, workers);
@@ -112,18 +114,46 @@ pub fn diagnose(
         angle_zero: campaign.channel == Channel::Angle && campaign.angle_zero_per_run,
     };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
-    let everything = |_: &crate::piece::Piece| true;
-    let base = fit(&setting, first, &|piece| !piece.hold_out, 4)?;
+    let judged = judge(setting, noise, &first, &able, options.seed, tell)?;
+    let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
+    if zero_nm == 0.0 {
+        return findings::conclude(&judged, &able, &unable);
+    }
+    tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
+    let setting = Setting { nuisances: Nuisances { zero_nm, ..nuisances }, ..setting };
+    let judged = judge(setting, noise, &first, &able, options.seed, tell)?;
+    findings::conclude(&judged, &able, &unable)
+}
+
+/// From the first residual to the causes that are accepted.
+fn judge<'a>(
+    setting: Setting<'a>,
+    noise: NoiseLevel,
+    first: &Point,
+    able: &[crate::candidate::Candidate],
+    seed: u64,
+    tell: &mut dyn FnMut(Event<'_>),
+) -> Result<Judgement<'a>, DiagnosisError> {
+    let everything = |_: &Piece| true;
+    let base = fit(&setting, first.clone(), &|piece: &Piece| !piece.hold_out, 4)?;
     let base_all = settled(&setting, &base.point, &everything)?;
-    let before = left(&setting, &base_all)?;
+    let before = left_with(&setting, &base_all, Jumps::Seen)?;
     let rms = rms_left(&setting, &before, &everything);
     tell(Event::Noise { rms, noise: noise.total });
     let structure_before = structure(&setting, &before);
     tell(Event::Step("screening causes"));
-    let selection = select(&setting, &able, base, &mut |ranking| tell(Event::Ranking(ranking)))?;
+    let selection = select(&setting, able, base, &mut |ranking| tell(Event::Ranking(ranking)))?;
     tell(Event::Step("measuring the gain"));
-    let judged = Judgement { setting, noise, selection, before, structure_before, rms, seed: options.seed };
-    findings::conclude(&judged, &able, &unable)
+    Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
+}
+
+/// Lost steps are seen at once, and taken out of what the other causes are judged by.
+fn find_missed_steps(campaign: &mut Campaign, ready: &Ready, first: &Point, model: &Model) {
+    let Some(motor) = model.motor.filter(|_| campaign.channel == Channel::Angle) else { return };
+    let pitch_rad = std::f64::consts::TAU / f64::from(motor.rotor_teeth);
+    for (piece, start) in campaign.pieces.iter_mut().zip(&first.starts) {
+        piece.jumps.extend(crate::missed::find(piece, ready, *start, pitch_rad));
+    }
 }
 
 /// Everything that the conclusion rests on.
@@ -140,13 +170,85 @@ pub(crate) struct Judgement<'a> {
 impl Judgement<'_> {
     /// A hypothesis on all pieces, with what is left of them.
     pub fn everywhere(&self, fitted: &Fitted) -> Result<(Point, Vec<Left>), DiagnosisError> {
-        let point = settled(&self.setting, &fitted.point, &|_: &crate::piece::Piece| true)?;
+        let point = settled(&self.setting, &fitted.point, &|_: &Piece| true)?;
         let left = left(&self.setting, &point)?;
         Ok((point, left))
     }
 
     pub fn gain_of(&self, after: &[Left]) -> crate::outcome::Gain {
         gain(&self.setting, &self.before, after, self.seed)
+    }
+
+    /// Standard deviation of the torque's zero from run to run that is left; 0 where it is no more than noise.
+    fn zero_from_run_to_run(&self, fitted: &Fitted) -> Result<f64, DiagnosisError> {
+        let campaign = self.setting.campaign;
+        if campaign.channel != Channel::Torque || self.setting.nuisances.zero_nm > 0.0 {
+            return Ok(0.0);
+        }
+        let (_, left) = self.everywhere(fitted)?;
+        let structure = structure(&self.setting, &left);
+        let by_run = structure.dependences.iter().find(|of| of.on == "run" && !of.as_friction);
+        let within =
+            structure.dependences.iter().find(|of| of.on != "run" && of.share > 0.02 && of.p_value < 0.01);
+        let share = by_run.filter(|of| of.p_value < 0.01).map_or(0.0, |of| of.share);
+        let of_others = within.map_or(0.0, |of| of.share);
+        // Zeros explain nothing that a covariate within the runs explains better.
+        if share < 0.05 || of_others > 0.8 * share {
+            return Ok(0.0);
+        }
+        Ok(share.sqrt() * structure.rms * self.noise.total)
+    }
+
+    /// What differs from run to run by itself.
+    pub fn nuisances(&self) -> Vec<String> {
+        let nuisances = self.setting.nuisances;
+        let mut found = Vec::new();
+        if nuisances.zero_nm > 0.0 {
+            found.push(format!(
+                "the torque's zero differs from run to run by about {:.3} N·m",
+                nuisances.zero_nm
+            ));
+        }
+        if nuisances.angle_zero {
+            found.push("each run has a zero of its own angle".to_owned());
+        }
+        if let Some(zero_rad) = self.selection.fitted.point.hypothesis.zero_rad {
+            found.push(format!("the encoder's zero is {zero_rad:.2e} rad from the command's"));
+        }
+        found
+    }
+
+    /// Lost steps as a cause.
+    pub fn missed_steps(&self, after: &[Left]) -> Option<Cause> {
+        let campaign = self.setting.campaign;
+        let (piece, row, jump) = campaign
+            .pieces
+            .iter()
+            .find_map(|piece| piece.jumps.first().map(|jump| (piece, jump.0, jump.1)))?;
+        let pitch_rad = self
+            .setting
+            .given
+            .motor
+            .map_or(f64::NAN, |motor| std::f64::consts::TAU / f64::from(motor.rotor_teeth));
+        let begin_s = piece.time_s.first().copied().unwrap_or(0.0);
+        let time_s = piece.time_s.get(row).copied().unwrap_or(f64::NAN) - begin_s;
+        let step_s = campaign.facts.step_s;
+        let number = |value: f64, error: f64, unit: &str| ParameterFound {
+            value,
+            std_error: error,
+            ci95: [value - 2.0 * error, value + 2.0 * error],
+            unit: unit.to_owned(),
+        };
+        let parameters = BTreeMap::from([
+            ("time_s[1]".to_owned(), number(time_s, 5.0 * step_s, "s")),
+            ("teeth[1]".to_owned(), number((jump / pitch_rad).round(), 0.0, "1")),
+        ]);
+        let name = campaign.runs.get(piece.run).map_or(String::new(), |run| run.0.clone());
+        let evidence = BTreeMap::from([("run".to_owned(), Evidence::Text(name))]);
+        let everything = |_: &Piece| true;
+        let rms = rms_left(&self.setting, after, &everything);
+        let rms_gain = 1.0 - rms / self.rms.max(rms);
+        Some(Cause { id: "missed-steps".to_owned(), parameters, evidence, rms_gain })
     }
 
     pub fn residual(&self) -> Residual {

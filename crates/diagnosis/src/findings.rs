@@ -8,6 +8,7 @@ use crate::fit::fit;
 use crate::hypothesis::{Free, Hypothesis, Member};
 use crate::linear::Point;
 use crate::measure::{Left, rms_left};
+use crate::next::next_experiment;
 use crate::outcome::{Ambiguity, Cause, Diagnosis, Evidence, Judged, ParameterFound, Verdict};
 use crate::piece::Piece;
 use crate::select::Selection;
@@ -49,7 +50,9 @@ pub(crate) fn conclude(
     let kept = keep(judged, &accepted)?;
     let (point, after) = judged.everywhere(&kept)?;
     let structure_kept = structure(&judged.setting, &after);
-    let causes = causes(judged, &kept, &after)?;
+    let mut causes = causes(judged, &kept, &after)?;
+    causes.extend(judged.missed_steps(&after));
+    causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     let ambiguous = if doubtful { Vec::new() } else { ambiguities(selection) };
     let verdict = verdict(&causes, &ambiguous, &structure_kept, &structure_after);
     let rejected = rejected(selection, able, &causes, &ambiguous, doubtful);
@@ -58,7 +61,9 @@ pub(crate) fn conclude(
         .filter(|of| !ambiguous.iter().any(|group| group.ids.iter().any(|id| id == of.id)))
         .map(|of| Judged { id: of.id.to_owned(), reason: of.reason.clone() })
         .collect();
-    let next_experiment = next_experiment(verdict, &ambiguous, &structure_kept, &untestable);
+    let structure_left = telling(&structure_kept);
+    let facts = &judged.setting.campaign.facts;
+    let next_experiment = next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts);
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),
         format_version: 1,
@@ -71,8 +76,8 @@ pub(crate) fn conclude(
         gain: judged.gain_of(&after),
         next_experiment,
         structure_before: telling(&judged.structure_before),
-        structure_after: telling(&structure_kept),
-        nuisances: Vec::new(),
+        structure_after: structure_left,
+        nuisances: judged.nuisances(),
     };
     let refused = |source| DiagnosisError::Model { run: String::new(), source };
     let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
@@ -270,19 +275,6 @@ fn rejected(
         rejected.push(Judged { id: candidate.id.to_owned(), reason });
     }
     rejected
-}
-
-fn next_experiment(
-    verdict: Verdict,
-    ambiguous: &[Ambiguity],
-    _left: &Structure,
-    untestable: &[Judged],
-) -> String {
-    match (verdict, ambiguous.first(), untestable.first()) {
-        (_, Some(group), _) => format!("Separate {} from one another.", group.ids.join(" and ")),
-        (_, None, Some(first)) => format!("To test {}: {}.", first.id, first.reason),
-        _ => "None needed.".to_owned(),
-    }
 }
 
 fn found(

@@ -18,6 +18,8 @@ mod gram;
 mod hypothesis;
 mod linear;
 mod measure;
+mod missed;
+mod next;
 mod noise;
 mod outcome;
 mod past;

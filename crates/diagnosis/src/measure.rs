@@ -38,8 +38,24 @@ fn with_zero(mut point: Point, zero: Option<f64>) -> Point {
     point
 }
 
-/// What is left of every piece.
+/// Whether lost steps count as the model's error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Jumps {
+    Seen,
+    TakenOut,
+}
+
+/// What is left of every piece, lost steps taken out.
 pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<Left>, DiagnosisError> {
+    left_with(setting, point, Jumps::TakenOut)
+}
+
+/// What is left of every piece.
+pub(crate) fn left_with(
+    setting: &Setting<'_>,
+    point: &Point,
+    jumps: Jumps,
+) -> Result<Vec<Left>, DiagnosisError> {
     let ready = setting.ready(&point.hypothesis)?;
     let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
     let job = |index: usize| {
@@ -49,6 +65,12 @@ pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<Left>, Di
         let mut predicted = piece.predict(&ready, point.starts.get(index).copied().unwrap_or(0.0));
         let mut residual: Vec<f64> =
             piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model - zero).collect();
+        if jumps == Jumps::Seen {
+            for (from, jump) in &piece.jumps {
+                residual.iter_mut().skip(*from).for_each(|value| *value += jump);
+                predicted.iter_mut().skip(*from).for_each(|value| *value -= jump);
+            }
+        }
         let shift = own_zero(setting, &residual);
         residual.iter_mut().for_each(|value| *value -= shift);
         predicted.iter_mut().for_each(|value| *value += zero + shift);

@@ -8,6 +8,7 @@ use crate::gram::{Gram, HeldOut, leave_out, solve};
 use crate::hypothesis::Member;
 use crate::linear::{Column, Point, Setting, by_group};
 use crate::piece::Piece;
+use crate::workers::map;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.
 pub(crate) const FLOOR: f64 = 0.01;
@@ -15,14 +16,16 @@ pub(crate) const FLOOR: f64 = 0.01;
 const SHARE: f64 = 0.02;
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
 const ORDER_FLOOR: f64 = 0.004;
+/// A shape is freed where it cuts the RMS by so much, in parts of the noise.
+const REFINED: f64 = 0.003;
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
 /// Causes at most.
 const MOST: usize = 6;
 /// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
 const EQUAL: f64 = 0.003;
-const NEARLY: f64 = 0.02;
-const DISAGREE: f64 = 2.0;
+const NEARLY: f64 = 0.01;
+const DISAGREE: f64 = 1.5;
 
 /// A candidate as the screening sees it.
 #[derive(Debug, Clone)]
@@ -64,6 +67,8 @@ pub(crate) struct Selection {
     pub rounds: Vec<Round>,
     /// Groups of names of which one is needed; its representative is a member of the hypothesis.
     pub ambiguous: Vec<(&'static str, Vec<&'static str>)>,
+    /// For each pair of names that can't be told apart, the angle between what they change, degrees.
+    pub angles: Vec<(&'static str, &'static str, f64)>,
     /// Gains of the first screening, best first.
     pub first_ranking: Vec<(&'static str, f64)>,
     pub dropped: Vec<(&'static str, String)>,
@@ -113,6 +118,7 @@ pub(crate) fn select(
         rms,
         rounds: Vec::new(),
         ambiguous: Vec::new(),
+        angles: Vec::new(),
         first_ranking: Vec::new(),
         dropped: Vec::new(),
     };
@@ -126,6 +132,7 @@ pub(crate) fn select(
         if !next_cause(setting, candidates, screened, &mut state)? {
             break;
         }
+        refine(setting, &mut state)?;
         drop_idle(setting, &mut state)?;
     }
     Ok(state)
@@ -281,14 +288,14 @@ fn screen_series(
         }
         let Some((left, place)) = best else { break };
         let cut = reached - left;
-        if !taken.is_empty() && (cut < ORDER_FLOOR || cut < 0.05 * first_cut) {
+        if !taken.is_empty() && (cut < ORDER_FLOOR || cut < 0.02 * first_cut) {
             break;
         }
         first_cut = if taken.is_empty() { cut } else { first_cut };
         columns.extend(&place.2);
         taken.push(place);
         reached = left;
-        if taken.len() >= 4 || cut <= 0.0 {
+        if taken.len() >= 6 || cut <= 0.0 {
             break;
         }
     }
@@ -349,6 +356,10 @@ fn next_cause(
         .collect();
     round.equals.clone_from(&equals);
     round.accepted = Some(name(chosen));
+    for rival in rivals.iter().filter(|rival| equals.contains(&name(rival))) {
+        let angle = angle_between(setting, &state.fitted.point, &chosen.fitted.point, &rival.fitted.point)?;
+        state.angles.push((name(chosen), name(rival), angle));
+    }
     if !equals.is_empty() {
         state.ambiguous.push((name(chosen), equals));
     }
@@ -357,6 +368,79 @@ fn next_cause(
     state.rms = chosen.rms;
     state.rounds.push(round);
     Ok(true)
+}
+
+/// The angle between what two hypotheses add to the prediction, degrees; samples weighted as in the fit.
+fn angle_between(
+    setting: &Setting<'_>,
+    base: &Point,
+    one: &Point,
+    two: &Point,
+) -> Result<f64, DiagnosisError> {
+    let ready = [&base.hypothesis, &one.hypothesis, &two.hypothesis].map(|of| setting.ready(of));
+    let [base_ready, one_ready, two_ready] = ready;
+    let (base_ready, one_ready, two_ready) = (base_ready?, one_ready?, two_ready?);
+    let products = map(setting.workers, setting.campaign.pieces.len(), |index| {
+        let piece = setting.campaign.pieces.get(index).filter(|piece| !piece.hold_out)?;
+        let start = base.starts.get(index).copied().unwrap_or(0.0);
+        let [none, one, two] = [&base_ready, &one_ready, &two_ready].map(|ready| piece.predict(ready, start));
+        let samples = none.iter().zip(&one).zip(&two).zip(&piece.weights);
+        Some(samples.fold((0.0, 0.0, 0.0), |(aa, ab, bb), (((none, one), two), weight)| {
+            let (a, b) = (weight * (one - none), weight * (two - none));
+            (aa + a * a, ab + a * b, bb + b * b)
+        }))
+    });
+    let (aa, ab, bb) = products
+        .into_iter()
+        .flatten()
+        .fold((0.0, 0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1, sum.2 + of.2));
+    let cosine: f64 = ab / f64::sqrt(aa * bb).max(f64::MIN_POSITIVE);
+    Ok(cosine.clamp(-1.0, 1.0).acos().to_degrees())
+}
+
+/// The last cause's shape, where the data ask for another; its numbers that don't pay are left at rest.
+fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
+    let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
+    for number in &member.candidate.optional {
+        let mut point = state.fitted.point.clone();
+        if let Some(of) = point.hypothesis.members.get_mut(index) {
+            of.free.push(*number);
+        }
+        take_if(setting, state, point, |now, then| then < now - REFINED)?;
+    }
+    if member.candidate.id == "direction-asymmetry" {
+        for number in 0..member.numbers.len() {
+            let mut point = state.fitted.point.clone();
+            let Some(of) = point.hypothesis.members.get_mut(index) else { continue };
+            if of.free.len() < 2 {
+                break;
+            }
+            of.free.retain(|free| *free != number);
+            if let (Some(value), Some(parameter)) =
+                (of.numbers.get_mut(number), member.candidate.parameters.get(number))
+            {
+                *value = parameter.neutral;
+            }
+            take_if(setting, state, point, |now, then| then < now + 0.3 * REFINED)?;
+        }
+    }
+    Ok(())
+}
+
+fn take_if(
+    setting: &Setting<'_>,
+    state: &mut Selection,
+    begin: Point,
+    better: impl Fn(f64, f64) -> bool,
+) -> Result<(), DiagnosisError> {
+    let fitted = fit(setting, begin, &fitted_pieces, 6)?;
+    let held_out = judge(setting, &fitted.groups);
+    let then = rms(&held_out, &fitted.groups);
+    if better(state.rms, then) {
+        (state.fitted, state.held_out, state.rms) = (fitted, held_out, then);
+    }
+    Ok(())
 }
 
 fn numbers(rival: &Rival) -> usize {

@@ -33,7 +33,7 @@ const SOME_PRESSURE: f64 = 0.02;
 
 /// Candidates, and what is untestable. An effect may be both: at one constant pressure other than zero it is fitted, as
 /// a rival of its twin, but never accepted.
-pub(crate) fn candidates(facts: &Facts, _model: &Model) -> (Vec<Candidate>, Vec<Untestable>) {
+pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<Untestable>) {
     let (mut able, mut unable) = (Vec::new(), Vec::new());
     for spec in EFFECTS {
         let reason = why_not(spec.id, facts);
@@ -49,7 +49,40 @@ pub(crate) fn candidates(facts: &Facts, _model: &Model) -> (Vec<Candidate>, Vec<
             unable.push(Untestable { id: spec.id, reason });
         }
     }
+    able.iter_mut().for_each(|candidate| begin_at(candidate, model));
     (able, unable)
+}
+
+/// An effect that the model has already is corrected from there on.
+fn begin_at(candidate: &mut Candidate, model: &Model) {
+    let Some(present) = model.effects.iter().find(|effect| effect.id() == candidate.id) else { return };
+    let mut moved = Vec::new();
+    for parameter in &mut candidate.parameters {
+        let value = match parameter.slot {
+            None => present.number(parameter.key),
+            Some(slot) => present.list(parameter.key).get(slot).copied().unwrap_or(0.0),
+        };
+        let u = match parameter.map {
+            Map::Plain => value,
+            Map::Exp => value.max(f64::MIN_POSITIVE).ln(),
+            Map::OnePlusExp => (value - 1.0).max(f64::MIN_POSITIVE).ln(),
+            Map::Inverse => 1.0 / value,
+        };
+        moved.push(u - parameter.neutral);
+        parameter.neutral = u;
+    }
+    if candidate.id == "encoder-eccentricity" {
+        let (amplitude, phase) = (present.number("amplitude_rad"), present.number("phase_rad"));
+        for (parameter, value) in
+            candidate.parameters.iter_mut().zip([amplitude * phase.cos(), amplitude * phase.sin()])
+        {
+            parameter.neutral = value;
+        }
+    }
+    let neutral = candidate.neutral();
+    for probe in candidate.probes.iter_mut().filter(|probe| !probe.jump) {
+        probe.shape.clone_from(&neutral);
+    }
 }
 
 fn why_not(id: &str, facts: &Facts) -> Option<String> {

@@ -4,7 +4,7 @@ mod campaign;
 mod cases;
 mod cycle_time;
 mod document;
-mod measure;
+pub mod measure;
 mod response;
 mod stick_slip;
 

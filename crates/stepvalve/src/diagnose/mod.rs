@@ -1,8 +1,10 @@
 //! `stepvalve diagnose`: measured runs against a model; what it gets wrong, why, and what that is worth.
 
+mod closed_loop;
 mod extended;
 mod page;
 mod threads;
+mod words;
 
 use crate::failure::{Failure, Outcome};
 use crate::files::{self, name};
@@ -48,10 +50,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = Options { seed: arguments.seed };
     let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
     progress.finish_and_clear();
-    let found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
-    let headline = page::headline(&found);
+    let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
+    found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
+    let headline = words::headline(&found);
     let extended = extended::text(&found, &model, &log_file, &model_file);
-    let page = page::page(&found, &log, &log_file, &model_file, &headline);
+    let page = page::page(&found, &log, &log_file, &model_file);
     let json = serde_json::to_string_pretty(&found.diagnosis).context("diagnosis.json")?;
     files.write(&[("diagnosis.json", &json), ("model-extended.toml", &extended), ("report.html", &page)])?;
     summary(&found.diagnosis, &headline, &arguments.out);

@@ -1,44 +1,276 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
-use diagnosis::{Found, Verdict};
-use log_data::Log;
-use report::{Block, Page, Section, Table};
+use super::words::{headline, short, unit};
+use diagnosis::{Dependence, Found, Judged, Shown};
+use log_data::{Channel, Log};
+use report::{Axis, Block, Page, Section, Style, Table, XyPlot, XySeries};
 
-/// The answer in one sentence.
-pub fn headline(found: &Found) -> String {
-    let diagnosis = &found.diagnosis;
-    let names: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.id.as_str()).collect();
-    match diagnosis.verdict {
-        Verdict::NoDiscrepancy => "The model agrees with the measurement to within its noise.".to_owned(),
-        Verdict::Unexplained => "The model misses something that no known cause explains.".to_owned(),
-        Verdict::Ambiguous => {
-            "The model misses something, and these data can't tell which cause it is.".to_owned()
-        }
-        _ => format!(
-            "The model lacks {}: with it the error on runs not used for fitting falls from {:.3e} to {:.3e}.",
-            names.join(" and "),
-            diagnosis.gain.rms_before,
-            diagnosis.gain.rms_after
-        ),
-    }
-}
+/// Runs that are shown over time.
+const RUNS: usize = 4;
+/// Points of a residual map.
+const POINTS: usize = 6000;
 
 /// The page.
-pub fn page(found: &Found, log: &Log, log_file: &str, model_file: &str, headline: &str) -> String {
-    let mut page = Page::new(format!("Diagnosis: {}", log.title), headline);
-    let rows = found
-        .diagnosis
-        .causes
+pub fn page(found: &Found, log: &Log, log_file: &str, model_file: &str) -> String {
+    let mut page = Page::new(format!("Diagnosis: {}", log.title), headline(found));
+    page.sections.push(Section::new("").with(Block::Facts(facts(found, log))));
+    page.sections.push(runs(found));
+    page.sections.push(maps(found));
+    page.sections.push(ranking(found));
+    page.sections.push(parameters(found));
+    page.sections.push(structure(found));
+    page.sections.push(judged("What these data can't test", "", &found.diagnosis.untestable));
+    let next = found.diagnosis.next_experiment.clone();
+    page.sections.push(Section::new("What to measure next").with(Block::Text(next)));
+    let from = format!("{log_file}, held against {model_file} by stepvalve diagnose.");
+    page.sections.push(Section::folded("Made from").with(Block::Text(from)));
+    page.to_html()
+}
+
+fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
+    let diagnosis = &found.diagnosis;
+    let unit = unit(found.channel);
+    let gain = &diagnosis.gain;
+    let mut facts = vec![("verdict".to_owned(), diagnosis.verdict.name().to_owned())];
+    for residual in &diagnosis.residual {
+        facts.push((
+            format!("error of the model, {}", residual.quantity),
+            format!("{} {unit}", short(residual.rms)),
+        ));
+        facts.push(("the measurement's own noise".to_owned(), format!("{} {unit}", short(residual.noise))));
+    }
+    let held = format!("{} before, {} {unit} after", short(gain.rms_before), short(gain.rms_after));
+    facts.push(("error on runs not used for fitting".to_owned(), held));
+    let (low, high) = (short(gain.ratio_ci95[0]), short(gain.ratio_ci95[1]));
+    facts.push(("after over before".to_owned(), format!("{} ({low} to {high})", short(gain.ratio))));
+    if let Some(closed) = &gain.closed_loop {
+        let (before, after) = (closed.following_error_rms_before_rad, closed.following_error_rms_after_rad);
+        let text = format!("{} rad before, {} rad after", short(before), short(after));
+        facts.push(("following error in the loop".to_owned(), text));
+    }
+    facts.push(("runs".to_owned(), format!("{}, {} samples", log.runs.len(), found.samples.0)));
+    for nuisance in &diagnosis.nuisances {
+        facts.push(("no cause, but there".to_owned(), nuisance.clone()));
+    }
+    facts
+}
+
+/// The runs on which the extension changes most, and at least one that it was not fitted on.
+fn chosen(found: &Found) -> Vec<&Shown> {
+    let square = |one: &[f64], two: &[f64]| -> f64 {
+        one.iter().zip(two).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / one.len().max(1) as f64
+    };
+    let mut pieces: Vec<(f64, &Shown)> = found
+        .shown
         .iter()
-        .flat_map(|cause| {
-            cause.parameters.iter().map(|(key, of)| (cause.id.clone(), key.clone(), of.clone()))
-        })
-        .map(|(id, key, of)| {
-            vec![id, key, format!("{:.5}", of.value), format!("{:.5} to {:.5}", of.ci95[0], of.ci95[1])]
+        .map(|shown| {
+            let changed = square(&shown.before, &shown.after);
+            (if changed > 0.0 { changed } else { square(&shown.measured, &shown.before) }, shown)
         })
         .collect();
-    let header = ["cause", "parameter", "value", "95 %"].map(str::to_owned).to_vec();
-    page.sections.push(Section::new("Parameters").with(Block::Table(Table { header, rows })));
-    page.sections.push(Section::new("Made from").with(Block::Text(format!("{log_file} and {model_file}"))));
-    page.to_html()
+    pieces.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut kinds: Vec<&str> = Vec::new();
+    let held_first = pieces.iter().filter(|(_, shown)| shown.held_out).take(RUNS / 2);
+    let rest = pieces.iter().filter(|(_, shown)| {
+        let new = !kinds.contains(&shown.kind.as_str());
+        kinds.push(&shown.kind);
+        new
+    });
+    let mut chosen: Vec<&Shown> = held_first.map(|(_, shown)| *shown).collect();
+    for (_, shown) in rest {
+        if chosen.len() < RUNS && !chosen.iter().any(|other| std::ptr::eq(*other, *shown)) {
+            chosen.push(shown);
+        }
+    }
+    chosen
+}
+
+fn runs(found: &Found) -> Section {
+    let mut section = Section::new("Measured and simulated").with(Block::Text(
+        "The runs that the extension changes most. \"Not fitted\" are runs that were kept aside: the model had not seen them."
+            .to_owned(),
+    ));
+    let angle = found.channel != Channel::Torque;
+    for shown in chosen(found) {
+        let begin = shown.time_s.first().copied().unwrap_or(0.0);
+        // Of an angle the lag behind the command is what friction makes.
+        let against = |values: &[f64]| -> Vec<(f64, f64)> {
+            let points = shown.time_s.iter().zip(values).zip(&shown.angle_rad);
+            points
+                .map(|((time, value), command)| (time - begin, if angle { value - command } else { *value }))
+                .collect()
+        };
+        let series = vec![
+            XySeries { name: "measured".to_owned(), style: Style::Points, points: against(&shown.measured) },
+            XySeries {
+                name: "model as given".to_owned(),
+                style: Style::Line,
+                points: against(&shown.before),
+            },
+            XySeries { name: "model extended".to_owned(), style: Style::Line, points: against(&shown.after) },
+        ];
+        let kept = if shown.held_out { "not fitted" } else { "fitted" };
+        section = section.with(Block::XyPlot(XyPlot {
+            title: format!("{} ({}, {kept})", shown.name, shown.kind),
+            x: Axis::new("time", "s"),
+            y: if angle { Axis::new("angle less command", "rad") } else { Axis::new("torque", "N·m") },
+            series,
+        }));
+    }
+    section
+}
+
+/// What a sample is plotted against, if the run has it.
+type Covariate = fn(&Shown, usize) -> Option<f64>;
+
+fn maps(found: &Found) -> Section {
+    let mut section = Section::new("Where the error sits").with(Block::Text(
+        "Measured less simulated, sample by sample. What is flat and as thin as the noise is right; a slope, a step or a wave is something that the model misses."
+            .to_owned(),
+    ));
+    let all: [(&str, &str, Covariate); 5] = [
+        ("speed", "rad/s", |shown, index| shown.speed_rad_per_s.get(index).copied()),
+        ("angle", "rad", |shown, index| shown.angle_rad.get(index).copied()),
+        ("time", "s", |shown, index| shown.time_s.get(index).copied()),
+        ("pressure drop", "MPa", |shown, index| shown.pressure_pa.get(index).map(|pressure| pressure / 1e6)),
+        ("oil temperature", "°C", |shown, index| shown.temperature_c.get(index).copied()),
+    ];
+    for (name, unit, of) in all {
+        let before = map(found, of, |shown| &shown.before);
+        if before.is_empty() {
+            continue;
+        }
+        let series = vec![
+            XySeries { name: "model as given".to_owned(), style: Style::Points, points: before },
+            XySeries {
+                name: "model extended".to_owned(),
+                style: Style::Points,
+                points: map(found, of, |shown| &shown.after),
+            },
+        ];
+        section = section.with(Block::XyPlot(XyPlot {
+            title: format!("Error over {name}"),
+            x: Axis::new(name, unit),
+            y: Axis::new("measured less simulated", super::words::unit(found.channel)),
+            series,
+        }));
+    }
+    section
+}
+
+fn map(found: &Found, of: Covariate, predicted: fn(&Shown) -> &Vec<f64>) -> Vec<(f64, f64)> {
+    let total: usize = found.shown.iter().map(|shown| shown.time_s.len()).sum();
+    let stride = total.div_ceil(POINTS).max(1);
+    let mut points = Vec::new();
+    for shown in &found.shown {
+        let pairs = shown.measured.iter().zip(predicted(shown)).enumerate().skip(1).step_by(stride);
+        points.extend(
+            pairs.filter_map(|(index, (measured, model))| Some((of(shown, index)?, measured - model))),
+        );
+    }
+    points
+}
+
+fn ranking(found: &Found) -> Section {
+    let mut rows = Vec::new();
+    for cause in &found.diagnosis.causes {
+        let alone = screened(found, &cause.id);
+        let without =
+            format!("{:.1} % of the error on kept-aside runs comes back without it", 100.0 * cause.rms_gain);
+        rows.push(vec![cause.id.clone(), "accepted".to_owned(), alone, without]);
+    }
+    for group in &found.diagnosis.ambiguous {
+        for id in &group.ids {
+            rows.push(vec![
+                id.clone(),
+                "can't be told apart".to_owned(),
+                screened(found, id),
+                group.reason.clone(),
+            ]);
+        }
+    }
+    for judged in &found.diagnosis.rejected {
+        rows.push(vec![
+            judged.id.clone(),
+            "not it".to_owned(),
+            screened(found, &judged.id),
+            judged.reason.clone(),
+        ]);
+    }
+    let header =
+        ["cause", "judgement", "alone would cut the error by", "evidence"].map(str::to_owned).to_vec();
+    Section::new("Causes, and what speaks for and against each")
+        .with(Block::Text(
+            "The second column of numbers is a first estimate, in parts of the measurement's noise, on runs that were kept aside in turn; the evidence comes from fits through the model."
+                .to_owned(),
+        ))
+        .with(Block::Table(Table { header, rows }))
+}
+
+fn screened(found: &Found, id: &str) -> String {
+    found
+        .ranking
+        .iter()
+        .find(|(other, _)| *other == id)
+        .map_or_else(|| "–".to_owned(), |(_, gain)| format!("{:.3}", gain.max(0.0)))
+}
+
+fn parameters(found: &Found) -> Section {
+    let mut rows = Vec::new();
+    for cause in &found.diagnosis.causes {
+        for (key, of) in &cause.parameters {
+            let unit = if of.unit == "1" { "" } else { of.unit.as_str() };
+            let within = format!("{} to {} {unit}", short(of.ci95[0]), short(of.ci95[1]));
+            rows.push(vec![cause.id.clone(), key.clone(), format!("{} {unit}", short(of.value)), within]);
+        }
+    }
+    let section = Section::new("Parameters");
+    if rows.is_empty() {
+        return section.with(Block::Text("No cause was accepted, so there are none.".to_owned()));
+    }
+    let header = ["cause", "parameter", "value", "with 95 % certainty within"].map(str::to_owned).to_vec();
+    section.with(Block::Table(Table { header, rows }))
+}
+
+fn structure(found: &Found) -> Section {
+    let table = |found: &[Dependence]| {
+        let rows = found
+            .iter()
+            .take(8)
+            .map(|of| {
+                let how = if of.as_friction { "against the motion" } else { "the same both ways" };
+                vec![of.on.clone(), how.to_owned(), format!("{:.1} %", 100.0 * of.share)]
+            })
+            .collect();
+        let header = ["depends on", "acts", "share of the error's square"].map(str::to_owned).to_vec();
+        Block::Table(Table { header, rows })
+    };
+    let mut section = Section::new("What the error depends on").with(Block::Text(
+        "Tests of the error against everything that was recorded, corrected for their number.".to_owned(),
+    ));
+    for (text, dependences) in [
+        ("Model as given:", &found.diagnosis.structure_before),
+        ("Model extended:", &found.diagnosis.structure_after),
+    ] {
+        let says = if dependences.is_empty() {
+            format!("{text} on nothing beyond chance.")
+        } else {
+            text.to_owned()
+        };
+        section = section.with(Block::Text(says));
+        if !dependences.is_empty() {
+            section = section.with(table(dependences));
+        }
+    }
+    section
+}
+
+fn judged(heading: &str, text: &str, list: &[Judged]) -> Section {
+    let section = Section::new(heading);
+    if list.is_empty() {
+        return section.with(Block::Text("Nothing.".to_owned()));
+    }
+    let rows = list.iter().map(|of| vec![of.id.clone(), of.reason.clone()]).collect();
+    let header = ["cause", "why"].map(str::to_owned).to_vec();
+    section.with(Block::Text(text.to_owned())).with(Block::Table(Table { header, rows }))
 }

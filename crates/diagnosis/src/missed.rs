@@ -1,0 +1,32 @@
+//! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
+
+use crate::piece::{Piece, Ready};
+
+/// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
+const LEAST: f64 = 0.6;
+/// How far from whole pitches the rest may lie, in pitches.
+const WHOLE: f64 = 0.2;
+/// Samples that must follow.
+const AFTER: usize = 20;
+
+/// The sample and the jump, rad, of a piece that loses steps.
+pub(crate) fn find(piece: &Piece, ready: &Ready, start: f64, pitch_rad: f64) -> Option<(usize, f64)> {
+    let predicted = piece.predict(ready, start);
+    let residual: Vec<f64> =
+        piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();
+    let tail = residual.get(residual.len().saturating_sub(AFTER.max(residual.len() / 20))..)?;
+    let teeth = (median(tail) / pitch_rad).round();
+    if teeth == 0.0 || (median(tail) / pitch_rad - teeth).abs() > WHOLE {
+        return None;
+    }
+    let jump = teeth * pitch_rad;
+    // The last sample before which it was not there.
+    let last = residual.iter().rposition(|value| (value - jump).abs() > LEAST * jump.abs())?;
+    (residual.len() - last > AFTER).then_some((last + 1, jump))
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,176 @@
+//! What was found, in the words of somebody who knows valves and no statistics.
+
+use diagnosis::{Cause, Found, Verdict};
+use log_data::Channel;
+
+/// The answer in one sentence, or two where causes have numbers.
+pub fn headline(found: &Found) -> String {
+    let diagnosis = &found.diagnosis;
+    let unit = unit(found.channel);
+    let residual = diagnosis.residual.first();
+    let (rms, noise) = residual.map_or((f64::NAN, f64::NAN), |of| (of.rms, of.noise));
+    let gain = &diagnosis.gain;
+    let falls = format!(
+        "the error on runs not used for fitting falls from {} to {} {unit}",
+        short(gain.rms_before),
+        short(gain.rms_after)
+    );
+    let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
+    let groups: Vec<String> = diagnosis
+        .ambiguous
+        .iter()
+        .map(|group| names(&group.ids.iter().map(String::as_str).collect::<Vec<_>>()))
+        .collect();
+    match diagnosis.verdict {
+        Verdict::NoDiscrepancy => {
+            format!(
+                "The model agrees with the measurement: its error of {} {unit} is the measurement's own noise.",
+                short(rms)
+            )
+        }
+        Verdict::Unexplained => format!(
+            "The model is wrong by {} {unit} where the measurement scatters by {}, and none of the known causes explains it.",
+            short(rms),
+            short(noise)
+        ),
+        Verdict::Ambiguous => format!(
+            "The model is wrong by {} {unit}, and these data can't tell which of these it is: {}.",
+            short(rms),
+            groups.join("; ")
+        ),
+        Verdict::Explained => {
+            format!("{}; the model has none of it. With it, {falls}.", sentences.join("; "))
+        }
+        Verdict::PartlyExplained => {
+            format!(
+                "{}; the model has none of it. With it, {falls}; something is left that no cause explains.",
+                sentences.join("; ")
+            )
+        }
+    }
+}
+
+/// The unit of what is predicted, as it is written for people.
+pub fn unit(channel: Channel) -> &'static str {
+    if channel == Channel::Torque { "N·m" } else { "rad" }
+}
+
+/// Two or three digits that count.
+pub fn short(value: f64) -> String {
+    if !value.is_finite() {
+        return "unknown".to_owned();
+    }
+    let magnitude = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
+    if (-3.0..4.0).contains(&magnitude) {
+        let decimals = (2.0 - magnitude).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// "a, b and c"
+pub fn names(ids: &[&str]) -> String {
+    match ids {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+fn sentence(cause: &Cause) -> String {
+    let value = |key: &str| cause.parameters.get(key).map_or(f64::NAN, |of| of.value);
+    let percent = |key: &str| {
+        let off = 100.0 * (value(key) - 1.0);
+        format!("{} % {}", short(off.abs()), if off < 0.0 { "below" } else { "above" })
+    };
+    let size = amplitude(cause);
+    match cause.id.as_str() {
+        "coulomb-level" => format!("The rig's friction is {} the model's", percent("factor")),
+        "static-level" => format!("The rig's static friction is {} the model's", percent("factor")),
+        "viscous-level" => format!("The rig's viscous friction is {} the model's", percent("factor")),
+        "stribeck-velocity" => {
+            format!("The speed at which the rig's friction falls is {} the model's", percent("factor"))
+        }
+        "bristle-stiffness" => {
+            format!("The rig's stiffness before it slides is {} the model's", percent("factor"))
+        }
+        "load-inertia" => format!("The rig's load inertia is {} the model's", percent("factor")),
+        "holding-torque-level" => format!("The motor's holding torque is {} the model's", percent("factor")),
+        "torque-gain" => format!("The torque channel reads {} the true torque", percent("factor")),
+        "pressure-dependent-friction" => {
+            format!("The rig's friction rises {} % per MPa of pressure drop", short(100.0 * value("gain")))
+        }
+        "temperature-dependent-viscosity" => {
+            format!("The rig's viscous friction falls {} % per kelvin", short(100.0 * value("beta_per_k")))
+        }
+        "temperature-dependent-friction" => {
+            format!("The rig's friction changes by {} % per kelvin", short(100.0 * value("beta_per_k")))
+        }
+        "angle-dependent-friction" => {
+            format!("The rig's friction varies with the angle by up to {} %", short(100.0 * size))
+        }
+        "direction-asymmetry" => direction(cause),
+        "dwell-stiction" => {
+            format!("The rig's static friction grows by {} % while it rests", short(100.0 * value("gain")))
+        }
+        "hydraulic-lock" => {
+            format!(
+                "The rig's friction grows while it rests under pressure, by {} % per MPa",
+                short(100.0 * value("gain"))
+            )
+        }
+        "friction-lag" => {
+            format!("The rig's friction follows the speed {} ms late", short(1e3 * value("time_constant_s")))
+        }
+        "presliding-hysteresis" => "Before it slides the rig has hysteresis with a memory".to_owned(),
+        "wear-drift" => format!(
+            "The rig's friction changes with the distance travelled, by {} % in the end",
+            short(100.0 * value("gain"))
+        ),
+        "flow-torque" => format!("The flow turns the rig's spool with up to {} N·m per MPa", short(size)),
+        "pressure-torque" => {
+            format!("Pressure loads the rig's spool with {} N·m per MPa", short(value("gain")))
+        }
+        "position-torque" => {
+            format!("A torque that depends on the angle loads the rig's spool, up to {} N·m", short(size))
+        }
+        "coupling-compliance" => {
+            format!("The rig's coupling gives, {} N·m per rad", short(value("stiffness_nm_per_rad")))
+        }
+        "detent-torque" => format!("The motor has a detent torque of {} N·m", short(size)),
+        "microstep-error" => format!("The motor's micro-steps are off by up to {} rad", short(size)),
+        "backlash" => {
+            format!("There is a play of ± {} rad between rotor and encoder", short(value("half_width_rad")))
+        }
+        "missed-steps" => "The rotor lost steps".to_owned(),
+        "torque-offset" => {
+            format!("The torque channel reads {} N·m too much throughout", short(value("offset_nm")))
+        }
+        "sensor-delay" => format!("The measurement is {} ms late", short(1e3 * value("delay_s"))),
+        "encoder-eccentricity" => {
+            format!("The encoder is eccentric by {} rad", short(value("amplitude_rad")))
+        }
+        other => format!("The rig has {other}"),
+    }
+}
+
+fn direction(cause: &Cause) -> String {
+    let of = |key: &str| cause.parameters.get(key).map(|of| short(100.0 * of.value));
+    match (of("level"), of("viscous")) {
+        (Some(level), Some(viscous)) => {
+            format!(
+                "The rig's friction differs by direction, by ± {level} %, its viscous part by ± {viscous} %"
+            )
+        }
+        (Some(level), None) => format!("The rig's friction differs by direction, by ± {level} %"),
+        (None, Some(viscous)) => format!("The rig's viscous friction differs by direction, by ± {viscous} %"),
+        (None, None) => "The rig's friction differs by direction".to_owned(),
+    }
+}
+
+/// The root of the sum of squares of a series' coefficients.
+fn amplitude(cause: &Cause) -> f64 {
+    let coefficients = cause.parameters.iter().filter(|(key, _)| key.contains('['));
+    coefficients.map(|(_, of)| of.value * of.value).sum::<f64>().sqrt()
+}

@@ -1,0 +1,227 @@
+//! `stepvalve diagnose`: what it writes, what it says about bad input, and its page in a browser.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use log_data::{Log, Run};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use stepvalve_tests::{Finished, TestPlace, repository};
+
+const STEP_RAD: f64 = std::f64::consts::TAU / 8_388_608.0;
+const NOISE_NM: f64 = 0.01;
+
+fn rig() -> PathBuf {
+    repository().join("rt-config/models/rig.toml")
+}
+
+fn diagnose(place: &TestPlace, log: &Path, model: &Path, out: &str) -> Finished {
+    let out = place.path(out);
+    let arguments = ["diagnose", "--log", log.to_str().unwrap(), "--model", model.to_str().unwrap()];
+    place.stepvalve(&[&arguments[..], &["--out", out.to_str().unwrap()]].concat())
+}
+
+/// A run at 1 kHz that slides all the time: T = ±T_c·(1 + gain·p) + σ2·ω, measured with noise.
+fn sliding(name: &str, number: u64, speed: f64, pressure_mpa: f64, gain: f64) -> Run {
+    let mut random = Pcg64Mcg::seed_from_u64(number);
+    let noise = Normal::new(0.0, NOISE_NM).unwrap();
+    let time_s: Vec<f64> = (0..1000).map(|k| 10.0 * number as f64 + 1e-3 * f64::from(k)).collect();
+    let angle_rad = (0..1000).map(|k| (1e-3 * f64::from(k) * speed / STEP_RAD).round() * STEP_RAD).collect();
+    let torque = (1.5 * (1.0 + gain * pressure_mpa)).copysign(speed) + 2e-4 * speed;
+    let torque_nm = Some(time_s.iter().map(|_| torque + noise.sample(&mut random)).collect());
+    let pressure_drop_pa = Some(vec![1e6 * pressure_mpa; 1000]);
+    Run {
+        name: name.to_owned(),
+        kind: "constant-velocity".to_owned(),
+        time_s,
+        angle_rad,
+        torque_nm,
+        pressure_drop_pa,
+        ..Run::default()
+    }
+}
+
+/// Four speeds both ways at four pressures.
+fn campaign(gain: f64) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for speed in [0.5, -0.9, 2.0, -4.0, 0.7, -0.6] {
+        for pressure_mpa in [0.0, 4.0, 9.0, 15.0] {
+            let number = runs.len() as u64;
+            runs.push(sliding(&format!("run-{number:02}"), number, speed, pressure_mpa, gain));
+        }
+    }
+    runs
+}
+
+fn write(place: &TestPlace, name: &str, runs: Vec<Run>) -> PathBuf {
+    let path = place.path(name);
+    let log = Log { title: "test".to_owned(), runs, ..Log::default() };
+    run_log::write_log(&path, &log).unwrap();
+    path
+}
+
+fn json(place: &TestPlace, out: &str) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(place.path(out).join("diagnosis.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn friction_that_rises_with_pressure_is_named_and_the_page_says_so() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.02));
+    let finished = diagnose(&place, &log, &rig(), "out").expect_code(0);
+    let found = json(&place, "out");
+    println!("{}", finished.stdout);
+    assert_eq!(found["format"], "stepvalve-diagnosis");
+    assert_eq!(found["verdict"], "explained", "{found}");
+    let causes = found["causes"].as_array().unwrap();
+    assert_eq!(causes.len(), 1, "{found}");
+    assert_eq!(causes[0]["id"], "pressure-dependent-friction");
+    let gain = &causes[0]["parameters"]["gain"];
+    assert!((gain["value"].as_f64().unwrap() - 0.02).abs() < 5e-4, "{gain}");
+    let held_out = found["gain"]["held_out_runs"].as_array().unwrap();
+    assert!(held_out.len() >= 4, "{held_out:?}");
+    assert!(found["gain"]["rms_after"].as_f64().unwrap() < 1.2 * NOISE_NM, "{found}");
+    // The extended model is a model, and predicts.
+    let extended = place.path("out/model-extended.toml");
+    place.stepvalve(&["check", extended.to_str().unwrap()]).expect_code(0);
+    let predicted = place.path("pred.h5");
+    let arguments = ["predict", "--log", log.to_str().unwrap(), "--model", extended.to_str().unwrap()];
+    place.stepvalve(&[&arguments[..], &["--out", predicted.to_str().unwrap()]].concat()).expect_code(0);
+    // The same seed, the same files; and a folder with a diagnosis is left alone.
+    diagnose(&place, &log, &rig(), "again").expect_code(0);
+    for file in ["diagnosis.json", "model-extended.toml", "report.html"] {
+        let read = |out: &str| std::fs::read(place.path(out).join(file)).unwrap();
+        assert!(read("out") == read("again"), "{file} differs between two runs of the same seed");
+    }
+    let refused = diagnose(&place, &log, &rig(), "out").expect_code(2);
+    assert!(refused.stderr.contains("exists"), "{}", refused.stderr);
+    look_at(&place.path("out/report.html"), "pressure drop");
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is_wrong() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.0));
+    diagnose(&place, &log, &rig(), "out").expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "no-discrepancy", "{found}");
+    assert_eq!(found["causes"].as_array().unwrap().len(), 0);
+    let untestable = found["untestable"].as_array().unwrap();
+    let viscosity = untestable.iter().find(|of| of["id"] == "temperature-dependent-viscosity").unwrap();
+    assert!(viscosity["reason"].as_str().unwrap().contains("oil_temperature"), "{viscosity}");
+}
+
+/// A headless Chromium shows the page, and its console stays empty.
+fn look_at(page: &Path, says: &str) {
+    let python = std::env::var_os("STEPVALVE_PYTHON")
+        .map_or_else(|| repository().join("tools/.venv/bin/python"), PathBuf::from);
+    let selenium = Command::new(&python).args(["-c", "import selenium"]).output();
+    let browser = PathBuf::from(std::env::var_os("CHROMIUM").unwrap_or_else(|| "/usr/bin/chromium".into()));
+    if !browser.exists() || !selenium.is_ok_and(|output| output.status.success()) {
+        println!("SKIPPED: no Chromium, or {} has no selenium; tools/check installs them", python.display());
+        return;
+    }
+    let script = repository().join("tests/browser/test_diagnosis_page.py");
+    let output = Command::new(python).arg(script).arg(page).arg(says).output().unwrap();
+    print!("{}", Finished::from(output).expect_code(0).stdout);
+}
+
+/// Refused with exit code 2, naming all of `says`; nothing written.
+#[track_caller]
+fn refused(place: &TestPlace, log: &Path, model: &Path, says: &[&str]) {
+    let finished = diagnose(place, log, model, "out").expect_code(2);
+    for part in says {
+        assert!(finished.stderr.contains(part), "{part:?} is not in: {}", finished.stderr);
+    }
+    assert!(!place.path("out").exists(), "something was written");
+}
+
+#[test]
+fn logs_from_which_nothing_can_be_learnt() {
+    let place = TestPlace::new();
+    let with = |change: &dyn Fn(&mut Run)| {
+        let mut runs = campaign(0.0);
+        change(&mut runs[5]);
+        write(&place, "bad.h5", runs)
+    };
+    let cut = |run: &mut Run| {
+        run.time_s.truncate(3);
+        run.angle_rad.truncate(3);
+        run.torque_nm.as_mut().unwrap().truncate(3);
+        run.pressure_drop_pa.as_mut().unwrap().truncate(3);
+    };
+    refused(&place, &with(&cut), &rig(), &["run run-05", "row 3", "3 samples"]);
+    refused(
+        &place,
+        &with(&|run| run.angle_rad[41] = f64::NAN),
+        &rig(),
+        &["run run-05", "row 42", "angle is NaN"],
+    );
+    let torque = |run: &mut Run| run.torque_nm.as_mut().unwrap()[7] = f64::NAN;
+    refused(&place, &with(&torque), &rig(), &["run run-05", "row 8", "torque is NaN"]);
+    let still = |run: &mut Run| run.angle_rad.fill(0.25);
+    refused(&place, &with(&still), &rig(), &["run run-05", "rows 1 to 1000", "0.25 rad throughout"]);
+    refused(&place, &place.path("none.h5"), &rig(), &["none.h5"]);
+    // Cut in the middle, and no HDF5 at all.
+    let whole = std::fs::read(write(&place, "whole.h5", campaign(0.0))).unwrap();
+    let half = place.path("half.h5");
+    std::fs::write(&half, &whole[..whole.len() / 2]).unwrap();
+    refused(&place, &half, &rig(), &["half.h5"]);
+    refused(&place, &place.write("text.h5", "no HDF5"), &rig(), &["text.h5"]);
+}
+
+#[test]
+fn files_in_another_format_or_unit() {
+    let place = TestPlace::new();
+    let change = |attribute: &str, of: Option<&str>, value: &str| {
+        let path = write(&place, "changed.h5", campaign(0.0));
+        let file = hdf5::File::open_rw(&path).unwrap();
+        let value: hdf5::types::VarLenUnicode = value.parse().unwrap();
+        let place: hdf5::Location = match of {
+            Some(dataset) => (*file.dataset(dataset).unwrap()).clone(),
+            None => (*file).clone(),
+        };
+        place.delete_attr(attribute).unwrap();
+        place
+            .new_attr::<hdf5::types::VarLenUnicode>()
+            .create(attribute)
+            .unwrap()
+            .write_scalar(&value)
+            .unwrap();
+        file.close().unwrap();
+        path
+    };
+    refused(&place, &change("format", None, "other-log"), &rig(), &["format", "other-log"]);
+    let unit = change("unit", Some("runs/run-03/torque"), "lbf*ft");
+    refused(&place, &unit, &rig(), &["run-03", "torque", "lbf*ft", "N*m"]);
+}
+
+#[test]
+fn time_that_goes_back_and_models_that_cannot_be_simulated() {
+    let place = TestPlace::new();
+    let path = write(&place, "back.h5", campaign(0.0));
+    let file = hdf5::File::open_rw(&path).unwrap();
+    let dataset = file.dataset("runs/run-02/time").unwrap();
+    let mut times: Vec<f64> = dataset.read_raw().unwrap();
+    times[500] = times[499] - 1.0;
+    dataset.write(&times).unwrap();
+    drop(dataset);
+    file.close().unwrap();
+    refused(&place, &path, &rig(), &["run run-02", "row 501", "increase"]);
+    let log = write(&place, "log.h5", campaign(0.0));
+    let text = std::fs::read_to_string(rig()).unwrap();
+    let broken =
+        place.write("broken.toml", &text.replace("static_torque_nm = 3.0", "static_torque_nm = 1.0"));
+    refused(&place, &log, &broken, &["broken.toml", "static_torque_nm"]);
+    // A log of command and angle needs a motor.
+    let mut runs = campaign(0.0);
+    for run in &mut runs {
+        run.torque_nm = None;
+        run.angle_command_rad = Some(run.angle_rad.clone());
+    }
+    let angles = write(&place, "angles.h5", runs);
+    let (from, to) = (text.find("[motor]").unwrap(), text.find("[load]").unwrap());
+    let bare = place.write("bare.toml", &format!("{}{}", &text[..from], &text[to..]));
+    refused(&place, &angles, &bare, &["run run-00", "motor"]);
+}
