@@ -3,10 +3,12 @@
 
 mod bus;
 mod diagnosis;
+mod integrator;
 mod jitter;
 mod max;
 mod output;
 mod peers;
+mod predict;
 mod programs;
 mod progress;
 mod safety;
@@ -67,7 +69,11 @@ enum Bench {
     SafetyLive(safety::Arguments),
     /// A valve that turns for half an hour beside stress-ng; --docs docs/safety.md
     Soak(safety::SoakArguments),
-    /// All of those about time, one after the other
+    /// The valve's integrator beside SUNDIALS CVODE: error and cost by law, parameters and motion
+    Integrator,
+    /// An hour of data through `stepvalve predict`
+    Predict,
+    /// Sim, bus, jitter, max and peers, one after the other
     All,
 }
 
@@ -102,6 +108,8 @@ fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
         Bench::Safety(arguments) => safety::run(&arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(&arguments, quick),
         Bench::Soak(arguments) => safety::run_soak(&arguments, quick),
+        Bench::Integrator => integrator::run(quick),
+        Bench::Predict => predict::run(quick),
         Bench::All => return Ok(()),
     }?;
     println!("{}", results.text());

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use valve_model::{
     ClearanceParams, DahlParams, EFFECTS, Effect, EffectValue, FrictionParams, LeuvenParams, LoadParams,
     LuGreParams, Model, MotorParams, OilParams, OrificeParams, ParameterSpec, SealParams, StribeckParams,
-    ValueKind,
+    ValueKind, Window, WindowTable,
 };
 
 const MODEL: &str = r#"format = "stepvalve-model"
@@ -128,6 +128,35 @@ fn refused_with_the_place() {
         "rotor_inertia_kg_m2 = 4.0e-4\nsupply_voltage_v = 48",
         "m.toml:5:1: motor.phase_resistance_ohm: found nothing, expected all five electrical keys, or none",
     );
+}
+
+/// What is said of an orifice with this window.
+fn window_read(window: &str) -> Result<Window, String> {
+    let orifice = "[orifice]\ndischarge_coefficient = 0.6\nwindow_area_m2 = 1e-4\nclosed_angle_rad = 0\n\
+                   open_angle_rad = 1\n";
+    let model = parse_model(&format!("{MODEL}\n{orifice}{window}\n"), "m.toml");
+    model.map(|model| model.orifice.unwrap().window).map_err(|errors| errors.to_string())
+}
+
+#[test]
+fn windows_by_name_and_by_table() {
+    assert_eq!(window_read(""), Ok(Window::Linear));
+    assert_eq!(window_read("window = \"round\""), Ok(Window::Round));
+    let Ok(Window::Table(table)) = window_read("window_table = [[0, 0], [0.3, 0.1], [1, 1]]") else {
+        panic!()
+    };
+    assert_eq!(table.points(), [(0.0, 0.0), (0.3, 0.1), (1.0, 1.0)]);
+    for (bad, told) in [
+        ("window = \"square\"", "\"linear\" or \"round\""),
+        ("window = \"round\"\nwindow_table = [[0, 0], [1, 1]]", "one of the two"),
+        ("window_table = [[0, 0], [0.3, 0.4], [0.5, 0.2], [1, 1]]", "rise strictly"),
+        ("window_table = [[0, 0], [1]]", "points [way, area]"),
+        ("window_table = [0, 1]", "points [way, area]"),
+        ("window_table = 3", "an array"),
+    ] {
+        let said = window_read(bad).unwrap_err();
+        assert!(said.contains(told) && said.contains("m.toml:"), "{bad}: {said}");
+    }
 }
 
 #[test]
@@ -308,10 +337,18 @@ prop_compose! {
     }
 }
 
+fn window() -> impl Strategy<Value = Window> {
+    (0..3, 0.001..0.999f64, 0.001..0.999f64).prop_map(|(shape, way, area)| match shape {
+        0 => Window::Linear,
+        1 => Window::Round,
+        _ => Window::Table(WindowTable::new(&[(0.0, 0.0), (way, area), (1.0, 1.0)]).unwrap()),
+    })
+}
+
 prop_compose! {
     fn orifice()(discharge_coefficient in 1e-9..=1.0f64, window_area_m2 in positive(), closed_angle_rad in -1e3..1e3f64,
-        travel_rad in 0.01..6.0f64) -> OrificeParams {
-        OrificeParams { discharge_coefficient, window_area_m2, closed_angle_rad, open_angle_rad: closed_angle_rad + travel_rad }
+        travel_rad in 0.01..6.0f64, window in window()) -> OrificeParams {
+        OrificeParams { discharge_coefficient, window_area_m2, closed_angle_rad, open_angle_rad: closed_angle_rad + travel_rad, window }
     }
 }
 

@@ -87,6 +87,7 @@ pub(crate) struct Child {
     pub(crate) source: Source,
     pub(crate) bus: Bus,
     pub(crate) mode: Mode,
+    pub(crate) recorded: bool,
     pub(crate) timeline: closed_loop::Timeline,
     pub(crate) phase_ns: u64,
     pub(crate) wishes: Arc<Wishes>,
@@ -99,12 +100,12 @@ pub(crate) struct Child {
 }
 
 /// The core of a process in lockstep, where there are two: trajectory and controller take turns, so they share one and hand
-/// it to each other; the plant works beside them on the other.
+/// it to each other; the plant works beside them on the other, and leaves it to the recorder while it waits.
 pub(crate) fn lockstep_core(source: Source) -> Option<usize> {
     let two = std::thread::available_parallelism().is_ok_and(|cores| cores.get() >= 2);
     match source {
         Source::Trajectory | Source::Controller if two => Some(0),
-        Source::Plant if two => Some(1),
+        Source::Plant | Source::Recorder if two => Some(1),
         _ => None,
     }
 }
@@ -189,6 +190,7 @@ fn live(source: Source) -> Result<(), ChildError> {
         source,
         bus,
         mode: part.mode,
+        recorded: part.recorded,
         timeline: part.timeline,
         phase_ns: part.timing.phase_ns,
         wishes,

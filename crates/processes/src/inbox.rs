@@ -6,8 +6,8 @@ use signal_bus::{BusError, CycleReader, Found, Service};
 use signals::Source;
 use std::sync::Arc;
 
-/// Looks this often before the processor is given to somebody else: a partner on the other core answers sooner,
-const SPINS: u32 = 200;
+/// Looks this often before the processor is given to somebody else: a partner on the other core may answer sooner,
+const SPINS: u32 = 20;
 /// one on the same core not at all as long as this process looks.
 const SPINS_ON_ONE_CORE: u32 = 2;
 

@@ -48,6 +48,8 @@ pub struct Part {
     pub membership: Membership,
     /// How the loop is paced.
     pub mode: Mode,
+    /// Whether the generation has a recorder.
+    pub recorded: bool,
     /// The run's cycles.
     pub timeline: Timeline,
     /// When and where it runs.

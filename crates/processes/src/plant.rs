@@ -21,6 +21,7 @@ struct Plant {
     mode: Mode,
     last_cycle: u64,
     feedback: Outbox<Feedback>,
+    recorded: bool,
     truth: Writer<PlantTruth>,
     commands: Inbox<StepCommand>,
     recorder: Inbox<RecorderProgress>,
@@ -35,6 +36,7 @@ pub(crate) fn run(child: &Child, part: PlantPart) -> Result<Option<ChildSummary>
         mode: child.mode,
         last_cycle: child.timeline.last_cycle,
         feedback: Outbox::open(child, Source::Plant)?,
+        recorded: child.recorded,
         truth: child.bus.writer(Source::Plant)?,
         commands: Inbox::open(child, Source::Controller)?,
         recorder: Inbox::open(child, Source::Recorder)?,
@@ -58,6 +60,7 @@ impl Plant {
 
     fn wait_for_recorder(&mut self, cycle: u64) {
         if self.mode == Mode::Lockstep
+            && self.recorded
             && cycle >= RECORDER_LAG_CYCLES
             && cycle.is_multiple_of(PROGRESS_CYCLES)
         {

@@ -1,5 +1,6 @@
 //! A scenario in one thread: as fast as it goes, with the same record as the processes make.
 
+use crate::metrics::Metrics;
 use crate::signals::Interruption;
 use crate::supervisor::Progress;
 use anyhow::Result;
@@ -7,7 +8,7 @@ use closed_loop::{CycleOutputs, InProcess, Parts, Perfect, Wire};
 use injection::{FaultyWire, Injection};
 use recording::{Gap, RecordInfo, Topic, Writer};
 use signals::{Body, Header, Message, Source};
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Counts one service's messages and seals them, as its publisher does.
 struct Sealer<B: Body> {
@@ -23,14 +24,7 @@ impl<B: Body> Sealer<B> {
     }
 
     /// Records a message; `None` for one that did not arrive, which leaves a gap that is declared with the next.
-    fn write(
-        &mut self,
-        writer: &mut Option<Writer>,
-        cycle: u64,
-        time_ns: u64,
-        body: Option<B>,
-    ) -> Result<()> {
-        let Some(writer) = writer else { return Ok(()) };
+    fn write(&mut self, writer: &mut Writer, cycle: u64, time_ns: u64, body: Option<B>) -> Result<()> {
         let Some(body) = body else {
             self.next_sequence += 1;
             self.missed += 1;
@@ -47,36 +41,63 @@ impl<B: Body> Sealer<B> {
     }
 }
 
-/// Runs the scenario, and records it in a file if one is given; `false` where it was interrupted.
-///
-/// # Errors
-/// Where the record can't be written.
-pub fn run(
-    parts: &Parts,
-    record: Option<(RecordInfo, PathBuf)>,
-    injections: &[Injection],
-    interruption: &Interruption,
-) -> Result<bool> {
-    if injections.is_empty() {
-        return over(parts, Perfect, record, interruption);
-    }
-    over(parts, FaultyWire::new(parts.timeline.period_ns, injections), record, interruption)
+/// What a run in one thread is to do.
+pub struct Run<'a> {
+    /// The roles.
+    pub parts: &'a Parts,
+    /// Faults to put into it.
+    pub injections: &'a [Injection],
+    /// Whether the user wants it to end.
+    pub interruption: &'a Interruption,
 }
 
-fn over(
-    parts: &Parts,
-    wire: impl Wire,
-    record: Option<(RecordInfo, PathBuf)>,
-    interruption: &Interruption,
-) -> Result<bool> {
-    let mut writer = record.map(|(info, segment)| Writer::create(&segment, &info)).transpose()?;
+impl Run<'_> {
+    /// Runs the scenario and gathers its metrics, without a record; `false` where it was interrupted.
+    pub fn measure(&self) -> (Metrics, bool) {
+        if self.injections.is_empty() { measure(self, Perfect) } else { measure(self, self.faulty()) }
+    }
+
+    /// Runs the scenario and records it in a file; `false` where it was interrupted.
+    ///
+    /// # Errors
+    /// Where the record can't be written.
+    pub fn record(&self, info: &RecordInfo, segment: &Path) -> Result<bool> {
+        let writer = Writer::create(segment, info)?;
+        if self.injections.is_empty() {
+            record(self, Perfect, writer)
+        } else {
+            record(self, self.faulty(), writer)
+        }
+    }
+
+    fn faulty(&self) -> FaultyWire {
+        FaultyWire::new(self.parts.timeline.period_ns, self.injections)
+    }
+}
+
+fn measure(run: &Run, wire: impl Wire) -> (Metrics, bool) {
+    let mut metrics = Metrics::default();
+    let progress = Progress::new(&run.parts.timeline);
+    let mut cycles = InProcess::over(run.parts, wire);
+    while let Some(outputs) = cycles.cycle() {
+        metrics.note_cycle(&outputs);
+        progress.at(outputs.cycle);
+        if run.interruption.wanted() {
+            return (metrics, false);
+        }
+    }
+    (metrics, true)
+}
+
+fn record(run: &Run, wire: impl Wire, mut writer: Writer) -> Result<bool> {
+    let parts = run.parts;
     let (mut feedback, mut truth) = (Sealer::new(Source::Plant), Sealer::new(Source::Plant));
     let mut reference = Sealer::new(Source::Trajectory);
     let (mut command, mut status) = (Sealer::new(Source::Controller), Sealer::new(Source::Controller));
     let progress = Progress::new(&parts.timeline);
     let mut complete = true;
-    let mut run = InProcess::over(parts, wire);
-    while let Some(CycleOutputs { cycle, plant, arrived, .. }) = run.cycle() {
+    let mut cycles = InProcess::over(parts, wire);
+    while let Some(CycleOutputs { cycle, plant, arrived, .. }) = cycles.cycle() {
         let time_ns = cycle * parts.timeline.period_ns;
         feedback.write(&mut writer, cycle, time_ns, arrived.feedback)?;
         truth.write(&mut writer, cycle, time_ns, plant.map(|plant| plant.truth))?;
@@ -84,11 +105,11 @@ fn over(
         command.write(&mut writer, cycle + 1, time_ns, arrived.command)?;
         status.write(&mut writer, cycle, time_ns, arrived.status)?;
         progress.at(cycle);
-        if interruption.wanted() {
+        if run.interruption.wanted() {
             complete = false;
             break;
         }
     }
-    writer.map(Writer::finish).transpose()?;
+    writer.finish()?;
     Ok(complete)
 }

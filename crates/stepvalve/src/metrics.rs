@@ -1,7 +1,10 @@
 //! What a record says about a run: following error, pulse rate, torque reserve, faults.
 
+use closed_loop::CycleOutputs;
 use recording::AnyMessage;
-use signals::{ControlStatus, ControllerState, FaultCode, PlantTruth, Reference, SetPointRefusal};
+use signals::{
+    ControlStatus, ControllerState, FaultCode, PlantTruth, Reference, SetPointRefusal, StepCommand,
+};
 use std::collections::BTreeMap;
 
 /// RMS and peak of a quantity.
@@ -67,28 +70,23 @@ impl Metrics {
     /// Takes note of a message.
     pub fn note(&mut self, message: &AnyMessage) {
         match message {
-            AnyMessage::Reference(message) => {
-                self.refusal(&message.body);
-                self.open.entry(message.header.cycle).or_default().reference_rad =
-                    Some(message.body.angle_rad);
-                self.close(message.header.cycle);
-            }
-            AnyMessage::PlantTruth(message) => {
-                self.truth(&message.body);
-                self.open.entry(message.header.cycle).or_default().true_rad = Some(message.body.angle_rad);
-                self.close(message.header.cycle);
-            }
-            AnyMessage::ControlStatus(message) => {
-                let running = self.status(&message.body);
-                self.open.entry(message.header.cycle).or_default().running = Some(running);
-                self.close(message.header.cycle);
-            }
-            AnyMessage::StepCommand(message) => {
-                self.pulse_rate_peak_hz = self.pulse_rate_peak_hz.max(message.body.pulse_rate_hz.abs());
-            }
+            AnyMessage::Reference(message) => self.reference(message.header.cycle, &message.body),
+            AnyMessage::PlantTruth(message) => self.truth(message.header.cycle, &message.body),
+            AnyMessage::ControlStatus(message) => self.status(message.header.cycle, &message.body),
+            AnyMessage::StepCommand(message) => self.command(&message.body),
             AnyMessage::Feedback(message) => self.cycles = self.cycles.max(message.header.cycle + 1),
             _ => {}
         }
+    }
+
+    /// Takes note of what a record of a cycle in process would hold.
+    pub fn note_cycle(&mut self, outputs: &CycleOutputs) {
+        let (cycle, arrived) = (outputs.cycle, &outputs.arrived);
+        self.cycles = cycle + 1;
+        outputs.plant.iter().for_each(|plant| self.truth(cycle, &plant.truth));
+        arrived.reference.iter().for_each(|reference| self.reference(cycle + 2, reference));
+        arrived.command.iter().for_each(|command| self.command(command));
+        arrived.status.iter().for_each(|status| self.status(cycle, status));
     }
 
     /// Following error as the encoder saw it, rad; `None` if the controller never ran.
@@ -101,6 +99,16 @@ impl Metrics {
         self.true_error.spread()
     }
 
+    fn reference(&mut self, cycle: u64, reference: &Reference) {
+        self.refusal(reference);
+        self.open.entry(cycle).or_default().reference_rad = Some(reference.angle_rad);
+        self.close(cycle);
+    }
+
+    fn command(&mut self, command: &StepCommand) {
+        self.pulse_rate_peak_hz = self.pulse_rate_peak_hz.max(command.pulse_rate_hz.abs());
+    }
+
     fn refusal(&mut self, reference: &Reference) {
         let refusal = SetPointRefusal::from_code(reference.refusal).unwrap_or(SetPointRefusal::None);
         if refusal != SetPointRefusal::None {
@@ -108,11 +116,13 @@ impl Metrics {
         }
     }
 
-    fn truth(&mut self, truth: &PlantTruth) {
+    fn truth(&mut self, cycle: u64, truth: &PlantTruth) {
         self.lost_steps = self.lost_steps.max(truth.lost_teeth.unsigned_abs());
+        self.open.entry(cycle).or_default().true_rad = Some(truth.angle_rad);
+        self.close(cycle);
     }
 
-    fn status(&mut self, status: &ControlStatus) -> bool {
+    fn status(&mut self, cycle: u64, status: &ControlStatus) {
         let running = status.state == ControllerState::Running.code();
         if running {
             self.measured_error.add(status.following_error_rad);
@@ -124,7 +134,8 @@ impl Metrics {
         if fault != FaultCode::None {
             self.fault.get_or_insert((fault, status.fault_cycle));
         }
-        running
+        self.open.entry(cycle).or_default().running = Some(running);
+        self.close(cycle);
     }
 
     /// A cycle of which all is known is counted and forgotten; so is one that stays incomplete for long.

@@ -81,13 +81,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let output = Output::prepare(&arguments.out)?;
     let interruption = Interruption::watch()?;
     let begun = Instant::now();
-    let mut summary = summary(&loaded, arguments.mode, &output);
+    let mut summary = summary(&loaded, arguments.mode);
     let complete = match arguments.mode {
-        Mode::InProcess => {
-            let info = info(&loaded, arguments.mode, "in-process");
-            let record = (arguments.record == Keep::All).then(|| (info, output.first_segment()));
-            in_process::run(&loaded.parts, record, &injections, &interruption)?
-        }
+        Mode::InProcess => in_process(arguments, &loaded, &output, &injections, &interruption, &mut summary)?,
         Mode::Realtime => {
             supervised(arguments, &loaded, Pace::Realtime, &output, &injections, &interruption, &mut summary)?
         }
@@ -96,11 +92,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     };
     summary.wall_s = begun.elapsed().as_secs_f64();
-    if arguments.record != Keep::None {
+    if arguments.record == Keep::All {
         take_record(&output, &mut summary)?;
     }
     print(&summary, arguments.json)?;
     outcome(&summary, complete)
+}
+
+/// In one thread; without a record the summary's numbers come from the messages as they pass.
+fn in_process(
+    arguments: &Arguments,
+    loaded: &Loaded,
+    output: &Output,
+    injections: &[Injection],
+    interruption: &Interruption,
+    summary: &mut Summary,
+) -> Result<bool, Failure> {
+    let run = in_process::Run { parts: &loaded.parts, injections, interruption };
+    if arguments.record == Keep::All {
+        let info = info(loaded, Mode::InProcess, "in-process");
+        return Ok(run.record(&info, &output.first_segment())?);
+    }
+    let (metrics, complete) = run.measure();
+    summary.take_metrics(&metrics);
+    Ok(complete)
 }
 
 fn supervised(
@@ -179,11 +194,11 @@ fn mode_name(mode: Mode) -> &'static str {
     }
 }
 
-fn summary(loaded: &Loaded, mode: Mode, output: &Output) -> Summary {
+fn summary(loaded: &Loaded, mode: Mode) -> Summary {
     Summary {
         title: loaded.scenario.name.clone(),
         mode: mode_name(mode).to_owned(),
-        cycles: 0,
+        cycles: loaded.parts.timeline.last_cycle + 1,
         period_s: loaded.scenario.period_s(),
         wall_s: 0.0,
         following_error_rad: None,
@@ -200,8 +215,9 @@ fn summary(loaded: &Loaded, mode: Mode, output: &Output) -> Summary {
         record_flaws: Vec::new(),
         recorder_restarts: 0,
         failure: None,
+        measured: false,
         processes: BTreeMap::new(),
-        run_h5: output.run_h5(),
+        run_h5: None,
         run_html: None,
     }
 }
@@ -214,6 +230,7 @@ fn take_record(output: &Output, summary: &mut Summary) -> Result<(), anyhow::Err
     summary.take_record(&metrics, &report);
     run_log::convert(&segments, &output.run_h5())?;
     report::write(&output.run_h5(), &output.run_html())?;
+    summary.run_h5 = Some(output.run_h5());
     summary.run_html = Some(output.run_html());
     for (name, process) in &summary.processes {
         if let Some(error) = process.counts.as_ref().and_then(|counts| counts.recording_error.as_ref()) {

@@ -60,10 +60,12 @@ pub struct Summary {
     pub recorder_restarts: u32,
     /// What went wrong with the run itself.
     pub failure: Option<String>,
+    /// Whether errors, limits, lost steps and faults are known: not those of processes that nobody recorded.
+    pub measured: bool,
     /// By process.
     pub processes: BTreeMap<String, ProcessSummary>,
-    /// The run file.
-    pub run_h5: PathBuf,
+    /// The run file; none of an unrecorded run.
+    pub run_h5: Option<PathBuf>,
     /// The page with its plots; none of an unrecorded run.
     pub run_html: Option<PathBuf>,
 }
@@ -71,6 +73,14 @@ pub struct Summary {
 impl Summary {
     /// Takes over what the record says.
     pub fn take_record(&mut self, metrics: &Metrics, report: &Report) {
+        self.take_metrics(metrics);
+        self.recorded = report.recorded();
+        self.declared_missing = report.missed();
+        self.record_flaws.extend(flaws(report));
+    }
+
+    /// Takes over what the messages say.
+    pub fn take_metrics(&mut self, metrics: &Metrics) {
         self.cycles = metrics.cycles;
         self.following_error_rad = metrics.measured_error();
         self.true_following_error_rad = metrics.true_error();
@@ -82,9 +92,7 @@ impl Summary {
         self.fault_cycle = metrics.fault.map(|(_, cycle)| cycle);
         self.refused_set_points =
             metrics.refused.iter().map(|(id, why)| (*id, why.name().to_owned())).collect();
-        self.recorded = report.recorded();
-        self.declared_missing = report.missed();
-        self.record_flaws.extend(flaws(report));
+        self.measured = true;
     }
 
     fn overruns(&self) -> u64 {
@@ -118,6 +126,10 @@ impl fmt::Display for Summary {
             self.overruns(),
             self.skipped()
         )?;
+        if !self.measured {
+            writeln!(f, "following error  unknown, as are lost steps and faults: nothing was recorded")?;
+            return timing_table(f, &self.processes);
+        }
         error_line(f, "following error", self.true_following_error_rad, "true angle")?;
         error_line(f, "", self.following_error_rad, "as measured")?;
         write!(f, "pulse rate       peak {:.1} kHz", self.pulse_rate_peak_hz / 1e3)?;
@@ -149,10 +161,11 @@ impl fmt::Display for Summary {
         if let Some(failure) = &self.failure {
             writeln!(f, "failed           {failure}")?;
         }
-        write!(f, "record           {}", self.run_h5.display())?;
-        match &self.run_html {
-            Some(page) => write!(f, "\nplots            {}", page.display()),
-            None => Ok(()),
+        match (&self.run_h5, &self.run_html) {
+            (Some(run), Some(page)) => {
+                write!(f, "record           {}\nplots            {}", run.display(), page.display())
+            }
+            _ => write!(f, "record           none"),
         }
     }
 }

@@ -15,6 +15,7 @@ mod oil;
 mod orifice;
 mod seals;
 mod valve;
+mod window;
 
 pub use clearance::ClearanceParams;
 pub use effect::{EFFECTS, Effect, EffectSpec, EffectValue, ParameterSpec, ValueKind};
@@ -33,3 +34,4 @@ pub use valve::{
     Motion, MotionInput, MotionOutput, MotionParams, MotionState, ValveInput, ValveOutput, ValveParams,
     ValveState, motion_step, step,
 };
+pub use window::{Window, WindowTable};

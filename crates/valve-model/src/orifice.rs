@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::ParamError;
 use crate::error::{finite, positive, require};
+use crate::{ParamError, Window};
 
 /// `[orifice]`
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,9 @@ pub struct OrificeParams {
     pub closed_angle_rad: f64,
     /// Spool angle at which the window is fully open, rad; above the closed angle, by less than a turn.
     pub open_angle_rad: f64,
+    /// How the window opens between the two.
+    #[serde(default)]
+    pub window: Window,
 }
 
 /// Why no angle gives a flow.
@@ -54,17 +57,17 @@ pub enum OrificeError {
 }
 
 impl OrificeParams {
-    /// How far the window is open at a spool angle: 0 at the closed angle and below, 1 at the open angle and above,
-    /// linear in between.
+    /// Which part of the window's area is open at a spool angle: 0 at the closed angle and below, 1 at the open angle
+    /// and above, in between as the window's shape has it.
     pub fn opening(&self, angle_rad: f64) -> f64 {
         let travel_rad = self.open_angle_rad - self.closed_angle_rad;
-        ((angle_rad - self.closed_angle_rad) / travel_rad).clamp(0.0, 1.0)
+        self.window.area((angle_rad - self.closed_angle_rad) / travel_rad)
     }
 
     /// The spool angle of an opening; 0 and below give the closed angle, 1 and above the open one.
     pub fn angle_for_opening(&self, opening: f64) -> f64 {
         let travel_rad = self.open_angle_rad - self.closed_angle_rad;
-        self.closed_angle_rad + travel_rad * opening.clamp(0.0, 1.0)
+        self.closed_angle_rad + travel_rad * self.window.way(opening)
     }
 
     /// Q = C_d·A(θ)·sqrt(2·|Δp|/ρ) in m³/s, with the sign of the pressure drop.

@@ -177,6 +177,7 @@ fn the_orifice_and_its_inverse() {
         window_area_m2: 8.75e-5,
         closed_angle_rad: 0.1,
         open_angle_rad: 0.1 + PI / 4.0,
+        window: Window::Linear,
     };
     assert_eq!(orifice.validate(), Ok(()));
     let full = orifice.flow_m3_per_s(2.0, 5e6, 853.0);
@@ -193,4 +194,34 @@ fn the_orifice_and_its_inverse() {
     assert!(matches!(orifice.angle_for_flow(f64::NAN, 5e6, 853.0), Err(OrificeError::NotANumber { .. })));
     assert_eq!(orifice.flow_m3_per_s(0.05, 5e6, 853.0), 0.0);
     assert!(orifice.opening(TAU) == 1.0);
+}
+
+#[test]
+fn a_window_of_any_shape_has_an_inverse() {
+    let table = WindowTable::new(&[(0.0, 0.0), (0.3, 0.05), (0.6, 0.7), (1.0, 1.0)]).unwrap();
+    for window in [Window::Linear, Window::Round, Window::Table(table)] {
+        let mut last = -1.0;
+        for part in (0..=1000).map(|k| f64::from(k) / 1000.0) {
+            let area = window.area(part);
+            assert!(area > last && (window.way(area) - part).abs() < 1e-9, "{window:?} at {part}: {area}");
+            assert!((window.area(window.way(part)) - part).abs() < 1e-9, "{window:?} at {part}");
+            last = area;
+        }
+        assert_eq!((window.area(-1.0), window.area(0.0)), (0.0, 0.0));
+        assert_eq!((window.area(1.0), window.area(2.0)), (1.0, 1.0));
+    }
+    // A quarter of the way: a segment of 60 degrees to either side.
+    let segment = (PI / 3.0 - (PI / 3.0).sin() * (PI / 3.0).cos()) / PI;
+    assert!((Window::Round.area(0.25) - segment).abs() < 1e-15);
+    assert!((Window::Table(table).area(0.45) - 0.375).abs() < 1e-15);
+}
+
+#[test]
+fn a_window_table_must_rise_from_closed_to_open() {
+    let found = |points: &[(f64, f64)]| WindowTable::new(points).unwrap_err();
+    assert_eq!(found(&[(0.0, 0.0)]).found, "1 points");
+    assert!(found(&[(0.0, 0.1), (1.0, 1.0)]).expected.contains("from [0, 0]"));
+    assert!(found(&[(0.0, 0.0), (0.5, f64::NAN), (1.0, 1.0)]).expected.contains("rise"));
+    assert!(found(&[(0.0, 0.0), (0.5, 0.3), (0.6, 0.3), (1.0, 1.0)]).expected.contains("rise"));
+    assert!(WindowTable::new(&[(0.0, 0.0); 17]).is_err());
 }

@@ -1,5 +1,5 @@
 //! The valve's step against SUNDIALS CVODE at rtol 1e-11: a sine of 0.2 rad and 1 Hz from rest, the command linear
-//! within each millisecond. The numbers are the output of `bench/peers/cvode_lugre.c`; `bench/integrator.sh` compares
+//! within each millisecond. The numbers are the output of `bench/peers/cvode_valve.c`; `bench integrator` compares
 //! every cycle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 #![allow(clippy::excessive_precision, clippy::unreadable_literal)]

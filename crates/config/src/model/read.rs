@@ -1,13 +1,15 @@
 //! The model's file, section by section. Which values a section may hold, `valve_model` says.
 
-use valve_model::{LoadParams, Model, MotorParams, OilParams, OrificeParams, ParamError};
+use valve_model::{
+    LoadParams, Model, MotorParams, OilParams, OrificeParams, ParamError, Window, WindowTable,
+};
 
 use crate::error::ConfigErrors;
 use crate::model::read_design::read_design;
 use crate::model::read_effects::read_effects;
 use crate::model::read_friction::read_friction;
 use crate::model::{FORMAT, FORMAT_VERSION};
-use crate::reader::{Section, parse_document};
+use crate::reader::{Field, Section, parse_document};
 use crate::source::Source;
 
 /// Reads a model from its text. `file` names it in errors.
@@ -99,9 +101,46 @@ fn read_orifice(section: Section<'_>) -> OrificeParams {
         window_area_m2: section.number("window_area_m2"),
         closed_angle_rad: section.number("closed_angle_rad"),
         open_angle_rad: section.number("open_angle_rad"),
+        window: read_window(&section),
     };
     conclude(section, orifice.validate());
     orifice
+}
+
+/// The window's shape by its name, or by a table; linear where neither is given.
+fn read_window(section: &Section<'_>) -> Window {
+    let shape = section.find("window");
+    if let Some(table) = section.find("window_table") {
+        if let Some(shape) = shape {
+            shape.refuse_as("a shape beside `window_table`", "one of the two");
+        }
+        return read_window_table(&table);
+    }
+    let shapes = &[("round", Window::Round)];
+    shape.and_then(|field| field.choice(("linear", Window::Linear), shapes)).unwrap_or_default()
+}
+
+fn read_window_table(field: &Field<'_>) -> Window {
+    let expected = "points [way, area]";
+    let points: Vec<_> = field.elements().iter().map(|point| point.numbers(expected)).collect();
+    let mut pairs = Vec::new();
+    for (point, field) in points.iter().zip(field.elements()) {
+        match point[..] {
+            [way, area] => pairs.push((way, area)),
+            _ if !field.is_array() => return Window::Linear, // refused above
+            _ => {
+                field.refuse(expected);
+                return Window::Linear;
+            }
+        }
+    }
+    match WindowTable::new(&pairs) {
+        Ok(table) => Window::Table(table),
+        Err(error) => {
+            field.refuse_as(error.found, error.expected);
+            Window::Linear
+        }
+    }
 }
 
 fn read_oil(section: Section<'_>) -> OilParams {

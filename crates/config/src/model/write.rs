@@ -3,7 +3,7 @@
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 use valve_model::{
     ClearanceParams, DahlParams, Effect, EffectValue, FrictionParams, LeuvenParams, LoadParams, LuGreParams,
-    Model, MotorParams, OilParams, OrificeParams, SealParams, StribeckParams,
+    Model, MotorParams, OilParams, OrificeParams, SealParams, StribeckParams, Window,
 };
 
 use crate::model::{FORMAT, FORMAT_VERSION, ModelComments};
@@ -94,12 +94,19 @@ fn load_section(load: &LoadParams) -> Entries<'static> {
 }
 
 fn orifice_section(orifice: &OrificeParams) -> Entries<'static> {
-    vec![
+    let mut entries = vec![
         ("discharge_coefficient", number(orifice.discharge_coefficient)),
         ("window_area_m2", number(orifice.window_area_m2)),
         ("closed_angle_rad", number(orifice.closed_angle_rad)),
         ("open_angle_rad", number(orifice.open_angle_rad)),
-    ]
+    ];
+    let point = |(way, area): &(f64, f64)| Value::from_iter([number(*way), number(*area)]);
+    match &orifice.window {
+        Window::Linear => {}
+        Window::Round => entries.push(("window", Value::from("round"))),
+        Window::Table(table) => entries.push(("window_table", table.points().iter().map(point).collect())),
+    }
+    entries
 }
 
 fn oil_section(oil: &OilParams) -> Entries<'static> {

@@ -10,7 +10,9 @@ use crate::summary::ProcessSummary;
 use anyhow::{Context, Result, bail};
 use closed_loop::Parts;
 use injection::Injection;
-use processes::{ChildSummary, FromChild, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild};
+use processes::{
+    ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,
+};
 use realtime::Obtained;
 use signal_bus::{Bus, Place, Writer};
 use signals::{OperatorCommand, OperatorKind, SetPoint, Source};
@@ -84,7 +86,7 @@ impl<'a> Generation<'a> {
             summaries: BTreeMap::new(),
             asked: VecDeque::new(),
             saved: None,
-            watch: Watch::open(&bus)?,
+            watch: Watch::open(&bus, setup.pace)?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
             progress: Progress::new(&setup.loaded.parts.timeline),
@@ -183,7 +185,9 @@ impl<'a> Generation<'a> {
     }
 
     fn start_all(&mut self) -> Result<()> {
-        self.start_recorder()?;
+        if self.recorded() {
+            self.start_recorder()?;
+        }
         let parts = &self.setup.loaded.parts;
         for task in loop_tasks(parts) {
             self.start_child(task)?;
@@ -199,6 +203,11 @@ impl<'a> Generation<'a> {
         Ok(())
     }
 
+    /// Without a clock a recorder that records nothing has nothing to do: there is no timing to keep either.
+    fn recorded(&self) -> bool {
+        self.setup.pace == Mode::Realtime || self.setup.keep != Keep::None
+    }
+
     fn start_child(&mut self, task: Task) -> Result<()> {
         let source = task.source();
         let part = Part {
@@ -209,6 +218,7 @@ impl<'a> Generation<'a> {
                 supervisor: std::process::id(),
             },
             mode: self.setup.pace,
+            recorded: self.recorded(),
             timeline: self.setup.loaded.parts.timeline,
             timing: timing(self.setup, source),
             injections: self.setup.injections.as_ref().map(|all| injections_within(all, source)),

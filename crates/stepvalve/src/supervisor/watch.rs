@@ -2,6 +2,7 @@
 
 use crate::status::{ProcessStatus, Status};
 use anyhow::Result;
+use processes::Mode;
 use signal_bus::{Bus, CycleReader};
 use signals::{
     ControlStatus, ControllerState, FaultCode, Feedback, LoopTiming, Message, RecorderProgress, Reference,
@@ -22,12 +23,13 @@ struct Timing {
     late: Option<Instant>,
 }
 
-/// Readers of everything that a status is made of.
+/// Readers of everything that a status is made of. Without a clock nobody asks for one, and each reader costs the loop time:
+/// then there is ControlStatus alone, for progress.
 pub struct Watch {
     status: CycleReader<ControlStatus>,
-    feedback: CycleReader<Feedback>,
-    reference: CycleReader<Reference>,
-    recorder: CycleReader<RecorderProgress>,
+    feedback: Option<CycleReader<Feedback>>,
+    reference: Option<CycleReader<Reference>>,
+    recorder: Option<CycleReader<RecorderProgress>>,
     timing: Vec<Timing>,
 }
 
@@ -36,16 +38,18 @@ impl Watch {
     ///
     /// # Errors
     /// Where a service can't be read.
-    pub fn open(bus: &Bus) -> Result<Self> {
-        let timing = [Source::Plant, Source::Trajectory, Source::Controller].into_iter().map(|source| {
+    pub fn open(bus: &Bus, pace: Mode) -> Result<Self> {
+        let realtime = pace == Mode::Realtime;
+        let timed = [Source::Plant, Source::Trajectory, Source::Controller];
+        let timing = timed.into_iter().filter(|_| realtime).map(|source| {
             let reader = bus.cycle_reader(source)?;
             Ok(Timing { source, reader, newest: None, heard: Instant::now(), late: None })
         });
         Ok(Self {
             status: bus.cycle_reader(Source::Controller)?,
-            feedback: bus.cycle_reader(Source::Plant)?,
-            reference: bus.cycle_reader(Source::Trajectory)?,
-            recorder: bus.cycle_reader(Source::Recorder)?,
+            feedback: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
+            reference: realtime.then(|| bus.cycle_reader(Source::Trajectory)).transpose()?,
+            recorder: realtime.then(|| bus.cycle_reader(Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
         })
     }
@@ -75,12 +79,12 @@ impl Watch {
 
     /// The newest Reference.
     pub fn reference(&mut self) -> Option<Message<Reference>> {
-        self.reference.latest()
+        self.reference.as_mut()?.latest()
     }
 
     /// The newest Feedback.
     pub fn feedback(&mut self) -> Option<Message<Feedback>> {
-        self.feedback.latest()
+        self.feedback.as_mut()?.latest()
     }
 
     /// Whether the drive says that it stands, and nobody will move it: it stopped by itself, or the controller has come to
@@ -103,7 +107,8 @@ impl Watch {
         let status = self.status().map(|message| message.body).unwrap_or_default();
         let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
         let reference = self.reference().map(|message| message.body).unwrap_or_default();
-        let recorder = self.recorder.latest().map(|message| message.body).unwrap_or_default();
+        let recorder = self.recorder.as_mut().and_then(CycleReader::latest);
+        let recorder = recorder.map(|message| message.body).unwrap_or_default();
         Status {
             state: ControllerState::from_code(status.state)
                 .map_or("unknown", ControllerState::name)

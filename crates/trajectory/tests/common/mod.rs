@@ -4,7 +4,7 @@
 
 use signals::{ControlStatus, ControllerState, Feedback, Reference, SetPoint, SetPointKind, validity};
 use trajectory::{Input, Limits, Params, State, step};
-use valve_model::OrificeParams;
+use valve_model::{OrificeParams, Window};
 
 pub const PERIOD_S: f64 = 1e-3;
 
@@ -17,6 +17,7 @@ pub fn params(limits: Limits) -> Params {
             window_area_m2: 8.75e-5,
             closed_angle_rad: 0.0,
             open_angle_rad: 0.8,
+            window: Window::Linear,
         }),
         oil_density_kg_per_m3: Some(853.0),
     }
