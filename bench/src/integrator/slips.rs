@@ -16,6 +16,9 @@ const DRIVES: [(f64, f64); 2] = [(0.02, 20.0), (0.03, 15.0)];
 /// A slip is a cycle in which the spool moves by more than this many times what the command does.
 const SLIP_FACTOR: f64 = 5.0;
 
+/// The spool rings after a slip: another one begins only after so many cycles without.
+const QUIET_CYCLES: usize = 50;
+
 /// What the slips of a trace are like.
 #[derive(Debug, Clone, Copy)]
 struct Slips {
@@ -87,18 +90,19 @@ fn up_to(trace: &Trace, end: usize) -> Trace {
 /// The slips of a trace; `None` for fewer than three.
 fn slips(trace: &Trace, speed: f64) -> Option<Slips> {
     let threshold_rad = SLIP_FACTOR * speed * PERIOD_S;
-    let (mut begins, mut lengths, mut slipping) = (Vec::new(), Vec::new(), false);
+    let (mut begins, mut lengths) = (Vec::new(), Vec::new());
+    let mut quiet = QUIET_CYCLES;
     for (cycle, pair) in trace.angles_rad.windows(2).enumerate() {
         let way = pair.last()? - pair.first()?;
         if way.abs() <= threshold_rad {
-            slipping = false;
+            quiet += 1;
             continue;
         }
-        if !slipping {
+        if quiet >= QUIET_CYCLES {
             begins.push(cycle);
             lengths.push(0.0);
         }
-        slipping = true;
+        quiet = 0;
         *lengths.last_mut()? += way;
     }
     let (first, last) = (*begins.first()?, *begins.last()?);

@@ -152,7 +152,7 @@ fn windows_by_name_and_by_table() {
         ("window_table = [[0, 0], [0.3, 0.4], [0.5, 0.2], [1, 1]]", "rise strictly"),
         ("window_table = [[0, 0], [1]]", "points [way, area]"),
         ("window_table = [0, 1]", "points [way, area]"),
-        ("window_table = 3", "an array"),
+        ("window_table = 3", "a list of points [way, area]"),
     ] {
         let said = window_read(bad).unwrap_err();
         assert!(said.contains(told) && said.contains("m.toml:"), "{bad}: {said}");

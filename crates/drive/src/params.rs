@@ -115,7 +115,7 @@ impl Params {
     }
 
     /// These with the pulse rate of the way to the neutral position.
-    pub(crate) fn to_neutral(&self, pulse_rate_hz: f64) -> Self {
+    pub(crate) fn towards_neutral(&self, pulse_rate_hz: f64) -> Self {
         Self { max_pulse_rate_hz: pulse_rate_hz, ..*self }
     }
 

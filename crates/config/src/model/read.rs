@@ -121,7 +121,11 @@ fn read_window(section: &Section<'_>) -> Window {
 }
 
 fn read_window_table(field: &Field<'_>) -> Window {
-    let expected = "points [way, area]";
+    let expected = "a list of points [way, area]";
+    if !field.is_array() {
+        field.refuse(expected);
+        return Window::Linear;
+    }
     let points: Vec<_> = field.elements().iter().map(|point| point.numbers(expected)).collect();
     let mut pairs = Vec::new();
     for (point, field) in points.iter().zip(field.elements()) {

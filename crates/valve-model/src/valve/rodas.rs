@@ -11,7 +11,7 @@ use crate::FrictionState;
 use crate::friction::{Law, Memory};
 
 /// Attempts at a sub-step in one cycle.
-const ATTEMPTS: usize = 128;
+const ATTEMPTS: usize = 512;
 /// Sub-steps of the robust method, for what the attempts left of a cycle.
 const ROBUST_SUBSTEPS: usize = 4;
 /// No sub-step is shorter than this part of the cycle.
