@@ -40,8 +40,6 @@ pub(crate) struct Structure {
     pub dependences: Vec<Dependence>,
     /// RMS in parts of the noise.
     pub rms: f64,
-    /// Samples that are worth one independent sample.
-    pub per_independent: f64,
 }
 
 /// Tests a residual against everything that is known beside it.
@@ -74,7 +72,7 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     let tests = dependences.len() as f64;
     dependences.iter_mut().for_each(|found| found.p_value = (found.p_value * tests).min(1.0));
     dependences.sort_by(|a, b| b.share.total_cmp(&a.share));
-    Structure { dependences, rms: (square / count.max(1.0)).sqrt(), per_independent }
+    Structure { dependences, rms: (square / count.max(1.0)).sqrt() }
 }
 
 fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
