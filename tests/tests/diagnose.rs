@@ -178,17 +178,15 @@ fn files_in_another_format_or_unit() {
         let path = write(&place, "changed.h5", campaign(0.0));
         let file = hdf5::File::open_rw(&path).unwrap();
         let value: hdf5::types::VarLenUnicode = value.parse().unwrap();
-        let place: hdf5::Location = match of {
-            Some(dataset) => (*file.dataset(dataset).unwrap()).clone(),
-            None => (*file).clone(),
+        let set = |place: &hdf5::Location| {
+            place.delete_attr(attribute).unwrap();
+            let fresh = place.new_attr::<hdf5::types::VarLenUnicode>().create(attribute).unwrap();
+            fresh.write_scalar(&value).unwrap();
         };
-        place.delete_attr(attribute).unwrap();
-        place
-            .new_attr::<hdf5::types::VarLenUnicode>()
-            .create(attribute)
-            .unwrap()
-            .write_scalar(&value)
-            .unwrap();
+        match of {
+            Some(dataset) => set(&file.dataset(dataset).unwrap()),
+            None => set(&file),
+        }
         file.close().unwrap();
         path
     };

@@ -211,7 +211,7 @@ fn stop_bound(ground: &Ground, injection: &Injection) -> Option<u64> {
     match &injection.fault {
         Fault::Silence { process: Source::Plant } => None,
         Fault::Silence { .. } => Some(noticed),
-        Fault::Overrun { cycles, .. } => (*cycles >= silence + 1).then_some(noticed + cycles),
+        Fault::Overrun { cycles, .. } => (*cycles > silence).then_some(noticed + cycles),
         Fault::Message { stream, damage, count } => {
             let lost = *count > silence && *stream != Stream::ControlStatus;
             let refused = matches!(

@@ -109,7 +109,13 @@ fn after_silence(params: &Params, state: &State, command: Option<&StepCommand>) 
     if state.settled || !state.energised || state.travel.abs() > way * (1.0 + f64::EPSILON) {
         return stop(params, state, command);
     }
-    limits::follow(&params.towards_neutral(pulse_rate_hz), state.position, state.travel, microsteps as f64, 0.0)
+    limits::follow(
+        &params.towards_neutral(pulse_rate_hz),
+        state.position,
+        state.travel,
+        microsteps as f64,
+        0.0,
+    )
 }
 
 fn at_neutral(params: &Params, state: &State) -> bool {
