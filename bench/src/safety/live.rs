@@ -1,4 +1,5 @@
 //! Faults on a running instance, in real time: it is armed, turns, and something is done to it at a random moment.
+#![allow(clippy::indexing_slicing, reason = "a key that JSON lacks reads as null")]
 
 use super::ground::{Ground, Variant};
 use super::live_record::{Done, judge};

@@ -1,5 +1,6 @@
 //! How well the numbers of a fit are known: the jackknife over groups, so that what noise, runs and the model's misfit
 //! have in common within a run counts once.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::fit::Fitted;
 use crate::fit::sum;

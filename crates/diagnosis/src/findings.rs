@@ -1,4 +1,5 @@
 //! From a selection to the verdict, the causes with their numbers, and what to do next.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;

@@ -1,4 +1,5 @@
 //! Fits a hypothesis through the model: Gauss-Newton with Levenberg's damping, nuisances eliminated piece by piece.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
 use crate::gram::{Gram, invert};

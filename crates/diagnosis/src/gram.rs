@@ -2,6 +2,7 @@
 //!
 //! Of a piece's columns X (sensitivities, the residual last) only XᵀX is kept. Least squares, leave-groups-out and the
 //! jackknife are then small linear algebra.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 

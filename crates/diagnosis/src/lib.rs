@@ -29,7 +29,7 @@ mod show;
 mod table;
 mod workers;
 
-pub use diagnose::{Event, Found, Options, Shown, diagnose};
+pub use diagnose::{Event, Found, Options, Rivals, Shown, diagnose};
 pub use error::DiagnosisError;
 pub use outcome::{
     Ambiguity, Cause, ClosedLoopGain, Dependence, Diagnosis, Evidence, Gain, Judged, ParameterFound,

@@ -1,4 +1,5 @@
 //! The residual of every piece and its sensitivities at one hypothesis, as normal equations.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
 use crate::campaign::Campaign;

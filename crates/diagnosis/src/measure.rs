@@ -123,7 +123,7 @@ pub(crate) fn gain(setting: &Setting<'_>, before: &[Left], after: &[Left], seed:
                 one += before.get(drawn).map_or(0.0, |group| group.0);
                 two += after.get(drawn).map_or(0.0, |group| group.0);
             }
-            ratio((two as f64).sqrt(), (one as f64).sqrt())
+            ratio(two.sqrt(), one.sqrt())
         })
         .collect();
     ratios.sort_by(f64::total_cmp);

@@ -102,12 +102,15 @@ pub(crate) fn are_twins(a: &str, b: &str, torque: bool) -> bool {
     a != b && (drifts(a) || drifts(b) || lists.iter().any(|list| list.contains(&a) && list.contains(&b)))
 }
 
+/// Who is told a ranking: the effects, and how well each explains the residual.
+pub(crate) type Tell<'a> = dyn FnMut(&[(&'static str, f64)]) + 'a;
+
 /// Looks for causes from `begin` on.
 pub(crate) fn select(
     setting: &Setting<'_>,
     candidates: &[Candidate],
     begin: Fitted,
-    tell: &mut dyn FnMut(&[(&'static str, f64)]),
+    tell: &mut Tell<'_>,
 ) -> Result<Selection, DiagnosisError> {
     let held_out = judge(setting, &begin.groups);
     let rms = rms(&held_out, &begin.groups);

@@ -56,8 +56,8 @@ fn shared_memory(root: &Root) -> Finding {
         return SHARED_MEMORY.unknown("its size and owner can't be read", "");
     };
     let (owner, mode) = (metadata.uid(), metadata.permissions().mode() & 0o7777);
-    let unit: u64 = space.fragment_size().into();
-    let (size, free) = (u64::from(space.blocks()) * unit, u64::from(space.blocks_available()) * unit);
+    let unit = space.fragment_size();
+    let (size, free) = (space.blocks() * unit, space.blocks_available() * unit);
     let found = format!("{} MB, {} MB free, owner {owner}, mode {mode:04o}", size >> 20, free >> 20);
     if access(&path, AccessFlags::W_OK | AccessFlags::X_OK).is_err() {
         let found = format!("{found}: this user may not write");
