@@ -40,14 +40,15 @@ impl FromStr for Map {
         let (target, text) =
             text.split_once('=').ok_or_else(|| format!("{text:?}, expected CHANNEL=EXPRESSION"))?;
         let (target, unit) = target_and_unit(target.trim())?;
-        let expression = FlatEx::<f64>::parse(&without_exponents(text))
+        let expression = FlatEx::<f64>::parse(&as_exmex_reads(text))
             .map_err(|error| format!("{text:?} is no expression: {}", error.msg()))?;
         Ok(Self { target, unit, text: text.to_owned(), expression })
     }
 }
 
-/// The expression with 1.5e5 written out as 150000: exmex knows no exponents.
-fn without_exponents(text: &str) -> String {
+/// The expression as exmex understands it: 1.5e5 written out as 150000, since it knows no exponents; and -x^2 as (-1)*x^2,
+/// since to exmex a sign comes before a power.
+fn as_exmex_reads(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(next) = rest.chars().next() {
@@ -59,7 +60,11 @@ fn without_exponents(text: &str) -> String {
             _ => next.len_utf8(),
         };
         let (token, after) = rest.split_at(length);
+        let before = plain.trim_end().chars().next_back();
         match token.parse::<f64>() {
+            _ if token == "-" && before.is_none_or(|before| "(,+-*".contains(before)) => {
+                plain.push_str("(-1)*")
+            }
             Ok(number) if number.is_finite() && (next.is_ascii_digit() || next == '.') => {
                 plain.push_str(&number.to_string());
             }
@@ -195,6 +200,7 @@ mod tests {
         assert_eq!(value("angle = {Lage mm}*2*pi/2.5", &["Lage mm"], &[2.5]), 2.0 * PI);
         assert_eq!(value("time=row*0.01", &["x"], &[0.0]), 0.07);
         assert_eq!(value("torque=-(a-b)^2+abs(b)", &["b", "a"], &[-1.0, 2.0]), -8.0);
+        assert_eq!(value("torque=2^-b/-a^1", &["b", "a"], &[-1.0, 2.0]), -1.0);
         assert_eq!(value("speed[rad/s]=1.5E2", &["b"], &[-1.0]), 150.0);
         assert_eq!(value("pressure_drop=c1*1e5-.5e+1", &["p"], &[2.0]), 199_995.0);
         assert_eq!(value("angle={1e3}+e2-1", &["1e3", "e2"], &[2.0, 4.0]), 5.0);
