@@ -4,6 +4,8 @@ use config::{ModelComments, write_model};
 use diagnosis::{Cause, Found};
 use valve_model::Model;
 
+use super::words::short;
+
 /// The text of the file.
 pub fn text(found: &Found, given: &Model, log: &str, model: &str) -> String {
     let mut extended = found.extended.clone();
@@ -43,8 +45,12 @@ fn about(cause: &Cause) -> String {
     )];
     for (key, of) in &cause.parameters {
         lines.push(format!(
-            "{key}: {:.5} ± {:.2} {}, 95 % between {:.5} and {:.5}",
-            of.value, of.std_error, of.unit, of.ci95[0], of.ci95[1]
+            "{key}: {} ± {} {}, 95 % between {} and {}",
+            short(of.value),
+            short(of.std_error),
+            of.unit,
+            short(of.ci95[0]),
+            short(of.ci95[1])
         ));
     }
     lines.join("\n")

@@ -147,7 +147,11 @@ fn sentence(cause: &Cause) -> String {
         "torque-offset" => {
             format!("The torque channel reads {} N·m too much throughout", short(value("offset_nm")))
         }
-        "sensor-delay" => format!("The measurement is {} ms late", short(1e3 * value("delay_s"))),
+        "sensor-delay" => {
+            let delay_s = value("delay_s");
+            let way = if delay_s < 0.0 { "early" } else { "late" };
+            format!("The measurement is {} ms {way}", short(1e3 * delay_s.abs()))
+        }
         "encoder-eccentricity" => {
             format!("The encoder is eccentric by {} rad", short(value("amplitude_rad")))
         }
@@ -156,17 +160,22 @@ fn sentence(cause: &Cause) -> String {
 }
 
 fn direction(cause: &Cause) -> String {
-    let of = |key: &str| cause.parameters.get(key).map(|of| short(100.0 * of.value));
+    let of = |key: &str| cause.parameters.get(key).map(|of| sided(of.value));
     match (of("level"), of("viscous")) {
         (Some(level), Some(viscous)) => {
-            format!(
-                "The rig's friction differs by direction, by ± {level} %, its viscous part by ± {viscous} %"
-            )
+            format!("The rig's friction is {level}; its viscous part is {viscous}")
         }
-        (Some(level), None) => format!("The rig's friction differs by direction, by ± {level} %"),
-        (None, Some(viscous)) => format!("The rig's viscous friction differs by direction, by ± {viscous} %"),
+        (Some(level), None) => format!("The rig's friction is {level}"),
+        (None, Some(viscous)) => format!("The rig's viscous friction is {viscous}"),
         (None, None) => "The rig's friction differs by direction".to_owned(),
     }
+}
+
+/// A part that is added in one direction and taken off in the other.
+fn sided(part: f64) -> String {
+    let (first, second) = if part < 0.0 { ("lower", "higher") } else { ("higher", "lower") };
+    let percent = short(100.0 * part.abs());
+    format!("{percent} % {first} in the positive direction and as much {second} in the negative")
 }
 
 /// The root of the sum of squares of a series' coefficients.

@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Tables, a run each: MAT files (.mat, v5 or v7.3), anything else is text with separators
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// What a channel is made of: time='t*0.001', angle='c5/12.5', 'motor_current[A]'=i_q. Columns by their names, or c1
+    /// What a channel is made of: time='t*0.001', angle='c5/12.5', `'motor_current[A]'=i_q`. Columns by their names, or c1
     /// to cN, or {any name}; row counts from 0. Channels: time s, angle rad, angle_command rad, torque N*m,
     /// pressure_drop Pa, flow m^3/s, oil_temperature degC; others need their unit in brackets
     #[arg(long = "map", required = true, value_name = "CHANNEL=EXPRESSION")]
