@@ -445,7 +445,7 @@ impl<'a> Generation<'a> {
 
     fn ending(self) -> Ending {
         let realtime = self.setup.pace == Mode::Realtime;
-        let sources = LOOP.into_iter().chain([Source::Recorder]);
+        let sources = LOOP.into_iter().chain(self.recorded().then_some(Source::Recorder));
         let process = |source: &Source| ProcessSummary {
             scheduling: self.obtained.get(source).filter(|_| realtime).cloned(),
             counts: self.summaries.get(source).cloned(),
