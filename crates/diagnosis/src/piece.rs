@@ -9,13 +9,10 @@ use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 use valve_model::{
     ContactPast, Model, Motion, MotionInput, MotionParams, ParamError, ValveInput, ValveParams, motion_step,
-    step,
 };
 
 /// Samples beyond a piece's ends that its smoothing sees.
 const MARGIN: usize = 2048;
-/// The longest step that the integrator is asked for, s.
-const LONGEST_S: f64 = 5e-3;
 /// After how long the torque of the first sample is taken, s: as good as none.
 const MOMENT_S: f64 = 1e-9;
 
@@ -201,22 +198,14 @@ impl Piece {
         for (index, times) in self.time_s.windows(2).enumerate() {
             let dt_s = times.iter().fold(0.0, |before, after| after - before);
             let (pressure_drop_pa, oil_temperature_c) = self.conditions(index + 1);
-            let pieces = (dt_s / LONGEST_S).ceil().max(1.0);
-            let mut last = f64::NAN;
-            for piece in 0..pieces as u64 {
-                let at = |piece: u64| {
-                    command(index) + (command(index + 1) - command(index)) * piece as f64 / pieces
-                };
-                let input = ValveInput {
-                    command_start_rad: at(piece),
-                    command_end_rad: at(piece + 1),
-                    pressure_drop_pa,
-                    oil_temperature_c,
-                    energised: true,
-                };
-                last = step(params, &mut state, &input, dt_s / pieces).encoder_angle_rad;
-            }
-            angle.push(last);
+            let input = ValveInput {
+                command_start_rad: command(index),
+                command_end_rad: command(index + 1),
+                pressure_drop_pa,
+                oil_temperature_c,
+                energised: true,
+            };
+            angle.push(prediction::encoder_angle_after(params, &mut state, &input, dt_s));
         }
         prediction::delay(&self.time_s, &mut angle, params.sensor_delay_s());
         angle

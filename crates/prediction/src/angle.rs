@@ -4,10 +4,29 @@ use crate::conditions::{Conditions, whole};
 use crate::delay::delay;
 use crate::{Noise, Past, Predicted, PredictionError, Smoother, Start};
 use log_data::{Channel, Run};
-use valve_model::{ContactPast, Model, ParamError, ValveInput, ValveParams, step};
+use valve_model::{ContactPast, Model, ParamError, ValveInput, ValveParams, ValveState, step};
 
 /// The longest step that the integrator is asked for, s.
 const LONGEST_S: f64 = 5e-3;
+
+/// Moves `state` through `dt_s`, of any length, in pieces that the integrator is made for; the encoder's angle at its
+/// end, rad.
+pub fn encoder_angle_after(
+    params: &ValveParams,
+    state: &mut ValveState,
+    input: &ValveInput,
+    dt_s: f64,
+) -> f64 {
+    let pieces = (dt_s / LONGEST_S).ceil().max(1.0);
+    let change_rad = input.command_end_rad - input.command_start_rad;
+    let at = |piece: u64| input.command_start_rad + change_rad * piece as f64 / pieces;
+    let mut angle_rad = f64::NAN;
+    for piece in 0..pieces as u64 {
+        let part = ValveInput { command_start_rad: at(piece), command_end_rad: at(piece + 1), ..*input };
+        angle_rad = step(params, state, &part, dt_s / pieces).encoder_angle_rad;
+    }
+    angle_rad
+}
 
 /// Replaces the run's angle by what the model has for its command. The run begins where it was measured, its bristles
 /// holding against the motor.
@@ -47,19 +66,14 @@ fn walk(
         *angle = last;
         let dt_s = times.iter().fold(0.0, |before, after| after - before);
         let (pressure_drop_pa, oil_temperature_c) = conditions.before(index + 1);
-        let pieces = (dt_s / LONGEST_S).ceil().max(1.0);
-        for piece in 0..pieces as u64 {
-            let at =
-                |piece: u64| command(index) + (command(index + 1) - command(index)) * piece as f64 / pieces;
-            let input = ValveInput {
-                command_start_rad: at(piece),
-                command_end_rad: at(piece + 1),
-                pressure_drop_pa,
-                oil_temperature_c,
-                energised: true,
-            };
-            last = step(params, &mut state, &input, dt_s / pieces).encoder_angle_rad;
-        }
+        let input = ValveInput {
+            command_start_rad: command(index),
+            command_end_rad: command(index + 1),
+            pressure_drop_pa,
+            oil_temperature_c,
+            energised: true,
+        };
+        last = encoder_angle_after(params, &mut state, &input, dt_s);
     }
     if let Some(angle) = angle_rad.last_mut() {
         *angle = last;

@@ -14,6 +14,7 @@ mod penalty;
 mod smoothing;
 mod torque;
 
+pub use angle::encoder_angle_after;
 pub use delay::delay;
 pub use error::PredictionError;
 pub use noise::Noise;

@@ -118,23 +118,11 @@ impl Law for DahlLaw {
         self.stiffness * at.z + point.viscous * at.curve_speed
     }
 
-    fn steady_nm(&self, speed: f64, levels: &Levels) -> f64 {
-        self.curve.steady_nm(speed, levels)
+    fn curve(&self) -> &Curve {
+        &self.curve
     }
 
-    fn stribeck_velocity(&self) -> f64 {
-        self.curve.stribeck_velocity()
-    }
-
-    fn coulomb_nm(&self) -> f64 {
-        self.curve.coulomb_nm()
-    }
-
-    fn relative_damping_s_per_rad(&self) -> f64 {
-        0.0
-    }
-
-    fn relative_stiffness_per_rad(&self) -> f64 {
-        self.stiffness / self.curve.coulomb_nm()
+    fn stiffness(&self) -> f64 {
+        self.stiffness
     }
 }

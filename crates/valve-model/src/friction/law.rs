@@ -1,6 +1,6 @@
 //! What the laws have in common: one inner state z, its rate, the torque, and how both depend on speed and z.
 
-use super::curve::Levels;
+use super::curve::{Curve, Levels};
 use super::maxwell::Memory;
 
 /// A law at one instant.
@@ -52,23 +52,44 @@ pub(crate) trait Law {
     /// The torque that goes with a known rate of z.
     fn torque(&self, at: Point, rate: f64, levels: &Levels, memory: &Memory) -> f64;
 
+    /// The Stribeck curve, flat for a law without one.
+    fn curve(&self) -> &Curve;
+
+    /// σ0, N·m/rad; 0 for a law without z.
+    fn stiffness(&self) -> f64;
+
+    /// σ1, N·m·s/rad; 0 for a law without bristle damping.
+    fn damping(&self) -> f64 {
+        0.0
+    }
+
     /// The torque at a speed held for ever, N·m; zero at rest.
-    fn steady_nm(&self, speed: f64, levels: &Levels) -> f64;
+    fn steady_nm(&self, speed: f64, levels: &Levels) -> f64 {
+        self.curve().steady_nm(speed, levels)
+    }
 
     /// Takes the Maxwell elements along as z moves to `z`.
     fn remember(&self, _z: f64, _levels: &Levels, _memory: &mut Memory) {}
 
     /// Over which change of speed the curve changes near zero: ω_s, rad/s; infinite for a flat curve.
-    fn stribeck_velocity(&self) -> f64;
+    fn stribeck_velocity(&self) -> f64 {
+        self.curve().stribeck_velocity()
+    }
 
     /// T_c, N·m: the scale of the law's torque.
-    fn coulomb_nm(&self) -> f64;
+    fn coulomb_nm(&self) -> f64 {
+        self.curve().coulomb_nm()
+    }
 
     /// An error of the speed as a part of the law's own torque: the steepest ∂T/∂ω over T_c, s/rad.
-    fn relative_damping_s_per_rad(&self) -> f64;
+    fn relative_damping_s_per_rad(&self) -> f64 {
+        self.damping() / self.coulomb_nm()
+    }
 
     /// An error of z as a part of the law's own torque: σ0/T_c, 1/rad; 0 for a law without z.
-    fn relative_stiffness_per_rad(&self) -> f64;
+    fn relative_stiffness_per_rad(&self) -> f64 {
+        self.stiffness() / self.coulomb_nm()
+    }
 }
 
 /// sgn with the sign of zero: +1 for +0.

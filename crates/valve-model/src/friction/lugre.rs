@@ -129,23 +129,15 @@ impl Law for LuGreLaw {
         self.stiffness * at.z + self.damping * rate + point.viscous * at.curve_speed
     }
 
-    fn steady_nm(&self, speed: f64, levels: &Levels) -> f64 {
-        self.curve.steady_nm(speed, levels)
+    fn curve(&self) -> &Curve {
+        &self.curve
     }
 
-    fn stribeck_velocity(&self) -> f64 {
-        self.curve.stribeck_velocity()
+    fn stiffness(&self) -> f64 {
+        self.stiffness
     }
 
-    fn coulomb_nm(&self) -> f64 {
-        self.curve.coulomb_nm()
-    }
-
-    fn relative_damping_s_per_rad(&self) -> f64 {
-        self.damping / self.curve.coulomb_nm()
-    }
-
-    fn relative_stiffness_per_rad(&self) -> f64 {
-        self.stiffness / self.curve.coulomb_nm()
+    fn damping(&self) -> f64 {
+        self.damping
     }
 }

@@ -19,6 +19,18 @@ pub(crate) enum AnyLaw {
     Leuven(LeuvenLaw),
 }
 
+impl AnyLaw {
+    /// The law, where how fast it is called doesn't matter.
+    fn as_law(&self) -> &dyn Law {
+        match self {
+            Self::Stribeck(law) => law,
+            Self::Dahl(law) => law,
+            Self::LuGre(law) => law,
+            Self::Leuven(law) => law,
+        }
+    }
+}
+
 /// A friction law ready to run: [`FrictionParams`] with every reciprocal taken. Plain data, for a controller to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrictionLaw {
@@ -39,36 +51,19 @@ impl FrictionLaw {
 
     /// Friction torque in N·m at a speed (rad/s) held for ever, zero at rest.
     pub fn steady_torque(&self, speed_rad_per_s: f64) -> f64 {
-        let levels = &Levels::NOMINAL;
-        match &self.law {
-            AnyLaw::Stribeck(law) => law.steady_nm(speed_rad_per_s, levels),
-            AnyLaw::Dahl(law) => law.steady_nm(speed_rad_per_s, levels),
-            AnyLaw::LuGre(law) => law.steady_nm(speed_rad_per_s, levels),
-            AnyLaw::Leuven(law) => law.steady_nm(speed_rad_per_s, levels),
-        }
+        self.law.as_law().steady_nm(speed_rad_per_s, &Levels::NOMINAL)
     }
 
     /// The greatest deflection that a bristle has in steady motion, T_s/σ0 in rad; 0 for a law without bristles.
     pub fn break_away_deflection_rad(&self) -> f64 {
-        let per_torque = |law: &dyn Law| law.relative_stiffness_per_rad() * law.coulomb_nm();
-        let stiffness = match &self.law {
-            AnyLaw::Stribeck(law) => per_torque(law),
-            AnyLaw::Dahl(law) => per_torque(law),
-            AnyLaw::LuGre(law) => per_torque(law),
-            AnyLaw::Leuven(law) => per_torque(law),
-        };
+        let stiffness = self.law.as_law().stiffness();
         if stiffness > 0.0 { self.steady_torque(f64::MIN_POSITIVE) / stiffness } else { 0.0 }
     }
 
     /// Over which slip a contact forgets that it rested: the deflection that carries the Coulomb torque, rad; for a law
     /// without bristles a fixed one of their order.
     pub(crate) fn slip_length_rad(&self) -> f64 {
-        let per_rad = match &self.law {
-            AnyLaw::Stribeck(law) => law.relative_stiffness_per_rad(),
-            AnyLaw::Dahl(law) => law.relative_stiffness_per_rad(),
-            AnyLaw::LuGre(law) => law.relative_stiffness_per_rad(),
-            AnyLaw::Leuven(law) => law.relative_stiffness_per_rad(),
-        };
+        let per_rad = self.law.as_law().relative_stiffness_per_rad();
         if per_rad > 0.0 { 1.0 / per_rad } else { 1e-3 }
     }
 }

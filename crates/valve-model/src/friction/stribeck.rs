@@ -100,20 +100,12 @@ impl Law for StribeckLaw {
         self.torque(Point { speed, curve_speed: speed, z: 0.0 }, 0.0, levels, &Memory::default())
     }
 
-    fn stribeck_velocity(&self) -> f64 {
-        self.curve.stribeck_velocity()
+    fn curve(&self) -> &Curve {
+        &self.curve
     }
 
-    fn coulomb_nm(&self) -> f64 {
-        self.curve.coulomb_nm()
-    }
-
-    /// None: within the regularisation the torque at rest is a matter of creep, which no rig shows.
-    fn relative_damping_s_per_rad(&self) -> f64 {
-        0.0
-    }
-
-    fn relative_stiffness_per_rad(&self) -> f64 {
+    /// None, and no damping: within the regularisation the torque at rest is a matter of creep, which no rig shows.
+    fn stiffness(&self) -> f64 {
         0.0
     }
 }
