@@ -1,13 +1,20 @@
 //! What the fuzzer throws at stepvalve: each function takes any bytes at all, and may not panic.
 #![forbid(unsafe_code)]
 
+mod arbitrary_log;
+
+use arbitrary_log::arbitrary_log;
 use config::{parse_model, parse_scenario};
+use diagnosis::{OneAfterTheOther, Options, diagnose};
+use log_data::{Log, Run};
 use recording::read_record;
 use signals::{
     Body, ControlStatus, Expectation, Feedback, LoopTiming, Message, OperatorCommand, PlantTruth,
     RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 use std::io::Write;
+use table_import::{Format, Header, Limits, Map, Separated, Separator, collect};
+use valve_model::Model;
 
 /// A scenario or a model: refused with places, or accepted.
 pub fn configuration(bytes: &[u8]) {
@@ -67,5 +74,58 @@ pub fn record_recovery(bytes: &[u8]) {
     let mut count = 0_u64;
     if let Ok(report) = read_record(&[file.path()], |_| count += 1) {
         assert_eq!(report.recorded(), count);
+    }
+}
+
+/// What `stepvalve import` reads: the first line is a map, the rest the table, read with every separator.
+pub fn text_table(bytes: &[u8]) {
+    let (map, table) = bytes.split_at(bytes.iter().position(|byte| *byte == b'\n').unwrap_or(bytes.len()));
+    let Ok(mut file) = tempfile::NamedTempFile::new() else { return };
+    if file.write_all(table.get(1..).unwrap_or_default()).is_err() {
+        return;
+    }
+    let maps: Vec<Map> = ["time=row*0.001", "angle=c1"].iter().filter_map(|text| text.parse().ok()).collect();
+    let given = std::str::from_utf8(map).ok().and_then(|text| text.parse::<Map>().ok());
+    let maps: Vec<Map> = maps.into_iter().chain(given).collect();
+    for (separator, header, decimal_comma) in [
+        (Separator::Auto, Header::Auto, false),
+        (Separator::Space, Header::No, true),
+        (Separator::Semicolon, Header::Yes, true),
+    ] {
+        let format = Format { separator, header, decimal_comma };
+        let Ok(mut table) = Separated::open(file.path(), format) else { continue };
+        let mut run = Run { name: "fuzz".to_owned(), ..Run::default() };
+        let limits = Limits { rows: None, numbers: 100_000 };
+        if collect(&mut table, &maps, &limits, &mut run).is_ok() && maps.len() == 2 {
+            let log = Log { runs: vec![run], ..Log::default() };
+            // Accepted or refused; never with a time that stands still.
+            if log.check().is_ok() {
+                let times = log.runs.iter().flat_map(|run| run.time_s.windows(2));
+                assert!(times.into_iter().all(|pair| pair.first() < pair.last()), "time stands still");
+            }
+        }
+    }
+}
+
+/// The diagnosis of a log made of any bytes: refused with the run's name, or done with numbers.
+pub fn log_diagnosis(bytes: &[u8]) {
+    let (log, model_text) = arbitrary_log(bytes);
+    let model: Model = match parse_model(model_text, "fuzz.toml") {
+        Ok(model) => model,
+        Err(error) => panic!("the target's own model is refused: {error}"),
+    };
+    if log.check().is_err() {
+        return;
+    }
+    let found = diagnose(&log, &model, &Options::default(), &OneAfterTheOther, &mut |_| ());
+    if let Ok(found) = found {
+        for residual in &found.diagnosis.residual {
+            assert!(residual.rms.is_finite() && residual.noise >= 0.0, "a residual that is no number");
+        }
+        for cause in &found.diagnosis.causes {
+            let numbers = cause.parameters.values().all(|parameter| parameter.value.is_finite());
+            assert!(numbers, "{}: a parameter that is no number", cause.id);
+        }
+        assert!(found.extended.validate().is_ok(), "an extended model that is refused");
     }
 }

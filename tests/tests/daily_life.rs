@@ -263,3 +263,35 @@ fn a_ring_stays_within_its_size_and_keeps_what_led_to_a_fault() {
         place.assert_nothing_left(&["day"]);
     });
 }
+
+#[test]
+fn a_process_that_says_nothing_is_named() {
+    despite_stalls(|place| {
+        let scenario = scenario(place);
+        let run = start(place, &scenario, "all", &place.path("out"));
+        for (victim, others) in
+            [("run-recorder", "trajectory-generator"), ("trajectory-generator", "run-recorder")]
+        {
+            let pid = place.wait_for(victim, || place.child_of(run.id(), victim));
+            kill(pid, Signal::SIGSTOP).unwrap();
+            let silent = place.wait_for("the silence to be noticed", || silent(place));
+            kill(pid, Signal::SIGCONT).unwrap();
+            assert!(silent.contains(victim) && !silent.contains(others), "{silent}");
+            place.wait_for("it to be heard again", || silent_none(place));
+        }
+        // Without a reference for so long the controller has stopped the valve, or nobody had armed it: either is an end.
+        let ended = terminate(run);
+        assert!(matches!(ended.code, Some(0 | 3)), "{:?}: {}", ended.code, ended.stderr);
+        place.assert_nothing_left(&["day"]);
+    });
+}
+
+/// The line of `stepvalve status` that names who is silent, where there is one.
+fn silent(place: &TestPlace) -> Option<String> {
+    let said = place.stepvalve(&["status"]).expect_code(0).stdout;
+    said.lines().find(|line| line.starts_with("SILENT")).map(str::to_owned)
+}
+
+fn silent_none(place: &TestPlace) -> Option<()> {
+    silent(place).is_none().then_some(())
+}

@@ -69,3 +69,13 @@ fn message_check() {
 fn record_recovery() {
     briefly("record_recovery", fuzz::record_recovery, 4000);
 }
+
+#[test]
+fn text_table() {
+    briefly("text_table", fuzz::text_table, 4000);
+}
+
+#[test]
+fn log_diagnosis() {
+    briefly("log_diagnosis", fuzz::log_diagnosis, 8);
+}

@@ -43,7 +43,7 @@ pub struct SoakArguments {
 /// # Errors
 /// Where a trial could not be made at all. What a trial found is in the results.
 pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
-    let trials = arguments.trials.unwrap_or(if quick { 600 } else { 10_000 });
+    let trials = arguments.trials.unwrap_or(if quick { 600 } else { 200_000 });
     let mut one_thread = Tally::default();
     in_process::campaign(arguments.seed, trials, &mut one_thread)?;
     let mut processes = Tally::default();

@@ -56,17 +56,18 @@ impl Header {
         }
     }
 
-    /// Hands each field's bits to `take`, in order.
-    pub fn each_word(&self, mut take: impl FnMut(u64)) {
-        self.each_protected_word(&mut take);
-        take(self.crc);
-    }
-
-    /// Hands the bits of each field but the CRC to `take`, in order.
-    pub(crate) fn each_protected_word(&self, mut take: impl FnMut(u64)) {
+    /// The bits of each field but the CRC, little-endian, in order.
+    #[inline]
+    pub(crate) fn protected_words(&self) -> [[u8; 8]; 6] {
         let words =
             [self.schema_hash, self.source, self.generation, self.sequence, self.cycle, self.monotonic_ns];
-        words.into_iter().for_each(&mut take);
+        words.map(u64::to_le_bytes)
+    }
+
+    /// Hands each field's bits to `take`, in order.
+    pub fn each_word(&self, mut take: impl FnMut(u64)) {
+        self.protected_words().iter().for_each(|word| take(u64::from_le_bytes(*word)));
+        take(self.crc);
     }
 
     /// A header from the bits of its fields, in order; missing ones count as zero.

@@ -21,6 +21,18 @@ pub enum Kind {
     F64,
 }
 
+impl Kind {
+    /// A field's eight bytes as a number; counts and codes are rounded to `f64`.
+    #[inline]
+    pub(crate) fn value(self, word: u64) -> f64 {
+        match self {
+            Self::U64 => word as f64,
+            Self::I64 => word.cast_signed() as f64,
+            Self::F64 => f64::from_bits(word),
+        }
+    }
+}
+
 /// What a field's value must fulfil to be accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rule {
@@ -30,6 +42,22 @@ pub enum Rule {
     Within(f64, f64),
     /// A code or a set of flags below this.
     Below(u64),
+}
+
+impl Rule {
+    /// Whether a field's eight bytes fulfil it.
+    #[inline]
+    pub(crate) fn holds(self, kind: Kind, word: u64) -> bool {
+        match self {
+            Self::Any => true,
+            // A comparison with NaN is false, so NaN is refused here too.
+            Self::Within(low, high) => {
+                let value = kind.value(word);
+                (low <= value) & (value <= high)
+            }
+            Self::Below(limit) => word < limit,
+        }
+    }
 }
 
 /// One field of a message.
@@ -59,8 +87,16 @@ pub trait Body:
     /// about the layout refuse each other's messages.
     const SCHEMA_HASH: u64;
 
+    /// Each field's bits in little-endian order, in the order of the fields.
+    fn words(&self) -> impl AsRef<[[u8; 8]]>;
+
     /// Hands each field's bits to `take`, in order.
-    fn each_word(&self, take: impl FnMut(u64));
+    fn each_word(&self, mut take: impl FnMut(u64)) {
+        self.words().as_ref().iter().for_each(|word| take(u64::from_le_bytes(*word)));
+    }
+
+    /// Whether every field fulfils its rule.
+    fn is_within_rules(&self) -> bool;
 
     /// Puts a body together from the bits of its fields, in order; missing ones count as zero.
     fn from_words(words: impl Iterator<Item = u64>) -> Self;
@@ -82,8 +118,9 @@ impl<B: Body> Message<B> {
 
     /// The message's bytes as a record keeps them (little-endian words), appended to `out`.
     pub fn append_bytes(&self, out: &mut Vec<u8>) {
-        self.header.each_word(|word| out.extend_from_slice(&word.to_le_bytes()));
-        self.body.each_word(|word| out.extend_from_slice(&word.to_le_bytes()));
+        out.extend_from_slice(self.header.protected_words().as_flattened());
+        out.extend_from_slice(&self.header.crc.to_le_bytes());
+        out.extend_from_slice(self.body.words().as_ref().as_flattened());
     }
 
     /// A message from such bytes; `None` unless there are exactly as many as it has.
@@ -202,9 +239,20 @@ macro_rules! message {
                 hash_fields(hash_fields(fnv1a(FNV_START, stringify!($name)), $crate::Header::FIELDS), Self::FIELDS)
             };
 
-            fn each_word(&self, mut take: impl FnMut(u64)) {
+            #[inline]
+            fn words(&self) -> impl AsRef<[[u8; 8]]> {
                 use $crate::message::Word;
-                $( take(self.$field.to_word()); )*
+                [$( self.$field.to_word().to_le_bytes() ),*]
+            }
+
+            #[inline]
+            fn is_within_rules(&self) -> bool {
+                #[allow(unused_imports)]
+                use $crate::message::{Rule::*, Word, MAX_ANGLE_RAD, MAX_MICROSTEPS};
+                // Every rule is looked at: without branches this is cheaper than to stop at the first one broken.
+                let mut good = true;
+                $( good &= { const RULE: $crate::Rule = $rule; RULE.holds(<$kind as Word>::KIND, self.$field.to_word()) }; )*
+                good
             }
 
             fn from_words(mut words: impl Iterator<Item = u64>) -> Self {

@@ -1,6 +1,7 @@
 //! How a running instance is: gathered by the supervisor, printed by `stepvalve status`.
 
 use serde::{Deserialize, Serialize};
+use signals::Source;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -64,15 +65,15 @@ pub struct Status {
     pub recorder_missed: u64,
     /// Whether the disk takes what is written.
     pub recorder_healthy: bool,
+    /// Whether the recorder says nothing.
+    pub recorder_silent: bool,
     /// How often the recorder was replaced in this generation.
     pub recorder_restarts: u32,
 }
 
 impl Status {
-    fn named(&self, which: impl Fn(&ProcessStatus) -> bool) -> String {
-        let names: Vec<_> =
-            self.processes.iter().filter(|(_, p)| which(p)).map(|(name, _)| name.as_str()).collect();
-        names.join(", ")
+    fn named(&self, which: impl Fn(&ProcessStatus) -> bool) -> Vec<&str> {
+        self.processes.iter().filter(|(_, p)| which(p)).map(|(name, _)| name.as_str()).collect()
     }
 }
 
@@ -107,9 +108,13 @@ impl fmt::Display for Status {
                 "{name:<20} cycle {cycle}, {overruns} overruns, {skipped_cycles} skipped, {missed_samples} missed"
             )?;
         }
-        for (label, names) in [("SILENT", self.named(|p| p.silent)), ("late", self.named(|p| p.late))] {
+        let mut silent = self.named(|p| p.silent);
+        if self.recorder_silent {
+            silent.push(Source::Recorder.name());
+        }
+        for (label, names) in [("SILENT", silent), ("late", self.named(|p| p.late))] {
             if !names.is_empty() {
-                writeln!(f, "{label:<16} {names}")?;
+                writeln!(f, "{label:<16} {}", names.join(", "))?;
             }
         }
         let disk = if self.recorder_healthy { "" } else { "; THE DISK DOES NOT TAKE IT" };

@@ -1,10 +1,6 @@
 //! `stepvalve import`: tables from elsewhere (CSV, MAT) become a valve-log.
 
-mod expression;
 mod mat;
-mod rows;
-mod separated;
-mod table;
 
 pub use mat::{ReadMat, read_mat};
 
@@ -12,14 +8,11 @@ use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use anyhow::{Context, anyhow};
-use expression::Map;
 use indicatif::ProgressBar;
 use log_data::{AngleZero, Log, Run};
-use rows::Rows;
-use separated::{Header, Separated, Separator};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use table::{Table, collect};
+use table_import::{Format, Header, Limits, Map, Rows, Separated, Separator, Table, collect};
 
 /// More numbers than this, all runs and channels together, are refused: they take 2 GB of memory.
 pub const MAX_NUMBERS: usize = 250_000_000;
@@ -112,7 +105,7 @@ fn read_all(arguments: &Arguments) -> anyhow::Result<Log> {
         let kind = arguments.kinds.get(index).or_else(|| arguments.kinds.first());
         run.kind = kind.cloned().unwrap_or_default();
         let mut table = open(arguments, file, numbers_left)?;
-        let limits = table::Limits { rows: arguments.rows, numbers: numbers_left };
+        let limits = Limits { rows: arguments.rows, numbers: numbers_left };
         collect(table.as_mut(), &arguments.maps, &limits, &mut run).with_context(|| name(file))?;
         numbers_left = numbers_left.saturating_sub(run.len() * arguments.maps.len());
         place_on_clock(&mut run, log.runs.last(), arguments.gap);
@@ -165,7 +158,7 @@ fn open(arguments: &Arguments, file: &Path, numbers_left: usize) -> anyhow::Resu
     if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat")) {
         return Ok(Box::new(mat::open(file, numbers_left)?));
     }
-    let format = separated::Format {
+    let format = Format {
         separator: arguments.separator,
         header: arguments.header,
         decimal_comma: arguments.decimal_comma,

@@ -23,13 +23,20 @@ struct Timing {
     late: Option<Instant>,
 }
 
+/// What the recorder last said of itself.
+struct Recorder {
+    reader: CycleReader<RecorderProgress>,
+    newest: Option<Message<RecorderProgress>>,
+    heard: Instant,
+}
+
 /// Readers of everything that a status is made of. Without a clock nobody asks for one, and each reader costs the loop time:
 /// then there is ControlStatus alone, for progress.
 pub struct Watch {
     status: CycleReader<ControlStatus>,
     feedback: Option<CycleReader<Feedback>>,
     reference: Option<CycleReader<Reference>>,
-    recorder: Option<CycleReader<RecorderProgress>>,
+    recorder: Option<Recorder>,
     timing: Vec<Timing>,
 }
 
@@ -49,13 +56,14 @@ impl Watch {
             status: bus.cycle_reader(Source::Controller)?,
             feedback: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             reference: realtime.then(|| bus.cycle_reader(Source::Trajectory)).transpose()?,
-            recorder: realtime.then(|| bus.cycle_reader(Source::Recorder)).transpose()?,
+            recorder: realtime.then(|| Recorder::open(bus)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
         })
     }
 
     /// Takes in what is new of the timing; often enough that nobody counts as silent who is not.
     pub fn listen(&mut self) {
+        self.recorder.iter_mut().for_each(Recorder::listen);
         for timing in &mut self.timing {
             let newest = timing.reader.latest();
             if newest == timing.newest {
@@ -107,7 +115,8 @@ impl Watch {
         let status = self.status().map(|message| message.body).unwrap_or_default();
         let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
         let reference = self.reference().map(|message| message.body).unwrap_or_default();
-        let recorder = self.recorder.as_mut().and_then(CycleReader::latest);
+        let recorder_silent = self.recorder.as_ref().is_some_and(Recorder::silent);
+        let recorder = self.recorder.as_ref().and_then(|recorder| recorder.newest);
         let recorder = recorder.map(|message| message.body).unwrap_or_default();
         Status {
             state: ControllerState::from_code(status.state)
@@ -136,8 +145,28 @@ impl Watch {
             recorded: recorder.recorded,
             recorder_missed: recorder.missed,
             recorder_healthy: recorder.healthy == 1,
+            recorder_silent,
             ..Status::default()
         }
+    }
+}
+
+impl Recorder {
+    fn open(bus: &Bus) -> Result<Self> {
+        let reader = bus.cycle_reader(Source::Recorder)?;
+        Ok(Self { reader, newest: None, heard: Instant::now() })
+    }
+
+    fn listen(&mut self) {
+        let newest = self.reader.latest();
+        if newest != self.newest {
+            (self.newest, self.heard) = (newest, Instant::now());
+        }
+    }
+
+    /// One that has never said anything is not there: nothing is recorded.
+    fn silent(&self) -> bool {
+        self.newest.is_some() && self.heard.elapsed() > SILENT_AFTER
     }
 }
 
