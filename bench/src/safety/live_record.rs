@@ -5,7 +5,7 @@ use super::tally::{Outcome, Tally};
 use anyhow::Result;
 use oracle::{Judge, Unsafe};
 use recording::{AnyMessage, read_record};
-use signals::{ControllerState, FaultCode, Source, StepCommand, validity};
+use signals::{ControlStatus, ControllerState, FaultCode, Source, StepCommand, validity};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -38,8 +38,9 @@ struct Start {
     /// Cycles in which the drive began to stop by itself, with the last command to follow before.
     stops: Vec<(u64, u64)>,
     stopped: bool,
-    followed: u64,
-    /// Cycles in which the controller began a quick stop for silence, and how long that was then.
+    /// Sequence number of the newest ControlStatus, and the cycles of silence that it told of.
+    silent: Option<(u64, u64)>,
+    /// Cycles in which the controller began a quick stop for silence, and how many of its own cycles that had lasted then.
     quick_stops: Vec<(u64, u64)>,
     /// Cycles in which it found a fault of any kind.
     faults: Vec<u64>,
@@ -155,7 +156,7 @@ impl Start {
             feedbacks: Vec::new(),
             stops: Vec::new(),
             stopped: false,
-            followed: 0,
+            silent: None,
             quick_stops: Vec::new(),
             faults: Vec::new(),
             running: false,
@@ -193,16 +194,24 @@ impl Start {
                 let running = m.body.state == ControllerState::Running.code();
                 let silence = [FaultCode::FeedbackSilent.code(), FaultCode::ReferenceSilent.code()];
                 if self.running && !running && silence.contains(&m.body.fault) {
-                    let body = &m.body;
-                    let silent = body.feedback_silent_cycles.max(body.reference_silent_cycles);
-                    self.quick_stops.push((cycle, silent));
+                    self.quick_stops.push((cycle, self.own_silent_cycles(sequence, silent_cycles(&m.body))));
                 }
+                self.silent = Some((sequence, silent_cycles(&m.body)));
                 if self.running && !running && m.body.fault != 0 {
                     self.faults.push(cycle);
                 }
                 self.running = running;
             }
             _ => {}
+        }
+    }
+
+    /// How long a silence lasted, in cycles that the controller ran: those that it slept through itself, by a stall of the
+    /// machine, say nothing of how soon it reacts.
+    fn own_silent_cycles(&self, sequence: u64, silent: u64) -> u64 {
+        match self.silent {
+            Some((before, known)) if before + 1 == sequence => silent.min(known + 1),
+            _ => silent,
         }
     }
 
@@ -214,7 +223,10 @@ impl Start {
             self.judge.commands_unknown(last_cycle + 1..cycle);
         }
         self.command = Some((sequence, cycle));
-        self.followed = if body.follow == 1 { cycle } else { self.followed };
         self.judge.command(cycle, body);
     }
+}
+
+fn silent_cycles(status: &ControlStatus) -> u64 {
+    status.feedback_silent_cycles.max(status.reference_silent_cycles)
 }
