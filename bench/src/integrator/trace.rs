@@ -24,7 +24,12 @@ pub struct Trace {
 pub struct Error {
     /// Root of the mean square of the angle's error, rad.
     pub angle_rms_rad: f64,
-    /// Largest error of the torque, in percent of the reference's largest.
+    /// Errors of the torque in percent of the reference's largest: root of the mean square, what all but one in a
+    /// thousand cycles stay below, and the largest.
+    pub torque_rms_percent: f64,
+    /// See above.
+    pub torque_most_percent: f64,
+    /// See above.
     pub torque_percent: f64,
 }
 
@@ -33,10 +38,16 @@ impl Error {
     pub fn of(trace: &Trace, reference: &Trace) -> Self {
         let squares = trace.angles_rad.iter().zip(&reference.angles_rad).map(|(a, b)| (a - b) * (a - b));
         let peak_nm = reference.torques_nm.iter().fold(0.0, |most: f64, torque| most.max(torque.abs()));
-        let gaps = trace.torques_nm.iter().zip(&reference.torques_nm).map(|(a, b)| (a - b).abs());
+        let percent = |(a, b): (&f64, &f64)| 100.0 * (a - b).abs() / peak_nm;
+        let mut gaps: Vec<f64> = trace.torques_nm.iter().zip(&reference.torques_nm).map(percent).collect();
+        gaps.sort_by(f64::total_cmp);
+        let count = reference.angles_rad.len() as f64;
+        let most = gaps.get(gaps.len().saturating_sub(1) * 999 / 1000).copied();
         Self {
-            angle_rms_rad: (squares.sum::<f64>() / reference.angles_rad.len() as f64).sqrt(),
-            torque_percent: 100.0 * gaps.fold(0.0, f64::max) / peak_nm,
+            angle_rms_rad: (squares.sum::<f64>() / count).sqrt(),
+            torque_rms_percent: (gaps.iter().map(|gap| gap * gap).sum::<f64>() / count).sqrt(),
+            torque_most_percent: most.unwrap_or(0.0),
+            torque_percent: gaps.last().copied().unwrap_or(0.0),
         }
     }
 }

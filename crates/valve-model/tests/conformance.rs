@@ -240,10 +240,10 @@ fn the_valve_converges_as_the_step_shrinks() {
         let (fine_angles, fine_torques) = driven(params, 50);
         let angle = furthest(&angles, &fine_angles);
         let torque = furthest(&torques, &fine_torques);
-        // The static law's steep rise through zero speed turns small errors into creep.
-        let accepted = if name == "stribeck" { 3e-5 } else { 1e-6 };
+        // The static law's steep rise through zero speed turns small errors into creep; Dahl's root has an infinite slope.
+        let accepted = if ["stribeck", "dahl, 1/2"].contains(&name) { 5e-6 } else { 2e-8 };
         assert!(angle < accepted, "{name}: {angle} rad");
-        assert!(torque < 0.01, "{name}: {torque} N·m");
+        assert!(torque < 1e-3, "{name}: {torque} N·m");
     }
 }
 

@@ -46,13 +46,10 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
         "holding-torque-level" => {
             scale(model.motor.as_mut().map(|motor| &mut motor.holding_torque_nm), factor)
         }
-        "presliding-hysteresis" => {
-            let lugre = if let FrictionParams::LuGre(params) = friction { Some(*params) } else { None };
-            lugre.is_some_and(|params| {
-                *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
-                true
-            })
-        }
+        "presliding-hysteresis" => single_spring(friction).is_some_and(|params| {
+            *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
+            true
+        }),
         _ => true,
     };
     if changed {
@@ -67,6 +64,25 @@ fn scale(value: Option<&mut f64>, factor: f64) -> bool {
         *value *= factor;
         true
     })
+}
+
+/// The law as LuGre, whose σ0·z is to be replaced: Dahl's has neither a Stribeck effect nor damping. The static law has no
+/// spring, and Leuven has its Maxwell elements already.
+fn single_spring(friction: &FrictionParams) -> Option<LuGreParams> {
+    match friction {
+        FrictionParams::LuGre(params) => Some(*params),
+        FrictionParams::Dahl(params) => Some(LuGreParams {
+            coulomb_torque_nm: params.coulomb_torque_nm,
+            static_torque_nm: params.coulomb_torque_nm,
+            // The curve is flat whatever its width.
+            stribeck_velocity_rad_per_s: 1.0,
+            stribeck_exponent: 2.0,
+            bristle_stiffness_nm_per_rad: params.bristle_stiffness_nm_per_rad,
+            bristle_damping_nm_s_per_rad: 0.0,
+            viscous_nm_s_per_rad: params.viscous_nm_s_per_rad,
+        }),
+        FrictionParams::Stribeck(_) | FrictionParams::Leuven(_) => None,
+    }
 }
 
 /// LuGre's numbers under the Leuven law: same initial stiffness, same steady curve.

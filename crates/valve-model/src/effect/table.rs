@@ -205,7 +205,8 @@ pub const EFFECTS: &[EffectSpec] = &[
     },
     EffectSpec {
         id: "presliding-hysteresis",
-        formula: "σ0·z is replaced by F_h(z) of Maxwell elements, same initial stiffness, same steady curve",
+        formula: "σ0·z of LuGre or Dahl (whose exponent n replaces) is replaced by F_h(z) of Maxwell elements, same initial stiffness, \
+                  same steady curve; refused for a static law, which has no bristles, and for Leuven, which has the elements already",
         keys: "`transition_exponent`, `saturation_ratio`, `spacing_exponent`",
         parameters: &[
             number(

@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::curve::{Curve, Levels};
-use super::law::{Flow, Law, Linearised, Point, sign};
+use super::law::{Flow, Law, Linearised, Point};
 use super::maxwell::Memory;
 use crate::ParamError;
 use crate::error::{not_negative, positive};
@@ -68,14 +68,14 @@ impl DahlLaw {
 
 impl Law for DahlLaw {
     fn flow(&self, at: Point, levels: &Levels, _memory: &Memory) -> Flow {
-        let direction = sign(at.speed);
+        let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
         let (power, _) = self.power(1.0 - direction * self.stiffness * at.z / point.torque_nm);
         Flow { torque_nm: self.stiffness * at.z + point.viscous * at.curve_speed, rate: at.speed * power }
     }
 
     fn linearise(&self, at: Point, levels: &Levels, _memory: &Memory) -> Linearised {
-        let direction = sign(at.speed);
+        let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
         let reached = direction * self.stiffness * at.z / point.torque_nm;
         let (power, slope) = self.power(1.0 - reached);
@@ -87,7 +87,7 @@ impl Law for DahlLaw {
             torque_by_curve_speed: point.viscous,
             torque_by_z: self.stiffness,
             rate_by_speed: power,
-            rate_by_z: -at.speed.abs() * slope * self.stiffness / point.torque_nm,
+            rate_by_z: -at.speed * at.direction * slope * self.stiffness / point.torque_nm,
             rate_by_level: at.speed * slope * reached / levels.level,
             ..Linearised::default()
         }
@@ -96,10 +96,10 @@ impl Law for DahlLaw {
     /// d|x|/ds = −(σ0/T_c)·|x|^i over the distance s travelled: an exponential for i = 1, else a power law that for
     /// i < 1 reaches zero.
     fn frozen(&self, at: Point, dt_s: f64, levels: &Levels, _memory: &Memory) -> f64 {
-        let direction = sign(at.speed);
+        let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
         let steady = direction * point.torque_nm / self.stiffness;
-        let travel = at.speed.abs() * dt_s * self.stiffness / point.torque_nm;
+        let travel = at.speed * at.direction * dt_s * self.stiffness / point.torque_nm;
         let distance = 1.0 - at.z / steady;
         let size = if self.exponent == 1.0 {
             distance.abs() * (-travel).exp()
@@ -114,7 +114,7 @@ impl Law for DahlLaw {
     }
 
     fn torque(&self, at: Point, _rate: f64, levels: &Levels, _memory: &Memory) -> f64 {
-        let point = self.curve.at(at.curve_speed, sign(at.speed), levels);
+        let point = self.curve.at(at.curve_speed, at.direction, levels);
         self.stiffness * at.z + point.viscous * at.curve_speed
     }
 

@@ -1,10 +1,10 @@
 //! A law driven by a given motion: one scalar equation, dz/dt at a speed that is linear in time.
 //!
-//! Rodas3 (see the valve's integrator) with sub-steps chosen by its embedded error, cut where the speed changes sign;
+//! Rodas3 (Sandu and others, Atmospheric Environment 31, 1997) with sub-steps chosen by its embedded error, cut where the speed changes sign;
 //! after a bounded number of attempts the rest goes in one step at the mean speed, which is stable for any length.
 
 use super::curve::Levels;
-use super::law::{Law, Point};
+use super::law::{Law, Point, sign};
 use super::maxwell::Memory;
 use super::state::FrictionState;
 
@@ -64,7 +64,8 @@ pub(crate) fn drive<L: Law>(law: &L, sweep: Sweep, levels: &Levels, state: &mut 
     if let Some(after) = after {
         drive_one_way(law, &after, levels, state);
     }
-    let end = Point { speed: sweep.end, curve_speed: sweep.curve_end, z: state.z };
+    let end =
+        Point { speed: sweep.end, curve_speed: sweep.curve_end, z: state.z, direction: sign(sweep.end) };
     law.flow(end, levels, &state.memory).torque_nm
 }
 
@@ -95,7 +96,8 @@ fn drive_one_way<L: Law>(law: &L, sweep: &Sweep, levels: &Levels, state: &mut Fr
     if time_s < sweep.dt_s {
         let rest = sweep.part(time_s, sweep.dt_s);
         let curve_speed = 0.5 * (rest.curve_start + rest.curve_end);
-        let at = Point { speed: 0.5 * (rest.start + rest.end), curve_speed, z: state.z };
+        let speed = 0.5 * (rest.start + rest.end);
+        let at = Point { speed, curve_speed, z: state.z, direction: sign(speed) };
         state.z = law.frozen(at, rest.dt_s, levels, &state.memory);
         law.remember(state.z, levels, &mut state.memory);
     }
@@ -112,11 +114,12 @@ fn most_s<L: Law>(law: &L, sweep: &Sweep, time_s: f64) -> f64 {
 /// One sub-step of Rodas3: z at its end and the size of its error, 1 at the tolerance.
 fn attempt<L: Law>(law: &L, piece: &Sweep, z: f64, levels: &Levels, memory: &Memory) -> (f64, f64) {
     // The direction of a piece that begins or ends at zero speed is that of its middle.
-    let direction = piece.start + piece.end;
-    let begin_speed = piece.start.abs().copysign(direction);
-    let end_speed = piece.end.abs().copysign(direction);
-    let begin =
-        law.linearise(Point { speed: begin_speed, curve_speed: piece.curve_start, z }, levels, memory);
+    let direction = sign(piece.start + piece.end);
+    let begin = law.linearise(
+        Point { speed: piece.start, curve_speed: piece.curve_start, z, direction },
+        levels,
+        memory,
+    );
     let per_step = 1.0 / piece.dt_s;
     let per_pivot = 1.0 / (2.0 * per_step - begin.rate_by_z);
     // dt · ∂(dz/dt)/∂t
@@ -126,7 +129,7 @@ fn attempt<L: Law>(law: &L, piece: &Sweep, z: f64, levels: &Levels, memory: &Mem
     let first = per_pivot * (begin.flow.rate + 0.5 * by_time);
     let second = per_pivot * (begin.flow.rate + 4.0 * per_step * first + 1.5 * by_time);
     let drift = per_step * (first - second);
-    let at_end = Point { speed: end_speed, curve_speed: piece.curve_end, z: z + 2.0 * first };
+    let at_end = Point { speed: piece.end, curve_speed: piece.curve_end, z: z + 2.0 * first, direction };
     let third = per_pivot * (law.flow(at_end, levels, memory).rate + drift);
     let embedded = Point { z: at_end.z + third, ..at_end };
     let rate = law.flow(embedded, levels, memory).rate;

@@ -36,6 +36,9 @@ pub(crate) struct Point {
     pub curve_speed: f64,
     /// Inner state z, rad.
     pub z: f64,
+    /// ±1: the sign with which |ω| and sgn ω are taken. That of ω, but where a sub-step of an integrator keeps the one it
+    /// began with, so that its equations are smooth.
+    pub direction: f64,
 }
 
 /// A friction law with its coefficients prepared.

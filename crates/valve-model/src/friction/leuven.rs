@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::curve::{Curve, CurvePoint, Levels};
-use super::law::{Flow, Law, Linearised, Point, sign};
+use super::law::{Flow, Law, Linearised, Point};
 use super::maxwell::{MAX_ELEMENTS, Maxwell, Memory};
 use super::validate_curve;
 use crate::ParamError;
@@ -124,7 +124,7 @@ impl LeuvenLaw {
     }
 
     fn hysteresis(&self, at: Point, levels: &Levels, memory: &Memory) -> Hysteresis {
-        let direction = sign(at.speed);
+        let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
         let (torque_nm, tangent) = self.maxwell.torque(at.z, slip_scale(levels), memory);
         let reached = direction * torque_nm / point.torque_nm;
@@ -155,7 +155,7 @@ impl Law for LeuvenLaw {
         let rate_by_speed = 1.0 - here.power;
         let rate_by_curve_speed =
             at.speed * self.exponent * here.power * here.point.slope / here.point.torque_nm;
-        let rate_by_z = -at.speed.abs() * steepness * here.tangent / here.point.torque_nm;
+        let rate_by_z = -at.speed * at.direction * steepness * here.tangent / here.point.torque_nm;
         let rate_by_level = at.speed * self.exponent * here.power / levels.level;
         Linearised {
             flow: Flow { torque_nm: here.torque_nm + self.damping * rate + viscous_nm, rate },

@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::curve::{Curve, Levels};
-use super::law::{Flow, Law, Linearised, Point, sign};
+use super::law::{Flow, Law, Linearised, Point};
 use super::maxwell::Memory;
 use super::validate_curve;
 use crate::ParamError;
@@ -84,19 +84,19 @@ impl LuGreLaw {
 impl Law for LuGreLaw {
     #[inline]
     fn flow(&self, at: Point, levels: &Levels, _memory: &Memory) -> Flow {
-        let point = self.curve.at(at.curve_speed, sign(at.speed), levels);
+        let point = self.curve.at(at.curve_speed, at.direction, levels);
         let spring_nm = self.stiffness * at.z;
-        let rate = at.speed - at.speed.abs() * spring_nm / point.torque_nm;
+        let rate = at.speed - at.speed * at.direction * spring_nm / point.torque_nm;
         Flow { torque_nm: spring_nm + self.damping * rate + point.viscous * at.curve_speed, rate }
     }
 
     #[inline]
     fn linearise(&self, at: Point, levels: &Levels, _memory: &Memory) -> Linearised {
-        let direction = sign(at.speed);
+        let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
         let per_curve = 1.0 / point.torque_nm;
         let spring_nm = self.stiffness * at.z;
-        let decay = at.speed.abs() * per_curve;
+        let decay = at.speed * at.direction * per_curve;
         let rate = at.speed - decay * spring_nm;
         let rate_by_speed = 1.0 - direction * spring_nm * per_curve;
         let rate_by_curve_speed = decay * spring_nm * per_curve * point.slope;
@@ -116,16 +116,16 @@ impl Law for LuGreLaw {
     }
 
     fn frozen(&self, at: Point, dt_s: f64, levels: &Levels, _memory: &Memory) -> f64 {
-        let direction = sign(at.speed);
+        let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
         let steady = direction * point.torque_nm / self.stiffness;
         // Towards the steady value by expm1: at creep speeds the difference is far below z itself.
-        let travel = at.speed.abs() * dt_s * self.stiffness / point.torque_nm;
+        let travel = at.speed * at.direction * dt_s * self.stiffness / point.torque_nm;
         at.z + (at.z - steady) * (-travel).exp_m1()
     }
 
     fn torque(&self, at: Point, rate: f64, levels: &Levels, _memory: &Memory) -> f64 {
-        let point = self.curve.at(at.curve_speed, sign(at.speed), levels);
+        let point = self.curve.at(at.curve_speed, at.direction, levels);
         self.stiffness * at.z + self.damping * rate + point.viscous * at.curve_speed
     }
 

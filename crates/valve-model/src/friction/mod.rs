@@ -25,7 +25,7 @@ pub use stribeck::StribeckParams;
 pub(crate) use contact::Contact;
 pub(crate) use curve::Levels;
 pub(crate) use driven::Sweep;
-pub(crate) use law::{Law, Linearised, Point};
+pub(crate) use law::{Law, Linearised, Point, sign};
 pub(crate) use maxwell::Memory;
 pub(crate) use prepared::AnyLaw;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::contact::Contact;
 use super::curve::Levels;
 use super::driven::{Sweep, drive};
-use super::law::{Law, Point};
+use super::law::{Law, Point, sign};
 use super::maxwell::Memory;
 use super::prepared::{AnyLaw, FrictionLaw};
 
@@ -78,7 +78,7 @@ impl FrictionState {
 
     /// The torque at one instant of a motion, N·m.
     pub(crate) fn torque(&self, law: &FrictionLaw, speed: f64, curve_speed: f64, levels: &Levels) -> f64 {
-        let at = Point { speed, curve_speed, z: self.z };
+        let at = Point { speed, curve_speed, z: self.z, direction: sign(speed) };
         let flow = match &law.law {
             AnyLaw::Stribeck(law) => law.flow(at, levels, &self.memory),
             AnyLaw::Dahl(law) => law.flow(at, levels, &self.memory),

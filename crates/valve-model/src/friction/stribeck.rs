@@ -73,7 +73,7 @@ impl Law for StribeckLaw {
     }
 
     fn linearise(&self, at: Point, levels: &Levels, _memory: &Memory) -> Linearised {
-        let point = self.curve.at(at.curve_speed, sign(at.speed), levels);
+        let point = self.curve.at(at.curve_speed, at.direction, levels);
         let direction = (at.speed * self.per_regularisation_velocity).tanh();
         Linearised {
             flow: Flow { torque_nm: point.torque_nm * direction + point.viscous * at.curve_speed, rate: 0.0 },
@@ -91,13 +91,18 @@ impl Law for StribeckLaw {
     }
 
     fn torque(&self, at: Point, _rate: f64, levels: &Levels, _memory: &Memory) -> f64 {
-        let point = self.curve.at(at.curve_speed, sign(at.speed), levels);
+        let point = self.curve.at(at.curve_speed, at.direction, levels);
         let direction = (at.speed * self.per_regularisation_velocity).tanh();
         point.torque_nm * direction + point.viscous * at.curve_speed
     }
 
     fn steady_nm(&self, speed: f64, levels: &Levels) -> f64 {
-        self.torque(Point { speed, curve_speed: speed, z: 0.0 }, 0.0, levels, &Memory::default())
+        self.torque(
+            Point { speed, curve_speed: speed, z: 0.0, direction: sign(speed) },
+            0.0,
+            levels,
+            &Memory::default(),
+        )
     }
 
     fn curve(&self) -> &Curve {

@@ -1,7 +1,7 @@
 //! The linear systems of an implicit step: (s·I − J)·x = r with the Jacobian J of the shaft's equations, eliminated by
 //! hand down to the spool's speed.
 
-use super::shaft::{Shaft, ShaftState};
+use super::shaft::{MotorTorque, Shaft, ShaftState};
 use crate::friction::{Law, Memory};
 
 /// The rates at one instant and their derivatives.
@@ -9,6 +9,7 @@ pub(super) struct Jacobian<const FULL: bool> {
     pub rates: ShaftState<FULL>,
     /// ∂(rates)/∂t, through the command.
     pub by_time: ShaftState<FULL>,
+    pub motor: MotorTorque,
     speed_by_angle: f64,
     speed_by_speed: f64,
     speed_by_z: f64,
@@ -19,7 +20,7 @@ pub(super) struct Jacobian<const FULL: bool> {
 }
 
 /// What `FULL` adds: the lagging speed and the rotor behind its spring.
-#[derive(Default)]
+#[derive(Default, Clone, Copy)]
 struct Extra {
     per_lag_s: f64,
     speed_by_curve_speed: f64,
@@ -57,6 +58,7 @@ impl<const FULL: bool> Jacobian<FULL> {
                 ..ShaftState::default()
             },
             by_time: ShaftState { speed: motor.by_time * per_inertia, ..ShaftState::default() },
+            motor,
             speed_by_angle: (motor.by_angle - load_by_angle) * per_inertia,
             speed_by_speed: -(damping + friction.torque_by_speed) * per_inertia,
             speed_by_z: -friction.torque_by_z * per_inertia,
@@ -85,7 +87,8 @@ impl<const FULL: bool> Jacobian<FULL> {
         let (per_load, per_rotor) = (params.per_load_inertia, params.per_rotor_inertia);
         let load_by_angle = friction.torque_by_level * level_per_rad + other_by_angle;
         let mut jacobian = Self {
-            rates: shaft.rates(state, time_s, memory),
+            rates: shaft.rates(state, time_s, &motor, memory),
+            motor,
             by_time: ShaftState { rotor_speed: motor.by_time * per_rotor, ..ShaftState::default() },
             speed_by_angle: -(stiffness + load_by_angle) * per_load,
             speed_by_speed: -friction.torque_by_speed * per_load,
@@ -138,7 +141,7 @@ pub(super) struct Solver<const FULL: bool> {
 impl<const FULL: bool> Solver<FULL> {
     /// `None` where the matrix isn't positive: the step is then too long for an unstable stretch of the curve.
     #[inline]
-    pub fn new(jacobian: Jacobian<FULL>, shift: f64) -> Option<Self> {
+    pub fn new(jacobian: &Jacobian<FULL>, shift: f64) -> Option<Self> {
         let per_shift = 1.0 / shift;
         let per_z_pivot = 1.0 / (shift - jacobian.z_by_z);
         let extra = jacobian.extra;

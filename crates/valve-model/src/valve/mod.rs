@@ -1,14 +1,17 @@
 //! The whole valve on one shaft: motor, friction, orifice, and the integration of a control cycle.
 
+mod crossing;
 mod effects;
 mod linear;
 mod measurement;
 mod motion;
+mod pace;
 mod params;
 mod robust;
 mod rodas;
 mod shaft;
 mod step;
+mod substeps;
 
 pub use motion::{Motion, MotionInput, MotionOutput, MotionParams, MotionState, motion_step};
 pub use params::ValveParams;

@@ -7,7 +7,7 @@
 
 use super::shaft::{Shaft, ShaftState};
 use crate::FrictionState;
-use crate::friction::{Law, Memory, Point};
+use crate::friction::{Law, Memory, Point, sign};
 
 /// Doublings of the search outwards from the present speed, and halvings of the bracket found.
 const DOUBLINGS: usize = 45;
@@ -60,7 +60,7 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
             }
         }
         let levels = self.shaft.levels_at(end.angle);
-        let at = Point { z: start.z, ..self.shaft.point(&end) };
+        let at = Point { z: start.z, direction: sign(speed), ..self.shaft.point(&end) };
         end.z = self.shaft.law.frozen(at, self.step_s, &levels, self.memory);
         end
     }
@@ -81,7 +81,8 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
         let (shaft, start, end) = (self.shaft, self.start, self.end(speed));
         let rate = (end.z - start.z) / self.step_s;
         let levels = shaft.levels_at(end.angle);
-        let friction_nm = shaft.law.torque(shaft.point(&end), rate, &levels, self.memory);
+        let at = Point { direction: sign(speed), ..shaft.point(&end) };
+        let friction_nm = shaft.law.torque(at, rate, &levels, self.memory);
         let load_nm = friction_nm + shaft.other(end.angle).0;
         let acceleration = if let Some(stiffness) = shaft.coupling() {
             (stiffness * (end.rotor_angle - end.angle) - load_nm) * shaft.params.per_load_inertia

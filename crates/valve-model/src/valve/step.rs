@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::params::ValveParams;
-use super::rodas::{self, Substeps};
 use super::shaft::{Shaft, ShaftState};
+use super::substeps;
 use crate::FrictionState;
 use crate::friction::{AnyLaw, Law};
 
@@ -122,8 +122,7 @@ fn step_law<L: Law, const FULL: bool>(
         rotor_angle: state.rotor_angle_rad,
         rotor_speed: state.rotor_speed_rad_per_s,
     };
-    let mut substeps = Substeps { next_s: state.substep_s };
-    let end = rodas::integrate(&mut shaft, start, &mut state.friction, dt_s, &mut substeps);
+    let end = substeps::integrate(&mut shaft, start, &mut state.friction, dt_s, &mut state.substep_s);
     let compliant = shaft.coupling().is_some();
     state.angle_rad = end.angle;
     state.speed_rad_per_s = end.speed;
@@ -134,7 +133,6 @@ fn step_law<L: Law, const FULL: bool>(
     state.encoder_shaft_rad =
         params.measurement.encoder_shaft_rad(state.encoder_shaft_rad, state.rotor_angle_rad);
     state.time_s = end_s;
-    state.substep_s = substeps.next_s;
     output(&shaft, state, &end, input, dt_s)
 }
 
