@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use injection::SplitSeed;
-use recording::read_record;
+use recording::{AnyMessage, read_record};
 use std::path::Path;
 use stepvalve_tests::{Finished, TestPlace};
 
@@ -39,10 +39,14 @@ fn a_record_cut_anywhere_is_converted_as_far_as_it_goes() {
     for at in cuts {
         let (cut, out) = (place.path("cut.mcap"), place.path("cut.h5"));
         std::fs::write(&cut, &bytes[..at as usize]).unwrap();
-        let mut whole = 0;
-        let readable = read_record(&[&cut], |_| whole += 1).is_ok();
+        let (mut whole, mut cycles) = (0, 0);
+        let readable = read_record(&[&cut], |message| {
+            whole += 1;
+            cycles += u64::from(matches!(message, AnyMessage::Feedback(_)));
+        });
         let converted = convert(&place, &cut, &out);
-        if !readable {
+        // A run file is a table of cycles; without one there is nothing to write.
+        if readable.is_err() || cycles == 0 {
             assert!(converted.expect_code(2).stderr.contains("cut.mcap"), "cut at {at}");
             assert!(!out.exists(), "cut at {at}: a run file was begun");
             continue;

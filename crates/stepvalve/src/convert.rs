@@ -4,6 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use anyhow::{Context, anyhow};
+use run_log::RunLogError;
 use std::path::PathBuf;
 
 /// What to convert.
@@ -20,7 +21,7 @@ pub struct Arguments {
 /// Converts, and says what was found damaged or missing.
 ///
 /// # Errors
-/// [`Failure::Input`] where a segment is no record or the output exists; [`Failure::Failed`] where writing fails.
+/// [`Failure::Input`] where a segment is no record, none holds a cycle, or the output exists; [`Failure::Failed`] where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
     if out.exists() {
@@ -29,7 +30,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for segment in &arguments.segments {
         recording::read_info(segment).map_err(Failure::input)?;
     }
-    let converted = run_log::convert(&arguments.segments, out).with_context(|| name(out))?;
+    let converted = match run_log::convert(&arguments.segments, out) {
+        Err(error @ (RunLogError::NoCycles { .. } | RunLogError::Record(_))) => {
+            return Err(Failure::input(error));
+        }
+        converted => converted.with_context(|| name(out))?,
+    };
     for segment in &converted.report.segments {
         for damage in &segment.damage {
             eprintln!("{}: {damage}", name(&segment.path));
