@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 
 /// The core and the highest priority of the shipped scenario's real-time processes.
 pub const CORE: usize = 1;
-const PRIORITY: u8 = 80;
+pub const PRIORITY: u8 = 80;
 
 /// One process of the loop over all turns.
 pub struct Process {
