@@ -6,7 +6,7 @@ use anyhow::Result;
 use std::time::Instant;
 use valve_model::{ValveInput, ValveParams, ValveState, step};
 
-const REPEATS: usize = 9;
+const REPEATS: usize = 60;
 
 /// What an integrator gave, and what a cycle cost.
 #[derive(Debug, Clone, Default)]
