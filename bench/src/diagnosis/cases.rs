@@ -66,6 +66,8 @@ pub fn all(arguments: &Arguments) -> Vec<Case> {
             }
         }
     }
+    // Mixed, so that a campaign of campaigns that is cut short has some of everything.
+    cases.sort_by_key(|case| case.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     cases
 }
 

@@ -11,6 +11,7 @@ use crate::progress::Progress;
 use anyhow::Result;
 use serde_json::json;
 use std::sync::Mutex;
+use std::time::Duration;
 
 /// How much of it.
 #[derive(clap::Args, Clone, Copy)]
@@ -27,6 +28,9 @@ pub struct Arguments {
     /// About how many samples a campaign has
     #[arg(long, default_value_t = 60_000)]
     samples: usize,
+    /// Begins no further campaign after so many minutes; which ones are then left out is a matter of chance
+    #[arg(long, value_name = "MINUTES")]
+    minutes: Option<u64>,
     /// Torque logs alone
     #[arg(long)]
     torque_only: bool,
@@ -44,7 +48,8 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
         if quick { Arguments { seeds: 1, clean: 6, samples: 20_000, ..*arguments } } else { *arguments };
     let cases = cases::all(&arguments);
     let progress = Mutex::new(Progress::new(cases.len()));
-    let judged = run::all(&cases, &progress)?;
+    let judged =
+        run::all(&cases, &progress, arguments.minutes.map(|minutes| Duration::from_secs(60 * minutes)))?;
     let sheets = tables::all(&judged);
     let data = judged.iter().map(run::Judged::json).collect::<Vec<_>>();
     Ok(Results {

@@ -12,7 +12,7 @@ use std::num::NonZero;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A campaign with what was found in it.
 #[derive(Debug, Clone)]
@@ -53,23 +53,26 @@ impl Judged {
     }
 }
 
-/// All cases, as many at a time as there are processors.
+/// All cases, as many at a time as there are processors; none is begun after `limit`.
 ///
 /// # Errors
 /// The first failure.
-pub fn all(cases: &[Case], progress: &Mutex<Progress>) -> Result<Vec<Judged>> {
+pub fn all(cases: &[Case], progress: &Mutex<Progress>, limit: Option<Duration>) -> Result<Vec<Judged>> {
+    let begun = Instant::now();
+    let in_time = || limit.is_none_or(|limit| begun.elapsed() < limit);
     let queue = Mutex::new(cases.iter().enumerate());
-    let done: Mutex<Vec<(usize, Result<Judged>)>> = Mutex::new(Vec::new());
+    let done: Mutex<Vec<(usize, Result<Option<Judged>>)>> = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, NonZero::get);
     std::thread::scope(|scope| {
         for _ in 0..workers {
             scope.spawn(|| {
-                let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let next =
+                    || queue.lock().unwrap_or_else(PoisonError::into_inner).next().filter(|_| in_time());
                 while let Some((index, case)) = next() {
                     let what = format!("seed {}, {:?}", case.seed, case.hidden.effects);
                     progress.lock().unwrap_or_else(PoisonError::into_inner).next(what.clone());
                     let judged = one(case).with_context(|| what);
-                    if let Ok(judged) = &judged {
+                    if let Ok(Some(judged)) = &judged {
                         report(judged);
                     }
                     done.lock().unwrap_or_else(PoisonError::into_inner).push((index, judged));
@@ -79,7 +82,7 @@ pub fn all(cases: &[Case], progress: &Mutex<Progress>) -> Result<Vec<Judged>> {
     });
     let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, judged)| judged).collect()
+    done.into_iter().filter_map(|(_, judged)| judged.transpose()).collect()
 }
 
 /// What is not as it should be is said at once: it is what one looks at next.
@@ -99,8 +102,12 @@ fn report(judged: &Judged) {
     }
 }
 
-fn one(case: &Case) -> Result<Judged> {
-    let campaign = Campaign::draw(case.seed, &case.hidden);
+/// `None` where the rig can't be drawn from the seed.
+fn one(case: &Case) -> Result<Option<Judged>> {
+    let Some(campaign) = Campaign::try_draw(case.seed, &case.hidden) else {
+        eprintln!("left out: seed {}, {:?}: the rotor loses steps whatever is drawn", case.seed, case.hidden);
+        return Ok(None);
+    };
     let begun = Instant::now();
     let diagnosis = diagnose(&campaign)?;
     let wall_s = begun.elapsed().as_secs_f64();
@@ -118,7 +125,7 @@ fn one(case: &Case) -> Result<Judged> {
     let single = matches!(case.class, Class::Strong | Class::Weak) && outcome == Outcome::Right;
     let best_fits =
         if case.best_fit && single { best_fits(case, &campaign.truth, &diagnosis)? } else { Vec::new() };
-    Ok(Judged {
+    Ok(Some(Judged {
         case: case.clone(),
         intervals: if single { intervals(&campaign.truth, &diagnosis, true) } else { Vec::new() },
         best_fits,
@@ -129,7 +136,7 @@ fn one(case: &Case) -> Result<Judged> {
         outcome,
         baseline,
         wall_s,
-    })
+    }))
 }
 
 /// The same campaign without noise, fitted by the product: what its own form makes of the rig's.

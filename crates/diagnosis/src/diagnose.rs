@@ -2,7 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::campaign::Campaign;
-use crate::findings;
+use crate::findings::{self, MISFIT};
 use crate::fit::{Fitted, fit};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Nuisances, Point, Setting};
@@ -117,14 +117,14 @@ pub fn diagnose(
         angle_zero: campaign.channel == Channel::Angle && campaign.angle_zero_per_run,
     };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
-    let judged = judge(setting, noise, &first, &able, options.seed, tell)?;
+    let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
     let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
     if zero_nm == 0.0 {
         return findings::conclude(&judged, &able, &unable);
     }
     tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
     let setting = Setting { nuisances: Nuisances { zero_nm, ..nuisances }, ..setting };
-    let judged = judge(setting, noise, &first, &able, options.seed, tell)?;
+    let judged = judge(setting, noise, &first, Some(&judged.selection), &able, options.seed, tell)?;
     findings::conclude(&judged, &able, &unable)
 }
 
@@ -133,6 +133,7 @@ fn judge<'a>(
     setting: Setting<'a>,
     noise: NoiseLevel,
     first: &Point,
+    earlier: Option<&Selection>,
     able: &[crate::candidate::Candidate],
     seed: u64,
     tell: &mut dyn FnMut(Event<'_>),
@@ -145,7 +146,7 @@ fn judge<'a>(
     tell(Event::Noise { rms, noise: noise.total });
     let structure_before = structure(&setting, &before);
     tell(Event::Step("screening causes"));
-    let selection = select(&setting, able, base, &mut |ranking| tell(Event::Ranking(ranking)))?;
+    let selection = select(&setting, able, base, earlier, &mut |ranking| tell(Event::Ranking(ranking)))?;
     tell(Event::Step("measuring the gain"));
     Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
 }
@@ -195,8 +196,10 @@ impl Judgement<'_> {
             structure.dependences.iter().find(|of| of.on != "run" && of.share > 0.02 && of.p_value < 0.01);
         let share = by_run.filter(|of| of.p_value < 0.01).map_or(0.0, |of| of.share);
         let of_others = within.map_or(0.0, |of| of.share);
-        // Zeros explain nothing that a covariate within the runs explains better.
-        if share < 0.05 || of_others > 0.8 * share {
+        // Zeros explain nothing that a covariate within the runs explains better, nor the misfit of a large cause.
+        let explained = self.selection.rms_first.powi(2) - self.selection.rms.powi(2);
+        let of_a_cause = share * structure.rms.powi(2) < MISFIT * explained;
+        if share < 0.05 || of_others > 0.8 * share || of_a_cause {
             return Ok(0.0);
         }
         Ok(share.sqrt() * structure.rms * self.noise.total)

@@ -24,6 +24,16 @@ const SHARE_LEFT: f64 = 0.02;
 const CHANCE: f64 = 0.01;
 /// Causes that explain less of what is beyond noise than this don't explain it.
 const EXPLAINED: f64 = 0.5;
+/// What the misfit of a form may leave, in parts of what the causes explain ...
+pub(crate) const MISFIT: f64 = 0.02;
+/// ... beyond it, one covariate that explains this part of what is left speaks of another cause.
+const ANOTHER: f64 = 0.15;
+/// Causes that take any function of what they depend on: alone, they leave no more than this part of what they explain.
+const GENERAL: [&str; 5] =
+    ["torque-offset", "torque-gain", "pressure-torque", "position-torque", "flow-torque"];
+const LITTLE: f64 = 0.05;
+/// An RMS on held-out runs that is this part of what it was, or more, is no better.
+const HARDLY: f64 = 0.95;
 
 pub(crate) fn conclude(
     judged: &Judgement<'_>,
@@ -34,10 +44,11 @@ pub(crate) fn conclude(
     let mut undecided: Vec<&'static str> = selection.ambiguous.iter().map(|group| group.0).collect();
     let (_, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_after = structure(&judged.setting, &left_of_all);
-    let explained = share_explained(selection);
     let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
         && !is_noise(&structure_after)
-        && explained < EXPLAINED;
+        && (share_explained(selection) < EXPLAINED
+            || another_cause(selection, &structure_after)
+            || fails_on_held_out(judged, &left_of_all));
     if doubtful {
         undecided =
             selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
@@ -89,6 +100,27 @@ pub(crate) fn conclude(
 fn share_explained(selection: &Selection) -> f64 {
     let beyond = selection.rms_first.powi(2) - 1.0;
     if beyond <= 0.0 { 1.0 } else { (selection.rms_first.powi(2) - selection.rms.powi(2)) / beyond }
+}
+
+/// Whether the causes make runs that nothing was fitted or chosen on hardly better.
+fn fails_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> bool {
+    let held_out = |piece: &Piece| piece.hold_out;
+    let rms = |left: &[Left]| rms_left(&judged.setting, left, &held_out);
+    rms(left) > HARDLY * rms(&judged.before)
+}
+
+/// Whether much is left, and left in order: the causes then stand in for one that the list doesn't have.
+fn another_cause(selection: &Selection, structure: &Structure) -> bool {
+    let left = structure.rms.powi(2) - 1.0;
+    let explained = selection.rms_first.powi(2) - selection.rms.powi(2);
+    let telling = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
+    let share = telling.map(|of| of.share).fold(0.0, f64::max);
+    let general = selection.fitted.point.hypothesis.members.iter();
+    if general.map(|member| member.candidate.id).all(|id| GENERAL.contains(&id)) && left > LITTLE * explained
+    {
+        return true;
+    }
+    left > MISFIT * explained && share * structure.rms.powi(2) > ANOTHER * left
 }
 
 fn is_noise(structure: &Structure) -> bool {

@@ -43,7 +43,7 @@ pub(crate) struct PieceEquations {
 }
 
 /// Where everything stands: a hypothesis and how each piece begins.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Point {
     pub hypothesis: Hypothesis,
     /// By piece: the bristle's deflection, or the shift of the first angle, rad.
@@ -65,7 +65,8 @@ impl Setting<'_> {
         hypothesis.free().into_iter().map(|free| self.own_column(hypothesis, free)).collect()
     }
 
-    fn own_column(&self, hypothesis: &Hypothesis, free: Free) -> Result<Column, DiagnosisError> {
+    /// The column of one number, free or not.
+    pub fn own_column(&self, hypothesis: &Hypothesis, free: Free) -> Result<Column, DiagnosisError> {
         if free == Free::Zero {
             return Ok(Column::Direct(Additive::Constant));
         }

@@ -11,6 +11,9 @@ use crate::workers::{Workers, map};
 const FOURTH: f64 = 70.0;
 /// Samples whose noise is taken together.
 const BLOCK: usize = 128;
+/// A block of a torque log that is louder than what is known of its noise by this factor counts as its residual's fast
+/// part says: the smoother there had to let more of the encoder through.
+const LOUDER: f64 = 1.5;
 /// Samples on either side over which the encoder's share is averaged.
 const REACH: usize = 50;
 
@@ -51,7 +54,10 @@ pub(crate) fn estimate(
     let (mut sum, mut count) = (0.0, 0.0);
     for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
         for (index, weight) in piece.weights.iter_mut().enumerate() {
-            let variance = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
+            let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
+            let local = look.fast.get(index / BLOCK).copied().unwrap_or(known);
+            let louder = matches!(ready, Ready::Torque(_)) && local > LOUDER * known;
+            let variance = if louder { local } else { known };
             *weight = 1.0 / variance.sqrt();
             sum += variance;
             count += 1.0;

@@ -5,15 +5,21 @@ use crate::DiagnosisError;
 use crate::candidate::{Candidate, Probe};
 use crate::fit::{Fitted, fit, sum};
 use crate::gram::{Gram, HeldOut, leave_out, solve};
-use crate::hypothesis::Member;
+use crate::hypothesis::{Free, Member};
 use crate::linear::{Column, Point, Setting, by_group};
 use crate::piece::Piece;
 use crate::workers::map;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.
 pub(crate) const FLOOR: f64 = 0.01;
-/// ... and by so much of what all causes explain, as a mean square: below it lies the misfit of a form.
+/// ... and by so much of what all causes of an open form explain, as a mean square: below it lies the misfit of a form.
 const SHARE: f64 = 0.02;
+/// Causes whose form leaves nothing open: nothing that they leave is a misfit of theirs.
+const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
+/// ... and by so much of what is left beyond noise: less is picked from what another cause leaves.
+const OF_THE_REST: f64 = 0.1;
+/// A rival is fitted where its linearised gain is at least this part of what it would have to be.
+const PROMISING: f64 = 0.3;
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
 const ORDER_FLOOR: f64 = 0.004;
 /// A shape is freed where it cuts the RMS by so much, in parts of the noise.
@@ -64,6 +70,8 @@ pub(crate) struct Selection {
     pub held_out: HeldOut,
     pub rms_first: f64,
     pub rms: f64,
+    /// What causes of an open form explain, as a mean square in parts of the noise's.
+    pub explained_by_form: f64,
     pub rounds: Vec<Round>,
     /// Groups of names of which one is needed; its representative is a member of the hypothesis.
     pub ambiguous: Vec<(&'static str, Vec<&'static str>)>,
@@ -72,6 +80,15 @@ pub(crate) struct Selection {
     /// Gains of the first screening, best first.
     pub first_ranking: Vec<(&'static str, f64)>,
     pub dropped: Vec<(&'static str, String)>,
+}
+
+impl Selection {
+    /// By how much a cause must cut the held-out RMS, in parts of the noise.
+    fn least_cut(&self) -> f64 {
+        let square = self.rms.powi(2);
+        let least = (SHARE * self.explained_by_form).max(OF_THE_REST * (square - 1.0));
+        FLOOR.max(self.rms - (square - least).max(0.0).sqrt())
+    }
 }
 
 /// Names that section "twins" of the docs pairs, for torque logs and for angle logs.
@@ -105,26 +122,31 @@ pub(crate) fn are_twins(a: &str, b: &str, torque: bool) -> bool {
 /// Who is told a ranking: the effects, and how well each explains the residual.
 pub(crate) type Tell<'a> = dyn FnMut(&[(&'static str, f64)]) + 'a;
 
-/// Looks for causes from `begin` on.
+/// Looks for causes from `begin` on; those of `earlier` are in at first, and stay as far as they pay.
 pub(crate) fn select(
     setting: &Setting<'_>,
     candidates: &[Candidate],
     begin: Fitted,
+    earlier: Option<&Selection>,
     tell: &mut Tell<'_>,
 ) -> Result<Selection, DiagnosisError> {
     let held_out = judge(setting, &begin.groups);
-    let rms = rms(&held_out, &begin.groups);
+    let rms_first = rms(&held_out, &begin.groups);
     let mut state = Selection {
         fitted: begin,
         held_out,
-        rms_first: rms,
-        rms,
+        rms_first,
+        rms: rms_first,
+        explained_by_form: 0.0,
         rounds: Vec::new(),
         ambiguous: Vec::new(),
         angles: Vec::new(),
         first_ranking: Vec::new(),
         dropped: Vec::new(),
     };
+    if let Some(earlier) = earlier {
+        take_over(setting, earlier, &mut state)?;
+    }
     for round in 0..MOST {
         let screened = screen(setting, candidates, &state.fitted.point)?;
         if round == 0 {
@@ -139,6 +161,26 @@ pub(crate) fn select(
         drop_idle(setting, &mut state)?;
     }
     Ok(state)
+}
+
+/// Begins with causes that were found before, fitted anew.
+fn take_over(
+    setting: &Setting<'_>,
+    earlier: &Selection,
+    state: &mut Selection,
+) -> Result<(), DiagnosisError> {
+    let fitted = fit(setting, earlier.fitted.point.clone(), &fitted_pieces, 8)?;
+    let held_out = judge(setting, &fitted.groups);
+    let rms = rms(&held_out, &fitted.groups);
+    let open = fitted.point.hypothesis.members.iter().any(|member| !EXACT.contains(&member.candidate.id));
+    if open {
+        state.explained_by_form = earlier.explained_by_form.min(state.rms.powi(2) - rms.powi(2)).max(0.0);
+    }
+    (state.fitted, state.held_out, state.rms) = (fitted, held_out, rms);
+    state.ambiguous.clone_from(&earlier.ambiguous);
+    state.angles.clone_from(&earlier.angles);
+    state.rounds.clone_from(&earlier.rounds);
+    drop_idle(setting, state)
 }
 
 fn fitted_pieces(piece: &Piece) -> bool {
@@ -342,11 +384,7 @@ fn next_cause(
             (numbers(a), a.rms).partial_cmp(&(numbers(b), b.rms)).unwrap_or(std::cmp::Ordering::Equal)
         })
     });
-    let explained = state.rms_first.powi(2) - state.rms.powi(2);
-    let paying = chosen.filter(|rival| {
-        let gain = state.rms.powi(2) - rival.rms.powi(2);
-        state.rms - rival.rms >= FLOOR && gain >= SHARE * (explained + gain)
-    });
+    let paying = chosen.filter(|rival| state.rms - rival.rms >= state.least_cut());
     let Some(chosen) = paying else {
         state.rounds.push(round);
         return Ok(false);
@@ -365,6 +403,9 @@ fn next_cause(
     }
     if !equals.is_empty() {
         state.ambiguous.push((name(chosen), equals));
+    }
+    if !EXACT.contains(&name(chosen)) {
+        state.explained_by_form += state.rms.powi(2) - chosen.rms.powi(2);
     }
     state.fitted = chosen.fitted.clone();
     state.held_out = chosen.held_out.clone();
@@ -412,6 +453,9 @@ fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisE
         }
         take_if(setting, state, point, |now, then| then < now - REFINED)?;
     }
+    if member.candidate.series {
+        more_orders(setting, state, index)?;
+    }
     if member.candidate.id == "direction-asymmetry" {
         for number in 0..member.numbers.len() {
             let mut point = state.fitted.point.clone();
@@ -429,6 +473,49 @@ fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisE
         }
     }
     Ok(())
+}
+
+/// Further harmonics of a series that is in already, each where it pays beside those.
+fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+    let point = state.fitted.point.clone();
+    let Some(member) = point.hypothesis.members.get(index) else { return Ok(()) };
+    let mut columns = setting.own_columns(&point.hypothesis)?;
+    let mut taken: Vec<usize> = (0..columns.len()).collect();
+    let mut places: Vec<(usize, usize)> = Vec::new();
+    for order in (0..member.numbers.len() / 2).filter(|order| !member.free.contains(&(2 * order))) {
+        places.push((order, columns.len()));
+        for number in [2 * order, 2 * order + 1] {
+            columns.push(setting.own_column(&point.hypothesis, Free::Number(index, number))?);
+        }
+    }
+    let equations = setting.equations(&point, &columns, fitted_pieces)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let left = |columns: &[usize]| {
+        leave_out(&groups, &setting.campaign.fold_of, columns)
+            .map_or(f64::INFINITY, |held| rms(&held, &groups))
+    };
+    let mut reached = left(&taken);
+    let mut wider = point.clone();
+    while let Some((best, cut)) = places
+        .iter()
+        .map(|(order, at)| ((*order, *at), reached - left(&[&taken[..], &[*at, at + 1]].concat())))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, cut)| *cut >= ORDER_FLOOR)
+    {
+        reached -= cut;
+        taken.extend([best.1, best.1 + 1]);
+        places.retain(|place| *place != best);
+        if let Some(of) = wider.hypothesis.members.get_mut(index) {
+            of.free.extend([2 * best.0, 2 * best.0 + 1]);
+        }
+    }
+    if let Some(of) = wider.hypothesis.members.get_mut(index) {
+        of.free.sort_unstable();
+    }
+    if wider == point {
+        return Ok(());
+    }
+    take_if(setting, state, wider, |now, then| then < now - REFINED)
 }
 
 fn take_if(
@@ -479,7 +566,7 @@ fn fit_rivals(
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
     let mut rivals = Vec::new();
-    if most < 0.3 * FLOOR {
+    if most < PROMISING * state.least_cut() {
         return Ok(rivals);
     }
     let torque = setting.campaign.facts.is_torque();
@@ -522,9 +609,8 @@ fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), Diagnos
             }
         }
         let Some((index, without, fitted, held_out)) = idlest else { break };
-        let explained = state.rms_first.powi(2) - state.rms.powi(2);
         let worth = without.powi(2) - state.rms.powi(2);
-        if without - state.rms >= FLOOR && worth >= SHARE * explained {
+        if without - state.rms >= FLOOR && worth >= SHARE * state.explained_by_form {
             break;
         }
         if let Some(member) = state.fitted.point.hypothesis.members.get(index) {

@@ -7,8 +7,10 @@ use crate::piece::Piece;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
-/// Bins of a covariate.
+/// Bins of a covariate; of the angle one for so many rad, where that is not too many.
 const BINS: usize = 12;
+const ANGLE_BIN_RAD: f64 = 0.3;
+const MOST_BINS: usize = 120;
 /// Lags over which neighbours are compared.
 const LAGS: usize = 400;
 /// Orders over a turn that are looked at.
@@ -142,7 +144,9 @@ fn binned(
     let bins: Vec<&[(f64, f64)]> = if by_value {
         values.chunk_by(|a, b| a.0 == b.0).collect()
     } else {
-        values.chunks(values.len().div_ceil(BINS)).collect()
+        let fine = ((last - first) / ANGLE_BIN_RAD) as usize;
+        let wanted = if name == "angle" && (BINS..MOST_BINS).contains(&fine) { fine } else { BINS };
+        values.chunks(values.len().div_ceil(wanted)).collect()
     };
     let within = |bin: &&[(f64, f64)]| {
         let sum: f64 = bin.iter().map(|(_, value)| value).sum();

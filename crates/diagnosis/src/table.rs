@@ -330,16 +330,17 @@ fn hysteresis() -> Candidate {
     let straight = 99f64.ln();
     let ratio = parameter("saturation_ratio", Map::OnePlusExp, straight, ((2e-3f64).ln(), straight), 0.1);
     let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 100f64.ln()), 0.1);
-    let probe = |ratio: f64, exponent: f64| Probe {
-        shape: vec![(ratio - 1.0).ln(), exponent.ln()],
+    let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.2f64.ln(), 8f64.ln()), 0.1);
+    let probe = |ratio: f64, exponent: f64, spacing: f64| Probe {
+        shape: vec![(ratio - 1.0).ln(), exponent.ln(), spacing.ln()],
         columns: vec![(0, 1.0)],
         jump: true,
     };
     Candidate {
         id: "presliding-hysteresis",
-        parameters: vec![ratio, transition],
-        probes: vec![probe(1.2, 10.0), probe(2.0, 4.0), probe(1.05, 30.0)],
-        free: vec![0, 1],
+        parameters: vec![ratio, transition, spacing],
+        probes: vec![probe(1.2, 10.0, 1.0), probe(2.0, 4.0, 1.0), probe(1.1, 6.0, 2.0), probe(1.1, 6.0, 4.0)],
+        free: vec![0, 1, 2],
         optional: Vec::new(),
         series: false,
     }

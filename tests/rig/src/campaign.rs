@@ -51,9 +51,13 @@ struct Residual {
 impl Campaign {
     /// Draws a campaign; the same for the same seed and wish.
     pub fn draw(seed: u64, hidden: &Hidden) -> Self {
-        (0..ATTEMPTS)
-            .find_map(|attempt| Self::attempt(seed, attempt, hidden))
+        Self::try_draw(seed, hidden)
             .unwrap_or_else(|| panic!("seed {seed}, {hidden:?}: the rotor loses steps whatever is drawn"))
+    }
+
+    /// The same; `None` where the rotor loses steps whatever is drawn.
+    pub fn try_draw(seed: u64, hidden: &Hidden) -> Option<Self> {
+        (0..ATTEMPTS).find_map(|attempt| Self::attempt(seed, attempt, hidden))
     }
 
     fn attempt(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Self> {
