@@ -56,7 +56,8 @@ fn a_carriage_on_a_screw() {
     let place = TestPlace::new();
     let file = data.join("emps/DATA_EMPS.mat");
     let arguments = ["import", file.to_str().unwrap(), "--map", "time=t", "--map", "angle=qm*2*pi/0.0025"];
-    let more = ["--map", "torque=gtau*vir*0.0025/(2*pi)", "--out", "log.h5"];
+    let log = place.path("log.h5");
+    let more = ["--map", "torque=gtau*vir*0.0025/(2*pi)", "--out", log.to_str().unwrap()];
     place.stepvalve(&[&arguments[..], &more].concat()).expect_code(0);
     let metre_per_rad = 0.0025 / std::f64::consts::TAU;
     let square = metre_per_rad * metre_per_rad;
@@ -88,7 +89,8 @@ fn a_seal_whose_pressure_was_not_recorded() {
     files.sort();
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
     let maps = ["--map", "time=c1/1000", "--map", "angle=c5/12.5", "--map", "torque=c7*0.0125"];
-    let fixed = ["--gap", "60", "--kind", "constant-velocity", "--out", "log.h5"];
+    let log = place.path("log.h5");
+    let fixed = ["--gap", "60", "--kind", "constant-velocity", "--out", log.to_str().unwrap()];
     place.stepvalve(&[&["import"], &files[..], &maps, &fixed].concat()).expect_code(0);
     let found = diagnosed(&place, &model(&place, 0.0, 0.06, 0.0));
     assert_eq!(names(&found), [""; 0], "{found}");
