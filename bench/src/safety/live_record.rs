@@ -126,9 +126,10 @@ fn follow(ground: &Ground, start: &Start, from: u64, to: u64, outcome: &mut Outc
     }
     outcome.stopped |= start.faults.iter().any(within);
     // The controller's: as it has counted the cycles without a message of the partner that fell silent.
-    if let Some((_, silent)) = start.quick_stops.iter().find(|(cycle, _)| within(cycle))
+    if let Some((cycle, silent)) = start.quick_stops.iter().find(|(cycle, _)| within(cycle))
         && outcome.reaction.is_none()
     {
+        outcome.exact.push_str(&format!(", quick stop seen in cycle {cycle}"));
         outcome.reaction = Some((silent + 1, silence + 1));
     }
 }
@@ -194,7 +195,9 @@ impl Start {
                 let running = m.body.state == ControllerState::Running.code();
                 let silence = [FaultCode::FeedbackSilent.code(), FaultCode::ReferenceSilent.code()];
                 if self.running && !running && silence.contains(&m.body.fault) {
-                    self.quick_stops.push((cycle, self.own_silent_cycles(sequence, silent_cycles(&m.body))));
+                    let after = cycle.saturating_sub(m.body.fault_cycle);
+                    let silent = silent_cycles(&m.body).saturating_sub(after);
+                    self.quick_stops.push((cycle, self.own_silent_cycles(sequence, silent)));
                 }
                 self.silent = Some((sequence, silent_cycles(&m.body)));
                 if self.running && !running && m.body.fault != 0 {
@@ -206,7 +209,7 @@ impl Start {
         }
     }
 
-    /// How long a silence lasted, in cycles that the controller ran: those that it slept through itself, by a stall of the
+    /// How long a silence had lasted when it was found, in cycles that the controller ran: those that it slept through itself, by a stall of the
     /// machine, say nothing of how soon it reacts.
     fn own_silent_cycles(&self, sequence: u64, silent: u64) -> u64 {
         match self.silent {
