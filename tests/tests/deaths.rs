@@ -73,6 +73,21 @@ fn a_killed_recorder_is_replaced_and_the_gap_declared() {
     });
 }
 
+#[test]
+fn a_closed_terminal_stops_nothing() {
+    despite_stalls(|place| {
+        let mut run = place.start_simulate(&rotation(place), "realtime", "out", &["--instance", "victim"]);
+        let pid = place.wait_for("the recorder", || place.child_of(run.id(), "run-recorder"));
+        place.wait_for("the record", || turning(place));
+        // From here on nobody reads what the supervisor and its processes say; the recorder's death is something to say.
+        drop(run.stderr.take());
+        kill(pid, Signal::SIGKILL).unwrap();
+        let finished = Finished::from(run.wait_with_output().unwrap()).expect_code(0);
+        assert_eq!(finished.summary()["recorder_restarts"], 1);
+        place.assert_nothing_left(&["victim"]);
+    });
+}
+
 /// Cycles that each loop process overran or skipped from the recorder's death until its successor has been there for
 /// 100 cycles.
 fn late_around_the_gap(place: &TestPlace) -> u64 {

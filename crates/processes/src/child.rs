@@ -1,5 +1,6 @@
 //! The life of a process, the same for all four: part, bus, ready, go, cycles, done, finish.
 
+use crate::complain::complain;
 use crate::frame::{FrameError, read_frame, write_frame};
 use crate::part::{ChildSummary, FromChild, Mode, Part, Task, ToChild};
 use crate::{controller, generator, plant, recorder};
@@ -168,7 +169,7 @@ pub fn run(source: Source) -> ExitCode {
         Err(error) => {
             // Whoever reads stdout may be gone; stderr is there for that.
             let _ = write_frame(stdout(), &FromChild::Failed(error.to_string()));
-            eprintln!("{source}: {error}");
+            complain(format_args!("{source}: {error}"));
             ExitCode::FAILURE
         }
     }

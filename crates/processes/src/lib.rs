@@ -5,8 +5,10 @@
 //! and stays (so that its last messages can still be read) until [`ToChild::Finish`]. The end of stdin means that the
 //! supervisor is gone.
 #![forbid(unsafe_code)]
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod child;
+mod complain;
 mod controller;
 mod faults;
 mod frame;
@@ -20,6 +22,7 @@ mod recorder;
 mod segments;
 
 pub use child::{ChildError, run};
+pub use complain::complain;
 pub use frame::{FrameError, read_frame, write_frame};
 pub use part::{
     ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,

@@ -4,6 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use anyhow::{Context, anyhow};
+use processes::complain;
 use run_log::RunLogError;
 use std::path::PathBuf;
 
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     for segment in &converted.report.segments {
         for damage in &segment.damage {
-            eprintln!("{}: {damage}", name(&segment.path));
+            complain(format_args!("{}: {damage}", name(&segment.path)));
         }
     }
     let report = &converted.report;

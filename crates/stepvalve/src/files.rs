@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use anyhow::{Context, anyhow};
 use closed_loop::{Parts, wire};
 use config::{ConfigErrors, Scenario, belief_warnings, check_against_models, parse_model, parse_scenario};
+use processes::complain;
 use recording::Texts;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ pub fn load(path: &Path) -> Result<Loaded, Failure> {
     let truth = parse_model(&truth_text, &name(&truth_path)).map_err(input)?;
     let belief = parse_model(&belief_text, &name(&belief_path)).map_err(input)?;
     for warning in belief_warnings(&scenario, &belief) {
-        eprintln!("note: {warning}");
+        complain(format_args!("note: {warning}"));
     }
     let texts = Texts { scenario: text, truth: truth_text, belief: belief_text };
     assemble(scenario, &truth, &belief, texts, &name(path))

@@ -1,5 +1,6 @@
 //! `stepvalve`: the command line.
 #![forbid(unsafe_code)]
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod check;
 mod compensation;
@@ -31,6 +32,7 @@ mod tune;
 use clap::{Parser, Subcommand};
 use control::Request;
 use failure::Outcome;
+use processes::complain;
 use std::process::ExitCode;
 
 /// Positions a stepped rotary hydraulic valve, simulates it, and records what it does.
@@ -123,7 +125,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Fault) => ExitCode::from(3),
         Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(failure) => {
-            eprintln!("{failure}");
+            complain(&failure);
             failure.code()
         }
     }

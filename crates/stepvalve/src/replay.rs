@@ -5,6 +5,7 @@ use crate::files::{load_texts, name};
 use crate::say::say;
 use anyhow::{Result, anyhow, bail};
 use closed_loop::ControllerRole;
+use processes::complain;
 use recording::{AnyMessage, read_record};
 use signals::{Body, ControlStatus, Feedback, OperatorCommand, Reference, StepCommand};
 use std::collections::BTreeMap;
@@ -37,7 +38,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let report = read_record(&arguments.segments, |message| seen.note(message)).map_err(Failure::input)?;
     let this_version = env!("CARGO_PKG_VERSION");
     if report.info.program_version != this_version {
-        eprintln!("note: recorded by version {}, replayed by {this_version}", report.info.program_version);
+        complain(format_args!(
+            "note: recorded by version {}, replayed by {this_version}",
+            report.info.program_version
+        ));
     }
     let loaded = load_texts(&report.info.texts)?;
     let replayed = seen.replay(ControllerRole::new(&loaded.parts.controller))?;

@@ -10,6 +10,7 @@ use crate::signals::Interruption;
 use crate::simulate::{Mode, info};
 use crate::supervisor::{self, Channel, Setup, Stay};
 use anyhow::anyhow;
+use processes::complain;
 use processes::{Keep, Mode as Pace};
 use std::path::PathBuf;
 
@@ -47,7 +48,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut loaded = files::load(&arguments.scenario)?;
     for warning in loaded.scenario.warnings() {
-        eprintln!("note: {warning}");
+        complain(format_args!("note: {warning}"));
     }
     loaded.parts = loaded.parts.without_end();
     let output = Output::of_instance(&arguments.out)?;

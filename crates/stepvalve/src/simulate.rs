@@ -15,6 +15,7 @@ use crate::supervisor::{self, Setup};
 use anyhow::anyhow;
 use clap::ValueEnum;
 use injection::Injection;
+use processes::complain;
 use processes::{Keep, Mode as Pace};
 use recording::{RecordInfo, read_record};
 use std::collections::BTreeMap;
@@ -76,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let injections = injections(arguments)?;
     let loaded = files::load(&arguments.scenario)?;
     for warning in loaded.scenario.warnings() {
-        eprintln!("note: {warning}");
+        complain(format_args!("note: {warning}"));
     }
     let output = Output::prepare(&arguments.out)?;
     let interruption = Interruption::watch()?;

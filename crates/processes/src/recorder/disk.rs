@@ -1,6 +1,7 @@
 //! The record on the disk: segment after segment, made safe by a thread of its own, given up when the disk fails.
 
 use super::ring::Ring;
+use crate::complain::complain;
 use crate::part::{Keep, RecorderPart};
 use crate::segments::SegmentName;
 use injection::{Fault, Injection};
@@ -210,7 +211,7 @@ impl Disk {
     }
 
     fn fail(&mut self, reason: String) {
-        eprintln!("run-recorder: {reason}; the loop goes on unrecorded");
+        complain(format_args!("run-recorder: {reason}; the loop goes on unrecorded"));
         self.writer = None;
         self.last_sync = Instant::now();
         self.error.get_or_insert(reason);

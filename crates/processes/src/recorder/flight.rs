@@ -1,5 +1,6 @@
 //! The slow cycle's flight recorder: the last seconds of every process's timing, in memory, saved when a cycle was slow.
 
+use crate::complain::complain;
 use serde::Serialize;
 use signals::{LoopTiming, Message, Source};
 use std::collections::{BTreeMap, VecDeque};
@@ -100,7 +101,7 @@ impl Flight {
         }
         self.saved += 1;
         if let Err(reason) = self.save_now() {
-            eprintln!("run-recorder: {reason}");
+            complain(format_args!("run-recorder: {reason}"));
         }
     }
 

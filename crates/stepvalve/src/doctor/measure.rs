@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use anyhow::{Context, Result, anyhow, bail};
 use hdrhistogram::Histogram;
 use indicatif::{ProgressBar, ProgressStyle};
+use processes::complain;
 use realtime::{CyclicTimer, Wanted, now_ns, obtain};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -52,7 +53,7 @@ pub fn measure(target: &Target, duration: Duration) -> Result<Measurement, Failu
         Ok(Some(measured)) => Ok(measured),
         Ok(None) => built_in(target, duration, &bar),
         Err(error) => {
-            bar.suspend(|| eprintln!("note: {error:#}; measuring with the loop's own timer"));
+            bar.suspend(|| complain(format_args!("note: {error:#}; measuring with the loop's own timer")));
             built_in(target, duration, &bar)
         }
     };

@@ -10,6 +10,7 @@ use crate::summary::ProcessSummary;
 use anyhow::{Context, Result, bail};
 use closed_loop::Parts;
 use injection::Injection;
+use processes::complain;
 use processes::{
     ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,
 };
@@ -287,8 +288,8 @@ impl<'a> Generation<'a> {
         if self.setup.require_realtime {
             bail!("real time is required, and was not obtained:\n  {}", refused.join("\n  "));
         }
-        eprintln!("DEGRADED: this run does not have the real-time rights that its scenario asks for:");
-        refused.iter().for_each(|what| eprintln!("  {what}"));
+        complain("DEGRADED: this run does not have the real-time rights that its scenario asks for:");
+        refused.iter().for_each(|what| complain(format_args!("  {what}")));
         Ok(())
     }
 
@@ -344,7 +345,7 @@ impl<'a> Generation<'a> {
         };
         let replaceable = self.setup.pace == Mode::Realtime && self.recorder_restarts < MAX_RECORDER_RESTARTS;
         if source == Source::Recorder && replaceable {
-            eprintln!("{source} died ({how}); another takes over with the next segment");
+            complain(format_args!("{source} died ({how}); another takes over with the next segment"));
             self.recorder_restarts += 1;
             if let Err(error) = self.start_recorder() {
                 self.fail(format!("{error:#}"));

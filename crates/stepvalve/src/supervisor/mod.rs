@@ -23,6 +23,7 @@ use crate::summary::ProcessSummary;
 use anyhow::Result;
 use generation::{DiedAtStart, Generation};
 use injection::Injection;
+use processes::complain;
 use processes::{Keep, Mode};
 use recording::RecordInfo;
 use serde::Serialize;
@@ -179,14 +180,14 @@ pub fn stay(mut setup: Setup, channel: &Channel) -> Result<Stay> {
             processes: ending.processes.clone(),
         };
         let Some(failure) = ending.failure.clone() else { return Ok(stay(None)) };
-        eprintln!("{failure}");
+        complain(&failure);
         deaths.push_back(Instant::now());
         deaths.retain(|death: &Instant| death.elapsed() < RESTART_WINDOW);
         if ending.interrupted || deaths.len() > MAX_RESTARTS {
             let why = format!("{failure}; {} starts in {} min", deaths.len(), RESTART_WINDOW.as_secs() / 60);
             return Ok(stay(Some(why)));
         }
-        eprintln!("starting again, disarmed");
+        complain("starting again, disarmed");
         setup.info.generation += 1;
     }
 }
