@@ -3,7 +3,7 @@
 use crate::status::{ProcessStatus, Status};
 use anyhow::Result;
 use processes::Mode;
-use signal_bus::{Bus, CycleReader};
+use signal_bus::{Bus, CycleReader, Service};
 use signals::{
     ControlStatus, ControllerState, FaultCode, Feedback, LoopTiming, Message, RecorderProgress, Reference,
     SetPointKind, Source, validity,
@@ -15,19 +15,17 @@ const LATE_FOR: Duration = Duration::from_secs(10);
 /// A process that has said nothing for this long is silent.
 const SILENT_AFTER: Duration = Duration::from_millis(500);
 
-struct Timing {
-    source: Source,
-    reader: CycleReader<LoopTiming>,
-    newest: Option<Message<LoopTiming>>,
-    heard: Instant,
-    late: Option<Instant>,
+/// The newest message that a process sends about itself, and when it came.
+struct Heard<B: Service> {
+    reader: CycleReader<B>,
+    newest: Option<Message<B>>,
+    at: Instant,
 }
 
-/// What the recorder last said of itself.
-struct Recorder {
-    reader: CycleReader<RecorderProgress>,
-    newest: Option<Message<RecorderProgress>>,
-    heard: Instant,
+struct Timing {
+    source: Source,
+    heard: Heard<LoopTiming>,
+    late: Option<Instant>,
 }
 
 /// Readers of everything that a status is made of. Without a clock nobody asks for one, and each reader costs the loop time:
@@ -36,7 +34,7 @@ pub struct Watch {
     status: CycleReader<ControlStatus>,
     feedback: Option<CycleReader<Feedback>>,
     reference: Option<CycleReader<Reference>>,
-    recorder: Option<Recorder>,
+    recorder: Option<Heard<RecorderProgress>>,
     timing: Vec<Timing>,
 }
 
@@ -48,35 +46,30 @@ impl Watch {
     pub fn open(bus: &Bus, pace: Mode) -> Result<Self> {
         let realtime = pace == Mode::Realtime;
         let timed = [Source::Plant, Source::Trajectory, Source::Controller];
-        let timing = timed.into_iter().filter(|_| realtime).map(|source| {
-            let reader = bus.cycle_reader(source)?;
-            Ok(Timing { source, reader, newest: None, heard: Instant::now(), late: None })
-        });
+        let timing = timed
+            .into_iter()
+            .filter(|_| realtime)
+            .map(|source| Ok(Timing { source, heard: Heard::open(bus, source)?, late: None }));
         Ok(Self {
             status: bus.cycle_reader(Source::Controller)?,
             feedback: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             reference: realtime.then(|| bus.cycle_reader(Source::Trajectory)).transpose()?,
-            recorder: realtime.then(|| Recorder::open(bus)).transpose()?,
+            recorder: realtime.then(|| Heard::open(bus, Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
         })
     }
 
     /// Takes in what is new of the timing; often enough that nobody counts as silent who is not.
     pub fn listen(&mut self) {
-        self.recorder.iter_mut().for_each(Recorder::listen);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.listen();
+        }
         for timing in &mut self.timing {
-            let newest = timing.reader.latest();
-            if newest == timing.newest {
-                continue;
-            }
-            let lost = |message: &Option<Message<LoopTiming>>| {
-                message.map_or(0, |message| message.body.overruns + message.body.skipped_cycles)
-            };
-            if lost(&newest) > lost(&timing.newest) {
+            let lost_before = timing.lost();
+            timing.heard.listen();
+            if timing.lost() > lost_before {
                 timing.late = Some(Instant::now());
             }
-            timing.heard = Instant::now();
-            timing.newest = newest;
         }
     }
 
@@ -115,7 +108,9 @@ impl Watch {
         let status = self.status().map(|message| message.body).unwrap_or_default();
         let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
         let reference = self.reference().map(|message| message.body).unwrap_or_default();
-        let recorder_silent = self.recorder.as_ref().is_some_and(Recorder::silent);
+        // A recorder that has never said anything is not there: nothing is recorded.
+        let recorder_silent =
+            self.recorder.as_ref().is_some_and(|heard| heard.newest.is_some() && heard.is_silent());
         let recorder = self.recorder.as_ref().and_then(|recorder| recorder.newest);
         let recorder = recorder.map(|message| message.body).unwrap_or_default();
         Status {
@@ -151,33 +146,39 @@ impl Watch {
     }
 }
 
-impl Recorder {
-    fn open(bus: &Bus) -> Result<Self> {
-        let reader = bus.cycle_reader(Source::Recorder)?;
-        Ok(Self { reader, newest: None, heard: Instant::now() })
+impl<B: Service> Heard<B> {
+    fn open(bus: &Bus, source: Source) -> Result<Self> {
+        Ok(Self { reader: bus.cycle_reader(source)?, newest: None, at: Instant::now() })
     }
 
     fn listen(&mut self) {
         let newest = self.reader.latest();
         if newest != self.newest {
-            (self.newest, self.heard) = (newest, Instant::now());
+            (self.newest, self.at) = (newest, Instant::now());
         }
     }
 
-    /// One that has never said anything is not there: nothing is recorded.
-    fn silent(&self) -> bool {
-        self.newest.is_some() && self.heard.elapsed() > SILENT_AFTER
+    fn is_silent(&self) -> bool {
+        self.at.elapsed() > SILENT_AFTER
+    }
+}
+
+impl Timing {
+    /// Cycles overrun or skipped so far.
+    fn lost(&self) -> u64 {
+        self.heard.newest.map_or(0, |message| message.body.overruns + message.body.skipped_cycles)
     }
 }
 
 fn process(timing: &Timing) -> ProcessStatus {
-    let body = timing.newest.map(|message| message.body).unwrap_or_default();
+    let newest = timing.heard.newest;
+    let body = newest.map(|message| message.body).unwrap_or_default();
     ProcessStatus {
-        cycle: timing.newest.map_or(0, |message| message.header.cycle),
+        cycle: newest.map_or(0, |message| message.header.cycle),
         overruns: body.overruns,
         skipped_cycles: body.skipped_cycles,
         missed_samples: body.missed_samples,
         late: timing.late.is_some_and(|late| late.elapsed() < LATE_FOR),
-        silent: timing.heard.elapsed() > SILENT_AFTER,
+        silent: timing.heard.is_silent(),
     }
 }
