@@ -10,10 +10,12 @@
 
 mod bench_place;
 mod fake_machine;
+mod measured_data;
 mod payloads;
 mod stalls;
 
 pub use bench_place::{Finished, TestPlace, program, repository};
 pub use fake_machine::FakeMachine;
+pub use measured_data::measured_data;
 pub use payloads::{Payloads, payloads};
 pub use stalls::despite_stalls;

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use log_data::{AngleZero, Log};
-use std::path::{Path, PathBuf};
-use stepvalve_tests::{Finished, TestPlace, repository};
+use std::path::Path;
+use stepvalve_tests::{Finished, TestPlace, measured_data};
 
 /// Runs `import` with `out.h5` as the output.
 fn import(place: &TestPlace, arguments: &[&str]) -> Finished {
@@ -184,20 +184,9 @@ fn what_is_no_mat_file() {
     }
 }
 
-/// Where the real records are: `STEPVALVE_DATA`, else beside the repository.
-fn data() -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("STEPVALVE_DATA").map_or_else(|| repository().join("../shared/data"), PathBuf::from);
-    if folder.join("README.md").exists() {
-        return Some(folder);
-    }
-    eprintln!("SKIPPED: no measured data in {} (STEPVALVE_DATA names the folder)", folder.display());
-    None
-}
-
 #[test]
 fn a_record_of_a_drive() {
-    let Some(data) = data() else { return };
+    let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
     let file = data.join("emps/DATA_EMPS.mat");
     let maps = ["--map", "time=t", "--map", "angle=qm*2*pi/0.0025", "--map", "torque=gtau*vir*0.0025/(2*pi)"];
@@ -214,7 +203,7 @@ fn a_record_of_a_drive() {
 
 #[test]
 fn records_of_a_seal() {
-    let Some(data) = data() else { return };
+    let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
     let mut files: Vec<_> =
         std::fs::read_dir(data.join("seal-friction")).unwrap().flatten().map(|f| f.path()).collect();

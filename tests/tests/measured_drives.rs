@@ -3,18 +3,7 @@
 
 use serde_json::Value;
 use std::path::PathBuf;
-use stepvalve_tests::{TestPlace, repository};
-
-/// Where the records are: `STEPVALVE_DATA`, else beside the repository.
-fn data() -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("STEPVALVE_DATA").map_or_else(|| repository().join("../shared/data"), PathBuf::from);
-    if folder.join("README.md").exists() {
-        return Some(folder);
-    }
-    eprintln!("SKIPPED: no measured data in {} (STEPVALVE_DATA names the folder)", folder.display());
-    None
-}
+use stepvalve_tests::{TestPlace, measured_data};
 
 /// A model of friction with one level both ways: static Stribeck with T_s = T_c.
 fn model(place: &TestPlace, inertia_kg_m2: f64, coulomb_nm: f64, viscous: f64) -> PathBuf {
@@ -52,7 +41,7 @@ fn value(of: &Value) -> f64 {
 /// friction differs by direction, and a ripple of about 1 N once per turn.
 #[test]
 fn a_carriage_on_a_screw() {
-    let Some(data) = data() else { return };
+    let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
     let file = data.join("emps/DATA_EMPS.mat");
     let arguments = ["import", file.to_str().unwrap(), "--map", "time=t", "--map", "angle=qm*2*pi/0.0025"];
@@ -80,7 +69,7 @@ fn a_carriage_on_a_screw() {
 /// is to blame.
 #[test]
 fn a_seal_whose_pressure_was_not_recorded() {
-    let Some(data) = data() else { return };
+    let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
     let mut files: Vec<String> = std::fs::read_dir(data.join("seal-friction"))
         .unwrap()

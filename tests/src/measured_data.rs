@@ -1,0 +1,15 @@
+//! Measurements of real drives that nobody made for the tests.
+
+use crate::repository;
+use std::path::PathBuf;
+
+/// Where they are: `STEPVALVE_DATA`, else beside the repository; `None`, said loudly, where they are absent.
+pub fn measured_data() -> Option<PathBuf> {
+    let folder =
+        std::env::var_os("STEPVALVE_DATA").map_or_else(|| repository().join("../shared/data"), PathBuf::from);
+    if folder.join("README.md").exists() {
+        return Some(folder);
+    }
+    eprintln!("SKIPPED: no measured data in {} (STEPVALVE_DATA names the folder)", folder.display());
+    None
+}
