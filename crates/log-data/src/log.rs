@@ -147,6 +147,19 @@ impl Run {
         }
     }
 
+    /// Takes a channel's samples out of the run; `None` where it does not have it.
+    pub fn take_channel(&mut self, channel: Channel) -> Option<Vec<f64>> {
+        match channel {
+            Channel::Time => Some(std::mem::take(&mut self.time_s)),
+            Channel::Angle => Some(std::mem::take(&mut self.angle_rad)),
+            Channel::AngleCommand => self.angle_command_rad.take(),
+            Channel::Torque => self.torque_nm.take(),
+            Channel::PressureDrop => self.pressure_drop_pa.take(),
+            Channel::Flow => self.flow_m3_per_s.take(),
+            Channel::OilTemperature => self.oil_temperature_c.take(),
+        }
+    }
+
     /// Sets a channel's samples, in its unit.
     pub fn set_channel(&mut self, channel: Channel, values: Vec<f64>) {
         match channel {

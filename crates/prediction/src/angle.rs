@@ -2,7 +2,8 @@
 
 use crate::conditions::{Conditions, whole};
 use crate::delay::delay;
-use crate::{Noise, Past, Predicted, PredictionError, Smoother, Start};
+use crate::smoothing::first_motion;
+use crate::{Noise, Past, Predicted, PredictionError, Start};
 use log_data::{Channel, Run};
 use valve_model::{ContactPast, Model, ParamError, ValveInput, ValveParams, ValveState, step};
 
@@ -28,30 +29,22 @@ pub fn encoder_angle_after(
     angle_rad
 }
 
-/// Replaces the run's angle by what the model has for its command. The run begins where it was measured, its bristles
-/// holding against the motor.
-pub(crate) fn predict(run: &mut Run, model: &Model, past: &Past) -> Result<Predicted, PredictionError> {
-    let refused = |source: ParamError| PredictionError::Model { run: run.name.clone(), source };
-    let params = ValveParams::new(model).map_err(refused)?;
-    let mut angle_rad = std::mem::take(&mut run.angle_rad);
-    let found = walk(run, model, &params, past, &mut angle_rad);
-    run.angle_rad = angle_rad;
-    found
-}
-
-fn walk(
+/// Replaces the run's measured angle by what the model has for its command. The run begins where it was measured, its
+/// bristles holding against the motor.
+pub(crate) fn predict(
     run: &Run,
     model: &Model,
-    params: &ValveParams,
     past: &Past,
     angle_rad: &mut [f64],
 ) -> Result<Predicted, PredictionError> {
+    let refused = |source: ParamError| PredictionError::Model { run: run.name.clone(), source };
+    let params = ValveParams::new(model).map_err(refused)?;
     whole(run, Channel::Angle, angle_rad)?;
     let command_rad =
         whole(run, Channel::AngleCommand, run.angle_command_rad.as_deref().unwrap_or_default())?;
     let conditions = Conditions::of(run, model)?;
     let noise = Noise::of(angle_rad);
-    let first = Smoother::new(&run.time_s, angle_rad, noise).motion(0);
+    let first = first_motion(&run.time_s, angle_rad, noise);
     let contact = ContactPast { deflection_rad: 0.0, rest_s: past.rest_s, distance_rad: past.distance_rad };
     let command = |index: usize| command_rad.get(index).copied().unwrap_or(f64::NAN);
     let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, command(0), &contact);
@@ -73,7 +66,7 @@ fn walk(
             oil_temperature_c,
             energised: true,
         };
-        last = encoder_angle_after(params, &mut state, &input, dt_s);
+        last = encoder_angle_after(&params, &mut state, &input, dt_s);
     }
     if let Some(angle) = angle_rad.last_mut() {
         *angle = last;

@@ -2,7 +2,7 @@
 //!
 //! Pure calculation on runs in memory: no file, clock or thread. A run with `torque` is predicted from its measured
 //! angle, without a motor; one with `angle_command` and no `torque` from its command. What is predicted takes the place
-//! of what was measured, so that a long run needs no second copy.
+//! of what was measured, so that a long run needs no second copy; the other channels are only read.
 #![forbid(unsafe_code)]
 
 mod angle;
@@ -82,9 +82,28 @@ pub fn predicted_channel(run: &Run) -> Result<Channel, PredictionError> {
 /// # Errors
 /// [`PredictionError`]; the run is then of no further use.
 pub fn predict(run: &mut Run, model: &Model, past: &Past) -> Result<Predicted, PredictionError> {
-    match predicted_channel(run)? {
-        Channel::Torque => torque::predict(run, model, past),
-        _ => angle::predict(run, model, past),
+    let channel = predicted_channel(run)?;
+    let mut values = run.take_channel(channel).unwrap_or_default();
+    let found = predict_taken(run, channel, &mut values, model, past);
+    run.set_channel(channel, values);
+    found
+}
+
+/// The same for a run whose `channel` was taken out of it (by [`Run::take_channel`]): `values` are the measured ones
+/// before, the model's afterwards, in the channel's unit. Others may read the run meanwhile.
+///
+/// # Errors
+/// [`PredictionError`]; the values are then of no further use.
+pub fn predict_taken(
+    run: &Run,
+    channel: Channel,
+    values: &mut [f64],
+    model: &Model,
+    past: &Past,
+) -> Result<Predicted, PredictionError> {
+    match channel {
+        Channel::Torque => torque::predict(run, model, past, values),
+        _ => angle::predict(run, model, past, values),
     }
 }
 

@@ -58,6 +58,12 @@ struct Work {
     angles: Vec<f64>,
 }
 
+/// The motion at a run's first sample, from as many of its samples as bear on that one.
+pub(crate) fn first_motion(time_s: &[f64], angle_rad: &[f64], noise: Noise) -> Motion {
+    let (times, angles) = (time_s.get(..2 * MARGIN), angle_rad.get(..2 * MARGIN));
+    Smoother::new(times.unwrap_or(time_s), angles.unwrap_or(angle_rad), noise).motion(0)
+}
+
 impl<'a> Smoother<'a> {
     /// Takes a run's times (s, increasing) and angles (rad, finite), as many of one as of the other.
     pub fn new(time_s: &'a [f64], angle_rad: &'a [f64], noise: Noise) -> Self {

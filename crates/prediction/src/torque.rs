@@ -18,28 +18,21 @@ const MOMENT_S: f64 = 1e-9;
 const TRIALS: i32 = 9;
 const REFINEMENTS: usize = 14;
 
-/// Replaces the run's torque by what the model has for its motion.
-pub(crate) fn predict(run: &mut Run, model: &Model, past: &Past) -> Result<Predicted, PredictionError> {
-    let refused = |source: ParamError| PredictionError::Model { run: run.name.clone(), source };
-    let params = MotionParams::new(model).map_err(refused)?;
-    let mut torque_nm = run.torque_nm.take().unwrap_or_default();
-    let found = walk(run, model, &params, past, &mut torque_nm);
-    run.torque_nm = Some(torque_nm);
-    found
-}
-
-fn walk(
+/// Replaces the run's measured torque by what the model has for its motion.
+pub(crate) fn predict(
     run: &Run,
     model: &Model,
-    params: &MotionParams,
     past: &Past,
     torque_nm: &mut [f64],
 ) -> Result<Predicted, PredictionError> {
+    let refused = |source: ParamError| PredictionError::Model { run: run.name.clone(), source };
+    let params = MotionParams::new(model).map_err(refused)?;
     whole(run, Channel::Angle, &run.angle_rad)?;
     let conditions = Conditions::of(run, model)?;
     let noise = Noise::of(&run.angle_rad);
     let smoother = || Smoother::new(&run.time_s, &run.angle_rad, noise);
-    let mut path = Path { time_s: &run.time_s, conditions: &conditions, params, smoother: smoother() };
+    let mut path =
+        Path { time_s: &run.time_s, conditions: &conditions, params: &params, smoother: smoother() };
     let start = path.start(torque_nm, past);
     let deflection_rad = if let Start::Estimated { deflection_rad } = start { deflection_rad } else { 0.0 };
     let first = path.smoother.motion(0);

@@ -8,10 +8,10 @@ use std::path::Path;
 
 /// Lets `fill` write an HDF5 file beside `path` and gives it that name once it is whole and on the disk.
 /// Whatever goes wrong, a file that stood there before is untouched and no part of the new one is left.
-pub(crate) fn create<T>(
+pub(crate) fn create<T, E: From<RunLogError>>(
     path: &Path,
-    fill: impl FnOnce(&hdf5::File) -> Result<T, RunLogError>,
-) -> Result<T, RunLogError> {
+    fill: impl FnOnce(&hdf5::File) -> Result<T, E>,
+) -> Result<T, E> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

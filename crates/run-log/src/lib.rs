@@ -25,7 +25,7 @@ pub use error::RunLogError;
 pub use mat::{MatArray, read_mat_arrays};
 pub use read::read_log;
 pub use run_file::{MissingMessages, RunFile, RunSpan};
-pub use write::write_log;
+pub use write::{Late, write_log, write_log_with_late};
 
 /// Root attribute `format` of every valve-log.
 pub const FORMAT: &str = "valve-log";

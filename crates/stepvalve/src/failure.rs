@@ -51,3 +51,10 @@ impl From<anyhow::Error> for Failure {
         Self::Failed(error)
     }
 }
+
+/// A file that can't be written; one that can't be read is wrong input, and said to be.
+impl From<run_log::RunLogError> for Failure {
+    fn from(error: run_log::RunLogError) -> Self {
+        Self::Failed(error.into())
+    }
+}

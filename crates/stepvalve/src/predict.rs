@@ -6,9 +6,14 @@ use crate::say::say;
 use anyhow::{Context, anyhow};
 use indicatif::ProgressBar;
 use log_data::{Attribute, Channel, Log, Run};
-use prediction::{Past, Predicted, PredictionError, Start, depends_on_past, predict, predicted_channel};
+use prediction::{
+    Past, Predicted, PredictionError, Start, depends_on_past, predict_taken, predicted_channel,
+};
+use run_log::Late;
+use std::collections::BTreeMap;
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Mutex, PoisonError};
 use valve_model::Model;
 
@@ -26,11 +31,11 @@ pub struct Arguments {
     out: PathBuf,
 }
 
-/// Predicts every run, several at a time, and writes them when all are done.
+/// Predicts every run, several at a time, and writes each as soon as it is there.
 ///
 /// # Errors
 /// [`Failure::Input`] where the log or the model can't be used, naming run and row, or the output exists;
-/// [`Failure::Failed`] where writing fails.
+/// [`Failure::Failed`] where writing fails. No file is left then.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
     if out.exists() {
@@ -39,96 +44,151 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
     let mut log = run_log::read_log(&arguments.log).map_err(Failure::input)?;
-    let checked = log.runs.iter().try_for_each(|run| predicted_channel(run).map(|_| ()));
-    checked.with_context(|| log_file.clone()).map_err(Failure::Input)?;
-    // What the model doesn't know needs no memory from here on.
-    log.runs.iter_mut().for_each(|run| run.extra = Vec::new());
-    let predicted =
-        predict_all(&mut log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
-    for (run, predicted) in log.runs.iter_mut().zip(&predicted) {
-        describe(run, predicted);
-        say(summary(run, predicted));
-    }
+    let tasks = take_tasks(&mut log).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     log.title = format!("Prediction: {}", log.title);
     log.provenance = Some(format!("stepvalve predict, log {log_file}, model {model_file} ({})", model.name));
-    run_log::write_log(out, &log).with_context(|| name(out))?;
+    let predicted = predict_and_write(out, &log, &model, tasks).map_err(|failure| match failure {
+        Failure::Input(error) => Failure::Input(error.context(log_file)),
+        Failure::Failed(error) => Failure::Failed(error),
+    })?;
+    for (run, predicted) in log.runs.iter().zip(&predicted) {
+        say(summary(run, predicted));
+    }
     say(format_args!("{}: {} runs predicted with \"{}\"", name(out), log.runs.len(), model.name));
     Ok(Outcome::Done)
 }
 
-fn predict_all(log: &mut Log, model: &Model) -> Result<Vec<Predicted>, PredictionError> {
+/// What is to be predicted of a run: its place in the log, and the channel that was taken out of it.
+struct Task {
+    index: usize,
+    channel: Channel,
+    values: Vec<f64>,
+}
+
+/// A task that is done, its values the model's, or could not be.
+type Done = Result<(Task, Predicted), PredictionError>;
+
+/// Takes out of each run what is to be predicted, and what the model doesn't know: that needs no memory from here on.
+fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
+    let channels = log.runs.iter().map(predicted_channel).collect::<Result<Vec<_>, _>>()?;
+    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| {
+        run.extra = Vec::new();
+        Task { index, channel, values: run.take_channel(channel).unwrap_or_default() }
+    });
+    Ok(taken.collect())
+}
+
+/// Writes the runs in their order, each while later ones are being predicted; tells what was done with them.
+fn predict_and_write(
+    out: &Path,
+    log: &Log,
+    model: &Model,
+    tasks: Vec<Task>,
+) -> Result<Vec<Predicted>, Failure> {
     let progress = ProgressBar::new(log.runs.len() as u64);
-    let predicted = if depends_on_past(model) {
-        one_after_the_other(log, model, &progress)
-    } else {
-        side_by_side(log, model, &progress)
-    };
+    let written = std::thread::scope(|scope| {
+        let (sender, done) = mpsc::channel();
+        let progress = &progress;
+        scope.spawn(move || {
+            if depends_on_past(model) {
+                one_after_the_other(log, model, tasks, &sender, progress);
+            } else {
+                side_by_side(log, model, tasks, &sender, progress);
+            }
+        });
+        write(out, log, done)
+    });
     progress.finish_and_clear();
-    predicted
+    written
+}
+
+/// Takes the tasks as they are done, in any order. It drops `done` when it ends, and with it whoever still works for it.
+fn write(out: &Path, log: &Log, done: Receiver<Done>) -> Result<Vec<Predicted>, Failure> {
+    let mut early: BTreeMap<usize, (Task, Predicted)> = BTreeMap::new();
+    let mut all = Vec::new();
+    run_log::write_log_with_late(out, log, |index| -> Result<Late, Failure> {
+        let (task, predicted) = loop {
+            if let Some(done) = early.remove(&index) {
+                break done;
+            }
+            let (task, predicted) =
+                done.recv().context("predicting ended too early")?.map_err(Failure::input)?;
+            early.insert(task.index, (task, predicted));
+        };
+        all.push(predicted);
+        Ok(Late { channel: task.channel, values: task.values, attributes: attributes(&predicted) })
+    })?;
+    Ok(all)
 }
 
 /// For a model with a memory: in the order of time, each run with what the ones before left, rests in between included.
 fn one_after_the_other(
-    log: &mut Log,
+    log: &Log,
     model: &Model,
+    mut tasks: Vec<Task>,
+    done: &Sender<Done>,
     progress: &ProgressBar,
-) -> Result<Vec<Predicted>, PredictionError> {
+) {
     let one_clock = log.is_on_one_clock();
-    let mut runs: Vec<(usize, &mut Run)> = log.runs.iter_mut().enumerate().collect();
-    runs.sort_by(|a, b| a.1.start_s().total_cmp(&b.1.start_s()));
+    let run_of = |task: &Task| log.runs.get(task.index);
+    let start_s = |task: &Task| run_of(task).map_or(f64::NAN, Run::start_s);
+    tasks.sort_by(|a, b| start_s(a).total_cmp(&start_s(b)));
     let (mut past, mut ended_s) = (Past::default(), None);
-    let mut done = Vec::new();
-    for (index, run) in runs {
+    for mut task in tasks {
+        let Some(run) = run_of(&task) else { continue };
         if let Some(ended_s) = ended_s.filter(|_| one_clock) {
             past.rest_s += run.start_s() - ended_s;
         }
-        let predicted = predict(run, model, &past)?;
-        (past, ended_s) = (predicted.end, Some(run.end_s()));
-        done.push((index, predicted));
+        let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
+        if let Ok(predicted) = &predicted {
+            (past, ended_s) = (predicted.end, Some(run.end_s()));
+        }
+        let failed = predicted.is_err();
+        let told = done.send(predicted.map(|predicted| (task, predicted)));
+        if failed || told.is_err() {
+            return;
+        }
         progress.inc(1);
     }
-    done.sort_by_key(|(index, _)| *index);
-    Ok(done.into_iter().map(|(_, predicted)| predicted).collect())
 }
 
 /// As many runs at a time as there are processors.
-fn side_by_side(
-    log: &mut Log,
-    model: &Model,
-    progress: &ProgressBar,
-) -> Result<Vec<Predicted>, PredictionError> {
-    let workers = std::thread::available_parallelism().map_or(1, NonZero::get).min(log.runs.len());
-    let queue = Mutex::new(log.runs.iter_mut().enumerate());
-    let done = Mutex::new(Vec::new());
+fn side_by_side(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>, progress: &ProgressBar) {
+    let workers = std::thread::available_parallelism().map_or(1, NonZero::get).min(tasks.len());
+    let queue = Mutex::new(tasks.into_iter());
     std::thread::scope(|scope| {
         for _ in 0..workers {
-            scope.spawn(|| {
+            let (queue, done) = (&queue, done.clone());
+            scope.spawn(move || {
                 let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-                while let Some((index, run)) = next() {
-                    let predicted = predict(run, model, &Past::default());
-                    done.lock().unwrap_or_else(PoisonError::into_inner).push((index, predicted));
+                while let Some(mut task) = next() {
+                    let Some(run) = log.runs.get(task.index) else { continue };
+                    let past = Past::default();
+                    let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
+                    if done.send(predicted.map(|predicted| (task, predicted))).is_err() {
+                        return;
+                    }
                     progress.inc(1);
                 }
             });
         }
     });
-    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, predicted)| predicted).collect()
 }
 
 /// What became of a run, for whoever reads the file.
-fn describe(run: &mut Run, predicted: &Predicted) {
-    run.attributes.insert("predicted".to_owned(), Attribute::Text(predicted.channel.name().to_owned()));
+fn attributes(predicted: &Predicted) -> BTreeMap<String, Attribute> {
+    let mut attributes = BTreeMap::new();
+    attributes.insert("predicted".to_owned(), Attribute::Text(predicted.channel.name().to_owned()));
     let start = match predicted.start {
         Start::Estimated { deflection_rad } => {
             let key = "initial_bristle_deflection_rad".to_owned();
-            run.attributes.insert(key, Attribute::Number(deflection_rad));
+            attributes.insert(key, Attribute::Number(deflection_rad));
             "estimated"
         }
         Start::LeftOut => "left out",
     };
-    run.attributes.insert("initial_bristle_state".to_owned(), Attribute::Text(start.to_owned()));
+    attributes.insert("initial_bristle_state".to_owned(), Attribute::Text(start.to_owned()));
+    attributes
 }
 
 fn summary(run: &Run, predicted: &Predicted) -> String {

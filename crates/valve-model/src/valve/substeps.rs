@@ -22,7 +22,7 @@ const ANGLE_TOLERANCE: f64 = 7e-11;
 const SPEED_TOLERANCE: f64 = 1e-6;
 const TORQUE_TOLERANCE: f64 = 2e-5;
 /// As the last, for what an error of the speed makes of the torque through the law's damping.
-const DAMPING_TOLERANCE: f64 = 5e-5;
+const DAMPING_TOLERANCE: f64 = 2e-4;
 /// How far the spool may go with the wrong sign of its speed, rad.
 const TURN_TOLERANCE: f64 = 2e-11;
 
