@@ -5,6 +5,7 @@ mod bare;
 mod cache_line;
 mod end_to_end;
 mod ours;
+mod parts;
 mod set_point;
 mod stream;
 
@@ -68,48 +69,80 @@ pub fn run(quick: bool) -> Result<Results> {
     // Before this thread binds itself to a core.
     let machine = realtime::machine_facts();
     let progress = Progress::new(turns * CARRIERS.len() + 2);
-    let mut times = CARRIERS.iter().map(|_| Times::new()).collect::<Result<Vec<_>>>()?;
+    let mut round_trip = CARRIERS.map(|_| RoundTrip { by_turn: Vec::new() });
     for turn in 0..turns {
-        for ((carrier, name), times) in CARRIERS.iter().zip(&mut times) {
+        for ((carrier, name), found) in CARRIERS.iter().zip(&mut round_trip) {
             progress.next(format!("{name}, turn {}", turn + 1));
             // A pipe takes twenty times as long, and its times settle as fast.
             let trips = if matches!(carrier, Carrier::Pipe | Carrier::Socket) { trips / 10 } else { trips };
-            round_trips(*carrier, trips, times).with_context(|| (*name).to_owned())?;
+            let mut times = Times::new()?;
+            round_trips(*carrier, trips, &mut times).with_context(|| (*name).to_owned())?;
+            found.by_turn.push(times);
         }
     }
+    let (parts, parts_data) = parts::run(if quick { 100_000 } else { 2_000_000 })?;
     progress.next("feedback to step command");
     let (end_to_end, end_to_end_data, scheduling) = end_to_end::run(if quick { 1_000 } else { 10_000 })?;
     progress.next("set-point to step command");
     let (set_point, set_point_data) = set_point::run(if quick { 20 } else { 300 })?;
-    let data = CARRIERS.iter().zip(&times).map(|((_, name), times)| ((*name).to_owned(), times.json()));
-    let round_trip: serde_json::Map<_, _> = data.collect();
+    let table = table(&round_trip)?;
+    let trips = CARRIERS.iter().zip(&round_trip);
+    let trips = trips.map(|((_, name), found)| Ok(((*name).to_owned(), found.all()?.json())));
+    let trips = trips.collect::<Result<serde_json::Map<_, _>>>()?;
     Ok(Results {
         command: "bus",
         quick,
         machine,
         scheduling: format!("round trips: the normal scheduler, cores 0 and 1; the loop: {scheduling}"),
-        sheets: vec![table(&times), end_to_end, set_point],
-        data: json!({"round_trip": round_trip, "end_to_end": end_to_end_data, "set_point": set_point_data}),
+        sheets: vec![table, parts, end_to_end, set_point],
+        data: json!({
+            "round_trip": trips, "parts": parts_data, "end_to_end": end_to_end_data, "set_point": set_point_data,
+        }),
     })
 }
 
-fn table(times: &[Times]) -> Sheet {
+/// What one carrier took, turn by turn.
+struct RoundTrip {
+    by_turn: Vec<Times>,
+}
+
+impl RoundTrip {
+    fn all(&self) -> Result<Times> {
+        let mut all = Times::new()?;
+        self.by_turn.iter().for_each(|times| all.add_times(times));
+        Ok(all)
+    }
+
+    /// Median over the turns of this one's p50 over the other's in the same turn, with the least and the largest: a core
+    /// that is slower for a while is so for both.
+    fn ratio_to(&self, other: &Self) -> String {
+        let p50 = |times: &Times| times.quantile_ns(0.5).max(1) as f64;
+        let mut ratios: Vec<f64> =
+            self.by_turn.iter().zip(&other.by_turn).map(|(own, other)| p50(own) / p50(other)).collect();
+        ratios.sort_by(f64::total_cmp);
+        let at = |index: usize| ratios.get(index).copied().unwrap_or(f64::NAN);
+        let last = ratios.len().saturating_sub(1);
+        format!("{:.2} ({:.2} to {:.2})", at(last / 2), at(0), at(last))
+    }
+}
+
+fn table(round_trip: &[RoundTrip]) -> Result<Sheet> {
     let title = format!(
         "Round trip between two cores, µs: {} bytes there, {} back; busy polling but for pipe and socket",
         THERE_WORDS * 8,
         BACK_WORDS * 8
     );
-    let header = ["over", "p50", "p99", "p99.9", "max", "p50 / bare iceoryx2's"];
+    let header = ["over", "p50", "p99", "p99.9", "max", "p50 / bare iceoryx2's, by turn"];
     let mut sheet = Sheet::new("bus-round-trip", title, &header);
-    let bare = CARRIERS.iter().zip(times).find(|((carrier, _), _)| *carrier == Carrier::Bare);
-    let bare_ns = bare.map_or(1, |(_, times)| times.quantile_ns(0.5)).max(1);
-    for ((_, name), times) in CARRIERS.iter().zip(times) {
+    let bare = CARRIERS.iter().zip(round_trip).find(|((carrier, _), _)| *carrier == Carrier::Bare);
+    let (_, bare) = bare.context("bare iceoryx2")?;
+    for ((_, name), found) in CARRIERS.iter().zip(round_trip) {
         let mut row = vec![(*name).to_owned()];
-        row.extend(times.percentiles_ns().map(us));
-        row.push(format!("{:.2}", times.quantile_ns(0.5) as f64 / bare_ns as f64));
+        row.extend(found.all()?.percentiles_ns().map(us));
+        row.push(found.ratio_to(bare));
         sheet.row(row);
     }
-    sheet
+    Ok(sheet)
 }
 
 /// This side stays on core 0, the other on core 1.
