@@ -63,6 +63,8 @@ enum Bench {
     Peers,
     /// How often `stepvalve diagnose` finds what is hidden, beside a stepwise regression; takes long, not among `all`
     Diagnosis(diagnosis::Arguments),
+    /// What a diagnosis costs, by samples and candidates; --docs docs/diagnosis.md
+    DiagnosisSpeed(diagnosis::speed::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
     Safety(safety::Arguments),
     /// Faults by the thousand in real time: processes killed, stopped, starved; --docs docs/safety.md
@@ -105,6 +107,7 @@ fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
         Bench::Diagnosis(arguments) => diagnosis::run(&arguments, quick),
+        Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(&arguments, quick),
         Bench::Safety(arguments) => safety::run(&arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(&arguments, quick),
         Bench::Soak(arguments) => safety::run_soak(&arguments, quick),

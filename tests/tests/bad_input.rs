@@ -1,8 +1,9 @@
 //! Bad input is refused with its place before any process starts or shared memory is touched: exit code 2.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+use log_data::{Log, Run};
 use std::path::Path;
-use stepvalve_tests::TestPlace;
+use stepvalve_tests::{TestPlace, repository};
 
 /// Simulates a file that must be refused, and looks for what the message has to say.
 #[track_caller]
@@ -52,8 +53,7 @@ fn positions_are_exact() {
 #[test]
 fn models() {
     let place = TestPlace::new();
-    let rig =
-        std::fs::read_to_string(stepvalve_tests::repository().join("rt-config/models/rig.toml")).unwrap();
+    let rig = std::fs::read_to_string(repository().join("rt-config/models/rig.toml")).unwrap();
     let cases = [
         (rig.replace("stepvalve-model", "stepvalve-scenario"), "format"),
         (rig.replace("static_torque_nm = 3.0", "static_torque_nm = 1.0"), "static_torque_nm"),
@@ -93,4 +93,108 @@ fn usage() {
     let not_a_record = place.write("x.mcap", "not a record");
     place.stepvalve(&["convert", not_a_record.to_str().unwrap(), "--out", "x.h5"]).expect_code(2);
     place.stepvalve(&["replay", not_a_record.to_str().unwrap()]).expect_code(2);
+}
+
+/// A second of sliding with its torque.
+fn sliding() -> Run {
+    let time_s: Vec<f64> = (0..1000).map(|k| 1e-3 * f64::from(k)).collect();
+    let angle_rad = time_s.clone();
+    let torque_nm = Some(vec![1.5; 1000]);
+    Run {
+        name: "slide".to_owned(),
+        kind: "constant-velocity".to_owned(),
+        time_s,
+        angle_rad,
+        torque_nm,
+        ..Run::default()
+    }
+}
+
+fn log_of(place: &TestPlace, name: &str, runs: Vec<Run>) -> String {
+    let path = place.path(name);
+    run_log::write_log(&path, &Log { title: "test".to_owned(), runs, ..Log::default() }).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// `diagnose` and `predict` refuse, naming all of `says`, and leave nothing behind.
+#[track_caller]
+fn both_refuse(place: &TestPlace, log: &str, model: &Path, says: &[&str]) {
+    for command in ["diagnose", "predict"] {
+        let out = place.path("refused");
+        let (model, out_text) = (model.to_str().unwrap(), out.to_str().unwrap());
+        let finished =
+            place.stepvalve(&[command, "--log", log, "--model", model, "--out", out_text]).expect_code(2);
+        for part in says {
+            assert!(finished.stderr.contains(part), "{command}: {part:?} is not in: {}", finished.stderr);
+        }
+        let left: Vec<_> =
+            std::fs::read_dir(place.path("")).unwrap().flatten().map(|of| of.file_name()).collect();
+        assert!(
+            !left.iter().any(|name| name.to_string_lossy().contains("refused")),
+            "{command} left {left:?}"
+        );
+    }
+}
+
+/// Numbers that no valve has.
+#[test]
+fn models_to_predict_and_diagnose_with() {
+    let place = TestPlace::new();
+    let log = log_of(&place, "log.h5", vec![sliding()]);
+    let rig = std::fs::read_to_string(repository().join("rt-config/models/rig.toml")).unwrap();
+    let with = |key: &str, value: &str| {
+        let line = rig.lines().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
+        rig.replace(line, &format!("{key} = {value}"))
+    };
+    let cases = [
+        ("coulomb_torque_nm", "-1.5"),
+        ("coulomb_torque_nm", "0.0"),
+        ("static_torque_nm", "1.0"),
+        ("stribeck_exponent", "0.0"),
+        ("stribeck_velocity_rad_per_s", "0.0"),
+        ("bristle_stiffness_nm_per_rad", "-1000.0"),
+        ("viscous_nm_s_per_rad", "-1.0e-4"),
+        ("inertia_kg_m2", "-1.0e-4"),
+        ("static_torque_nm", "nan"),
+    ];
+    for (key, value) in cases {
+        let model = place.write("bad.toml", &with(key, value));
+        both_refuse(&place, &log, &model, &["bad.toml", key]);
+    }
+    both_refuse(&place, &log, &place.write("bad.toml", "no TOML at all ="), &["bad.toml"]);
+    both_refuse(&place, &log, &place.path("missing.toml"), &["missing.toml"]);
+}
+
+/// Logs from which neither can make anything, each with the run and the row to look at.
+#[test]
+fn logs_to_predict_and_diagnose() {
+    let place = TestPlace::new();
+    let rig = repository().join("rt-config/models/rig.toml");
+    let bad = |change: &dyn Fn(&mut Run)| {
+        let mut run = sliding();
+        change(&mut run);
+        log_of(&place, "bad.h5", vec![run])
+    };
+    let cut = |run: &mut Run, length: usize| {
+        run.time_s.truncate(length);
+        run.angle_rad.truncate(length);
+        run.torque_nm.as_mut().unwrap().truncate(length);
+    };
+    both_refuse(&place, &bad(&|run| cut(run, 1)), &rig, &["run slide", "1 sample"]);
+    both_refuse(
+        &place,
+        &bad(&|run| run.angle_rad[41] = f64::NAN),
+        &rig,
+        &["run slide", "row 42", "angle is NaN"],
+    );
+    both_refuse(&place, &bad(&|run| run.torque_nm = None), &rig, &["run slide", "torque", "angle_command"]);
+    both_refuse(&place, &log_of(&place, "bad.h5", Vec::new()), &rig, &["bad.h5"]);
+    let text = place.write("text.h5", "time,angle\n0,1\n");
+    both_refuse(&place, text.to_str().unwrap(), &rig, &["text.h5"]);
+    let whole = std::fs::read(log_of(&place, "whole.h5", vec![sliding()])).unwrap();
+    for part in [1, 3, 7] {
+        let path = place.path("cut.h5");
+        std::fs::write(&path, &whole[..whole.len() * part / 8]).unwrap();
+        both_refuse(&place, path.to_str().unwrap(), &rig, &["cut.h5"]);
+    }
 }

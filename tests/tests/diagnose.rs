@@ -112,6 +112,91 @@ fn nothing_is_found_where_nothing_is_wrong() {
     assert!(viscosity["reason"].as_str().unwrap().contains("oil_temperature"), "{viscosity}");
 }
 
+/// A number of the model that is off is corrected where it stands; the extended model runs wherever a model does, and the
+/// page says what it is worth in the loop.
+#[test]
+fn a_factor_is_folded_into_its_section() {
+    let place = TestPlace::new();
+    // The rig of this test has ten times the viscous friction that the model believes in.
+    let mut runs = campaign(0.0);
+    for run in &mut runs {
+        let speed = (run.angle_rad[999] - run.angle_rad[0]) / 0.999;
+        run.torque_nm.as_mut().unwrap().iter_mut().for_each(|torque| *torque += (0.1 - 2e-4) * speed);
+    }
+    let log = write(&place, "log.h5", runs);
+    let text = std::fs::read_to_string(rig()).unwrap();
+    let viscous = |value: &str| format!("viscous_nm_s_per_rad = {value}");
+    assert!(text.contains(&viscous("2.0e-4")), "the rig's model has another viscous friction");
+    let model = place.write("model.toml", &text.replace(&viscous("2.0e-4"), &viscous("0.01")));
+    let finished = diagnose(&place, &log, &model, "out").expect_code(0);
+    println!("{}", finished.stdout);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "explained", "{found}");
+    assert_eq!(found["causes"][0]["id"], "viscous-level", "{found}");
+    let path = place.path("out/model-extended.toml");
+    let extended = std::fs::read_to_string(&path).unwrap();
+    let read = config::parse_model(&extended, "model-extended.toml").unwrap();
+    assert!(read.effects.is_empty(), "{extended}");
+    let valve_model::FrictionParams::LuGre(friction) = read.friction else { panic!("{extended}") };
+    assert!((friction.viscous_nm_s_per_rad - 0.1).abs() < 0.005, "{extended}");
+    let comment = extended.lines().find(|line| line.starts_with("# viscous-level")).unwrap();
+    assert!(comment.contains("viscous_nm_s_per_rad corrected"), "{comment}");
+    assert!(extended.contains("# factor: 10."), "{extended}");
+    // Prediction, the bare simulation, and the controller's belief take it.
+    let (log, extended) = (log.to_str().unwrap(), path.to_str().unwrap());
+    let out = place.path("pred.h5");
+    let arguments = ["predict", "--log", log, "--model", extended, "--out", out.to_str().unwrap()];
+    place.stepvalve(&arguments).expect_code(0);
+    let (truth, belief) = (format!("truth = {extended:?}"), format!("belief = {extended:?}"));
+    let scenario = place.scenario("sine-1hz.toml", &[("truth", &truth), ("belief", &belief)]);
+    place.simulate(&scenario, "in-process", "run").expect_code(0);
+    // What it is worth in the loop.
+    let in_loop = &found["gain"]["closed_loop"];
+    let error = |when: &str| in_loop[format!("following_error_rms_{when}_rad")].as_f64().unwrap();
+    let ratio = in_loop["ratio"].as_f64().unwrap();
+    assert!((ratio - error("after") / error("before")).abs() < 1e-9 && ratio < 1.0, "{in_loop}");
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    assert!(page.contains("following error in the loop"));
+    // The interval of the gain is a bootstrap's: it holds the ratio.
+    let (gain, ci95) = (&found["gain"]["ratio"], &found["gain"]["ratio_ci95"]);
+    assert!(ci95[0].as_f64() <= gain.as_f64() && gain.as_f64() <= ci95[1].as_f64(), "{}", found["gain"]);
+}
+
+/// Where the error has a frequency, or comes back turn by turn, the description says so; where it is noise, it says that.
+#[test]
+fn the_error_is_described_by_frequency_and_by_order() {
+    let place = TestPlace::new();
+    let clean = write(&place, "clean.h5", campaign(0.0));
+    diagnose(&place, &clean, &rig(), "clean").expect_code(0);
+    let found = json(&place, "clean");
+    let description = &found["description_before"];
+    assert_eq!(description["whiteness"]["white"], true, "{}", description["whiteness"]);
+    let louder = |description: &serde_json::Value| -> Vec<(f64, f64)> {
+        let bands = description["bands"].as_array().unwrap().clone();
+        let number = |band: &serde_json::Value, key: &str| band[key].as_f64().unwrap();
+        let loud = bands.iter().filter(|band| number(band, "p_value") < 0.01);
+        loud.map(|band| (number(band, "from_hz"), number(band, "to_hz"))).collect()
+    };
+    assert_eq!(louder(description), [], "{description}");
+    // A hum of 50 Hz is no cause of the list.
+    let mut runs = campaign(0.0);
+    for run in &mut runs {
+        let hum = |t: &f64| 0.02 * (100.0 * std::f64::consts::PI * t).sin();
+        let times = run.time_s.clone();
+        run.torque_nm.as_mut().unwrap().iter_mut().zip(&times).for_each(|(torque, t)| *torque += hum(t));
+    }
+    let humming = write(&place, "humming.h5", runs);
+    diagnose(&place, &humming, &rig(), "humming").expect_code(0);
+    let found = json(&place, "humming");
+    let description = &found["description_before"];
+    assert_eq!(description["whiteness"]["white"], false, "{}", description["whiteness"]);
+    let loud = louder(description);
+    assert!(loud.iter().any(|(from, to)| (*from..*to).contains(&50.0)), "{loud:?}");
+    let page = std::fs::read_to_string(place.path("humming/report.html")).unwrap();
+    assert!(page.contains("could be foretold from the"), "the page doesn't speak of it");
+    assert!(page.contains("Error by frequency"), "the page doesn't show it");
+}
+
 /// A headless Chromium shows the page, and its console stays empty.
 fn look_at(page: &Path, says: &str) {
     let python = std::env::var_os("STEPVALVE_PYTHON")

@@ -1,8 +1,9 @@
 //! `stepvalve diagnose` on records of real drives that nobody made for it: skipped, loudly, where they are absent.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+use log_data::{Log, Run};
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use stepvalve_tests::{TestPlace, measured_data};
 
 /// A model of friction with one level both ways: static Stribeck with T_s = T_c.
@@ -16,12 +17,12 @@ fn model(place: &TestPlace, inertia_kg_m2: f64, coulomb_nm: f64, viscous: f64) -
     place.write("model.toml", &text)
 }
 
-fn diagnosed(place: &TestPlace, model: &std::path::Path) -> Value {
-    let paths = [&place.path("log.h5"), &model.to_owned(), &place.path("out")];
-    let [log, model, out] = paths.map(|path| path.to_str().unwrap().to_owned());
-    let finished = place.stepvalve(&["diagnose", "--log", &log, "--model", &model, "--out", &out]);
+fn diagnosed(place: &TestPlace, log: &str, model: &Path, out: &str) -> Value {
+    let paths = [&place.path(log), &model.to_owned(), &place.path(out)];
+    let [log, model, folder] = paths.map(|path| path.to_str().unwrap().to_owned());
+    let finished = place.stepvalve(&["diagnose", "--log", &log, "--model", &model, "--out", &folder]);
     println!("{}", finished.expect_code(0).stdout);
-    serde_json::from_slice(&std::fs::read(place.path("out/diagnosis.json")).unwrap()).unwrap()
+    serde_json::from_slice(&std::fs::read(place.path(out).join("diagnosis.json")).unwrap()).unwrap()
 }
 
 fn names(found: &Value) -> Vec<&str> {
@@ -37,40 +38,145 @@ fn value(of: &Value) -> f64 {
     of["value"].as_f64().unwrap()
 }
 
-/// A carriage on a screw of 2.5 mm pitch (Janot, Gautier and Brunot, EMPS): a symmetric model misses that its viscous
-/// friction differs by direction, and a ripple of about 1 N once per turn.
-#[test]
-fn a_carriage_on_a_screw() {
-    let Some(data) = measured_data() else { return };
-    let place = TestPlace::new();
+/// What the report says beside the causes, in one text.
+fn said(found: &Value, key: &str) -> String {
+    let all = found[key].as_array().unwrap().iter().map(|of| of.as_str().unwrap());
+    all.collect::<Vec<_>>().join(" | ")
+}
+
+const METRE_PER_RAD: f64 = 0.0025 / std::f64::consts::TAU;
+
+/// The carriage's record as log.h5, and the symmetric model that its authors fitted.
+fn carriage(place: &TestPlace, data: &Path) -> PathBuf {
     let file = data.join("emps/DATA_EMPS.mat");
     let arguments = ["import", file.to_str().unwrap(), "--map", "time=t", "--map", "angle=qm*2*pi/0.0025"];
     let log = place.path("log.h5");
     let more = ["--map", "torque=gtau*vir*0.0025/(2*pi)", "--out", log.to_str().unwrap()];
     place.stepvalve(&[&arguments[..], &more].concat()).expect_code(0);
-    let metre_per_rad = 0.0025 / std::f64::consts::TAU;
-    let square = metre_per_rad * metre_per_rad;
-    let found =
-        diagnosed(&place, &model(&place, 95.1089 * square, 20.3935 * metre_per_rad, 203.5034 * square));
-    let named = names(&found);
-    let stribeck = ["static-level", "stribeck-velocity", "dwell-stiction"];
-    assert!(!named.iter().any(|id| stribeck.contains(id)), "{named:?}");
+    let square = METRE_PER_RAD * METRE_PER_RAD;
+    model(place, 95.1089 * square, 20.3935 * METRE_PER_RAD, 203.5034 * square)
+}
+
+/// A carriage on a screw of 2.5 mm pitch (Janot, Gautier and Brunot, EMPS): a symmetric model misses that its viscous
+/// friction differs by direction, and a ripple of about 1 N once per turn whose phase drifts with speed.
+#[test]
+fn a_carriage_on_a_screw() {
+    let Some(data) = measured_data() else { return };
+    let place = TestPlace::new();
+    let model = carriage(&place, &data);
+    let found = diagnosed(&place, "log.h5", &model, "out");
+    let mut named = names(&found);
+    named.sort_unstable();
+    // The record's force is the controller's command, which is held for a millisecond and then goes through the amplifier:
+    // it leads. A regression of the force away from reversals on motion and its own derivative has 0.75 to 0.85 ms, in
+    // either half and either direction.
+    if let Some(place) = named.iter().position(|id| *id == "sensor-delay") {
+        named.remove(place);
+        let delay_s = value(parameter(&found, "sensor-delay", "delay_s"));
+        assert!((-1e-3..0.0).contains(&delay_s), "{delay_s} s");
+    }
+    assert_eq!(named, ["direction-asymmetry", "position-torque"], "nothing else, above all no Stribeck");
     // 167 against 240 N·s/m: −0.18; the levels hardly differ.
     let viscous = value(parameter(&found, "direction-asymmetry", "viscous"));
     assert!((-0.24..-0.13).contains(&viscous), "{viscous}");
     let level = parameter(&found, "direction-asymmetry", "level");
     assert!(level["value"].as_f64().unwrap_or(0.0).abs() < 0.06, "{level}");
-    let ripple = |key: &str| value(parameter(&found, "position-torque", key)) / metre_per_rad;
+    let ripple = |key: &str| value(parameter(&found, "position-torque", key)) / METRE_PER_RAD;
     let newton = ripple("cos[1]").hypot(ripple("sin[1]"));
-    assert!((0.8..1.2).contains(&newton), "{newton} N");
+    assert!((0.9..1.1).contains(&newton), "{newton} N");
+    let causes = found["causes"].as_array().unwrap();
+    let screw = causes.iter().find(|cause| cause["id"] == "position-torque").unwrap();
+    let phase = screw["evidence"]["phase"].as_str().unwrap();
+    assert!(phase.contains("once per turn") && phase.contains("drifts with speed"), "{phase}");
 }
 
-/// An O-ring under four pressures, the pressure withheld: friction and offset differ between runs, and no cause of the list
-/// is to blame.
+/// Found in one half of the carriage's record and scored on the other, both ways: relative error of the force in per cent,
+/// measured and predicted filtered alike. Direction asymmetry alone gives 3.07 to 3.09.
 #[test]
-fn a_seal_whose_pressure_was_not_recorded() {
+fn a_carriage_found_in_one_half_and_scored_on_the_other() {
     let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
+    let model = carriage(&place, &data);
+    let whole = run_log::read_log(&place.path("log.h5")).unwrap();
+    let middle = whole.runs[0].len() / 2;
+    for (name, rows) in [("first", 0..middle), ("second", middle..whole.runs[0].len())] {
+        let run = &whole.runs[0];
+        let cut = |values: &[f64]| values[rows.clone()].to_vec();
+        let half = Run {
+            name: name.to_owned(),
+            time_s: cut(&run.time_s),
+            angle_rad: cut(&run.angle_rad),
+            torque_nm: run.torque_nm.as_deref().map(cut),
+            ..Run::default()
+        };
+        let log = Log { title: name.to_owned(), runs: vec![half], ..Log::default() };
+        run_log::write_log(&place.path(&format!("{name}.h5")), &log).unwrap();
+    }
+    for (fitted, other) in [("first", "second"), ("second", "first")] {
+        let found = diagnosed(&place, &format!("{fitted}.h5"), &model, fitted);
+        let (log, extended) =
+            (place.path(&format!("{other}.h5")), place.path(fitted).join("model-extended.toml"));
+        let given = relative_error(&place, &log, &model);
+        let after = relative_error(&place, &log, &extended);
+        println!(
+            "found in the {fitted} half, scored on the other: {after:.3} % (symmetric model {given:.3} %)"
+        );
+        assert!(after < 2.95, "{after} %: {:?}", names(&found));
+    }
+}
+
+/// 100·‖T − T̂‖/‖T‖, both filtered by a Butterworth filter of order 4 at 100 Hz there and back, every tenth sample. The
+/// record's first ten samples are left out: a prediction begins with the first, and knows nothing of what was before.
+fn relative_error(place: &TestPlace, log: &Path, model: &Path) -> f64 {
+    let out = place.path("scored.h5");
+    let [log_path, model, out_path] = [log, model, &out].map(|path| path.to_str().unwrap().to_owned());
+    let arguments = ["predict", "--log", &log_path, "--model", &model, "--out", &out_path];
+    place.stepvalve(&arguments).expect_code(0);
+    let torque = |path: &Path| {
+        let torque = run_log::read_log(path).unwrap().runs[0].torque_nm.clone().unwrap();
+        let filtered = there_and_back(&torque[10..]);
+        filtered.into_iter().step_by(10).collect::<Vec<f64>>()
+    };
+    let (measured, predicted) = (torque(log), torque(&out));
+    std::fs::remove_file(&out).unwrap();
+    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>().sqrt();
+    let error = norm(&mut measured.iter().zip(&predicted).map(|(a, b)| a - b));
+    100.0 * error / norm(&mut measured.iter().copied())
+}
+
+/// Butterworth's low-pass of order 4 at a tenth of the sampling rate, forwards and backwards; the ends are reflected.
+fn there_and_back(values: &[f64]) -> Vec<f64> {
+    const PAD: usize = 100;
+    let (first, last) = (values[0], values[values.len() - 1]);
+    let before = (1..=PAD).rev().map(|k| 2.0 * first - values[k]);
+    let after = (1..=PAD).map(|k| 2.0 * last - values[values.len() - 1 - k]);
+    let mut padded: Vec<f64> = before.chain(values.iter().copied()).chain(after).collect();
+    for _ in 0..2 {
+        // The quality factors of the two pairs of poles.
+        for quality in [0.541_196_100_146_197, 1.306_562_964_876_376_4] {
+            padded = low_pass(&padded, 0.1, quality);
+        }
+        padded.reverse();
+    }
+    padded[PAD..PAD + values.len()].to_vec()
+}
+
+/// A second-order low-pass by the bilinear transform, at a part of the sampling rate; it begins at rest on the first value.
+fn low_pass(values: &[f64], part: f64, quality: f64) -> Vec<f64> {
+    let k = (std::f64::consts::PI * part).tan();
+    let norm = 1.0 / (1.0 + k / quality + k * k);
+    let (b, a1, a2) = (k * k * norm, 2.0 * (k * k - 1.0) * norm, (1.0 - k / quality + k * k) * norm);
+    let (mut x, mut y) = ([values[0]; 2], [values[0]; 2]);
+    let filter = |value: &f64| {
+        let out = b * (value + 2.0 * x[0] + x[1]) - a1 * y[0] - a2 * y[1];
+        (x, y) = ([*value, x[0]], [out, y[0]]);
+        out
+    };
+    values.iter().map(filter).collect()
+}
+
+/// The seal's records, with or without what pressure it was under, as log.h5.
+fn seal(place: &TestPlace, data: &Path, with_pressure: bool) -> PathBuf {
     let mut files: Vec<String> = std::fs::read_dir(data.join("seal-friction"))
         .unwrap()
         .map(|file| file.unwrap().path().to_str().unwrap().to_owned())
@@ -78,13 +184,59 @@ fn a_seal_whose_pressure_was_not_recorded() {
     files.sort();
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
     let maps = ["--map", "time=c1/1000", "--map", "angle=c5/12.5", "--map", "torque=c7*0.0125"];
+    let pressure: &[&str] = if with_pressure { &["--map", "pressure_drop=c6*1e5"] } else { &[] };
     let log = place.path("log.h5");
     let fixed = ["--gap", "60", "--kind", "constant-velocity", "--out", log.to_str().unwrap()];
-    place.stepvalve(&[&["import"], &files[..], &maps, &fixed].concat()).expect_code(0);
-    let found = diagnosed(&place, &model(&place, 0.0, 0.06, 0.0));
+    place.stepvalve(&[&["import"], &files[..], &maps, pressure, &fixed].concat()).expect_code(0);
+    model(place, 0.0, SEAL_NM, 0.0)
+}
+
+/// The one friction level that the model has for all pressures, N·m, and the seal's radius, m.
+const SEAL_NM: f64 = 0.06;
+const SEAL_M: f64 = 0.0125;
+
+/// An O-ring under four pressures, twice: the piston's area in the torque, friction that rises with pressure, and a drive
+/// that extends the more slowly the higher the pressure is.
+#[test]
+fn a_seal_under_pressure() {
+    let Some(data) = measured_data() else { return };
+    let place = TestPlace::new();
+    let model = seal(&place, &data, true);
+    let found = diagnosed(&place, "log.h5", &model, "out");
+    let named = names(&found);
+    assert!(named.contains(&"pressure-torque"), "{named:?}");
+    assert!(named.contains(&"pressure-dependent-friction"), "{named:?}");
+    // N·m/MPa as N/bar.
+    let area = value(parameter(&found, "pressure-torque", "gain")) / SEAL_M / 10.0;
+    assert!((50.0..54.0).contains(&area), "{area} N/bar");
+    let gain = parameter(&found, "pressure-dependent-friction", "gain");
+    let newton_per_bar = |gain: &Value| gain.as_f64().unwrap() * SEAL_NM / SEAL_M / 10.0;
+    let slope = newton_per_bar(&gain["value"]);
+    let (low, high) = (newton_per_bar(&gain["ci95"][0]), newton_per_bar(&gain["ci95"][1]));
+    println!("friction rises by {slope:.3} N/bar ({low:.3} to {high:.3})");
+    assert!((0.2..0.65).contains(&slope), "{slope} N/bar");
+    // Repetition 1 gives 0.56 and repetition 2 0.26: what is known of the slope is no better than that.
+    assert!(low > 0.0 && high - low >= 0.30, "{low} to {high} N/bar");
+    let seen = said(&found, "observations");
+    assert!(seen.contains("speed in the positive direction falls with pressure"), "{seen}");
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    assert!(page.contains("speed in the positive direction falls with pressure"));
+}
+
+/// The same, the pressure withheld: friction and offset differ between runs, and no cause of the list is to blame.
+#[test]
+fn a_seal_whose_pressure_was_not_recorded() {
+    let Some(data) = measured_data() else { return };
+    let place = TestPlace::new();
+    let model = seal(&place, &data, false);
+    let found = diagnosed(&place, "log.h5", &model, "out");
     assert_eq!(names(&found), [""; 0], "{found}");
     assert_eq!(found["verdict"], "unexplained", "{found}");
-    let zeros = "the torque's zero differs from run to run";
-    let nuisances = found["nuisances"].as_array().unwrap();
-    assert!(nuisances.iter().any(|of| of.as_str().unwrap().contains(zeros)), "{nuisances:?}");
+    assert!(said(&found, "nuisances").contains("the torque's zero differs from run to run"), "{found}");
+    let seen = said(&found, "observations");
+    for part in ["Friction and offset differ between runs", "these data can't say", "pressure_drop"] {
+        assert!(seen.contains(part), "{part:?} is not in {seen}");
+    }
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    assert!(page.contains("Friction and offset differ between runs"));
 }

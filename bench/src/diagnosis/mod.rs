@@ -1,9 +1,10 @@
-//! `bench diagnosis`: `stepvalve diagnose` on campaigns with a hidden effect, beside a stepwise regression.
+//! `bench diagnosis`: `stepvalve diagnose` on campaigns with a hidden effect, beside a stepwise regression; what it costs.
 
 mod baseline;
 mod cases;
 mod library;
 mod run;
+pub mod speed;
 mod tables;
 
 use crate::output::Results;

@@ -202,7 +202,16 @@ impl Judgement<'_> {
         if share < 0.05 || of_others > 0.8 * share || of_a_cause {
             return Ok(0.0);
         }
-        Ok(share.sqrt() * structure.rms * self.noise.total)
+        Ok(share.sqrt() * structure.rms * self.noise_where_it_counts())
+    }
+
+    /// What an error as large as the noise everywhere comes to, weighted as the samples are: of a residual in parts of its
+    /// noise, the unit.
+    pub fn noise_where_it_counts(&self) -> f64 {
+        let weights = || self.setting.campaign.pieces.iter().flat_map(|piece| &piece.weights);
+        let (square, count) =
+            weights().fold((0.0, 0.0), |(square, count), weight| (square + weight * weight, count + 1.0));
+        if square > 0.0 { f64::sqrt(count / square) } else { self.noise.total }
     }
 
     /// What differs from run to run by itself.

@@ -10,11 +10,17 @@ use crate::hypothesis::{Free, Hypothesis, Member};
 use crate::linear::Point;
 use crate::measure::{Left, rms_left};
 use crate::next::next_experiment;
-use crate::outcome::{Ambiguity, Cause, Diagnosis, Evidence, Judged, ParameterFound, Verdict};
+use crate::observe::{runs_differ, speed_with_pressure};
+use crate::outcome::{
+    Ambiguity, Cause, Dependence, Description, Diagnosis, Evidence, Judged, ParameterFound, Verdict,
+};
 use crate::piece::Piece;
+use crate::ripple::phase;
 use crate::select::Selection;
 use crate::show::{Structure, structure};
+use crate::spectrum::bands;
 use crate::table::Untestable;
+use crate::whiteness::whiteness;
 use std::collections::BTreeMap;
 
 /// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
@@ -63,6 +69,11 @@ pub(crate) fn conclude(
     let (point, after) = judged.everywhere(&kept)?;
     let structure_kept = structure(&judged.setting, &after);
     let mut causes = causes(judged, &kept, &after)?;
+    for cause in &mut causes {
+        if let Some(text) = phase(judged.setting.campaign, cause, &after) {
+            cause.evidence.insert("phase".to_owned(), Evidence::Text(text));
+        }
+    }
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     let ambiguous = if doubtful { Vec::new() } else { ambiguities(selection) };
@@ -89,11 +100,50 @@ pub(crate) fn conclude(
         next_experiment,
         structure_before: telling(&judged.structure_before),
         structure_after: structure_left,
+        description_before: description(judged, &judged.before, &judged.structure_before),
+        description_after: description(judged, &after, &structure_kept),
         nuisances: judged.nuisances(),
+        observations: observations(judged, verdict, &after, &structure_kept),
     };
     let refused = |source| DiagnosisError::Model { run: String::new(), source };
     let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
     Ok(found(judged, diagnosis, extended, &after))
+}
+
+fn description(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> Description {
+    let noise = judged.noise_where_it_counts();
+    let mut orders = structure.orders.clone();
+    for order in &mut orders {
+        order.both_ways *= noise;
+        order.against_motion *= noise;
+    }
+    Description {
+        rms_over_noise: structure.rms,
+        whiteness: whiteness(&judged.setting, left),
+        bands: bands(&judged.setting, left, noise),
+        orders,
+    }
+}
+
+/// What is to be said beside the causes.
+fn observations(
+    judged: &Judgement<'_>,
+    verdict: Verdict,
+    after: &[Left],
+    structure: &Structure,
+) -> Vec<String> {
+    let campaign = judged.setting.campaign;
+    let zero_nm = judged.setting.nuisances.zero_nm;
+    let by_run = |as_friction: bool| {
+        let of_run = |of: &&Dependence| of.on == "run" && of.as_friction == as_friction;
+        let clear = |of: &Dependence| of.share > SHARE_LEFT && of.p_value < CHANCE;
+        structure.dependences.iter().find(of_run).is_some_and(clear)
+    };
+    let open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    let differ = open && by_run(true) && (zero_nm > 0.0 || by_run(false));
+    let mut said = speed_with_pressure(campaign);
+    said.extend(runs_differ(campaign, after, zero_nm).filter(|_| differ));
+    said
 }
 
 /// The part of what is beyond noise that the causes explain, on runs that they were not fitted on.
@@ -128,7 +178,7 @@ fn is_noise(structure: &Structure) -> bool {
     structure.rms <= RMS_LEFT && !depends
 }
 
-fn telling(structure: &Structure) -> Vec<crate::outcome::Dependence> {
+fn telling(structure: &Structure) -> Vec<Dependence> {
     structure
         .dependences
         .iter()

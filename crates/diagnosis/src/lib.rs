@@ -15,24 +15,31 @@ mod facts;
 mod findings;
 mod fit;
 mod gram;
+mod holds;
 mod hypothesis;
 mod linear;
 mod measure;
 mod missed;
 mod next;
 mod noise;
+mod observe;
 mod outcome;
 mod past;
 mod piece;
+mod ripple;
 mod select;
 mod show;
+mod spectrum;
 mod table;
+mod whiteness;
 mod workers;
 
 pub use diagnose::{Event, Found, Options, Rivals, Shown, diagnose};
 pub use error::DiagnosisError;
 pub use outcome::{
-    Ambiguity, Cause, ClosedLoopGain, Dependence, Diagnosis, Evidence, Gain, Judged, ParameterFound,
-    Residual, Verdict,
+    Ambiguity, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain, Judged, Order,
+    ParameterFound, Residual, Verdict,
 };
+pub use spectrum::Band;
+pub use whiteness::Whiteness;
 pub use workers::{OneAfterTheOther, Workers};

@@ -1,5 +1,7 @@
 //! What was found, as diagnosis.json holds it.
 
+use crate::spectrum::Band;
+use crate::whiteness::Whiteness;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -131,6 +133,35 @@ pub struct Dependence {
     pub p_value: f64,
 }
 
+/// A harmonic of a turn in the residual.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Order {
+    /// Periods per turn.
+    pub order: usize,
+    /// Amplitude of what acts the same both ways, and the probability of as much by chance, corrected for the number of
+    /// orders.
+    pub both_ways: f64,
+    /// See above.
+    pub p_both_ways: f64,
+    /// The same of what acts against the motion.
+    pub against_motion: f64,
+    /// See above.
+    pub p_against_motion: f64,
+}
+
+/// A residual by what it shows beside its dependences.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Description {
+    /// RMS in parts of the noise, sample by sample.
+    pub rms_over_noise: f64,
+    /// Whether it is white.
+    pub whiteness: Whiteness,
+    /// By frequency, in the channel's unit.
+    pub bands: Vec<Band>,
+    /// By order of the angle, in the channel's unit.
+    pub orders: Vec<Order>,
+}
+
 /// All that goes into diagnosis.json.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -158,8 +189,14 @@ pub struct Diagnosis {
     pub structure_before: Vec<Dependence>,
     /// What is left depends on.
     pub structure_after: Vec<Dependence>,
+    /// The residual of the given model by frequency and order of the angle.
+    pub description_before: Description,
+    /// What is left, the same way.
+    pub description_after: Description,
     /// What differs from run to run by itself.
     pub nuisances: Vec<String>,
+    /// What the runs show that is no cause, in words.
+    pub observations: Vec<String>,
 }
 
 /// A piece of evidence.

@@ -1,9 +1,11 @@
-//! Where a residual has structure: by run, kind, angle, speed, and so on; with tests corrected for their number.
+//! Where a residual has structure: by run, kind, angle, speed, and so on, and by order of the angle; with tests corrected
+//! for their number by Holm's method.
 
 use crate::linear::Setting;
 use crate::measure::Left;
-use crate::outcome::Dependence;
+use crate::outcome::{Dependence, Order};
 use crate::piece::Piece;
+use log_data::Channel;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
@@ -13,8 +15,10 @@ const ANGLE_BIN_RAD: f64 = 0.3;
 const MOST_BINS: usize = 120;
 /// Lags over which neighbours are compared.
 const LAGS: usize = 400;
-/// Orders over a turn that are looked at.
+/// Orders over a turn that are tested, and that are shown; of angle logs the rotor's teeth times these beside them.
 const ORDERS: usize = 16;
+const SHOWN_ORDERS: usize = 32;
+const TEETH_TIMES: usize = 10;
 
 /// A sample as the tests see it.
 struct Sample {
@@ -40,6 +44,7 @@ const COVARIATES: [&str; 9] = [
 #[derive(Debug, Clone)]
 pub(crate) struct Structure {
     pub dependences: Vec<Dependence>,
+    pub orders: Vec<Order>,
     /// RMS in parts of the noise.
     pub rms: f64,
 }
@@ -71,10 +76,49 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
             dependences.extend(harmonic(order, as_friction, &samples, square, independent));
         }
     }
-    let tests = dependences.len() as f64;
-    dependences.iter_mut().for_each(|found| found.p_value = (found.p_value * tests).min(1.0));
+    holm(dependences.iter_mut().map(|found| &mut found.p_value));
     dependences.sort_by(|a, b| b.share.total_cmp(&a.share));
-    Structure { dependences, rms: (square / count.max(1.0)).sqrt() }
+    let rms = (square / count.max(1.0)).sqrt();
+    let teeth = setting.campaign.facts.motor.filter(|_| setting.campaign.channel == Channel::Angle);
+    let orders = orders(&samples, teeth.map(|motor| motor.1), square, independent, rms);
+    Structure { dependences, orders, rms }
+}
+
+/// Corrects probabilities for the number of tests, so that any false one is as rare as a single test's would be.
+pub(crate) fn holm<'a>(p_values: impl Iterator<Item = &'a mut f64>) {
+    let mut sorted: Vec<&mut f64> = p_values.collect();
+    sorted.sort_by(|a, b| a.total_cmp(b));
+    let (mut tests, mut least) = (sorted.len() as f64, 0.0);
+    for p_value in sorted {
+        least = f64::max(least, *p_value * tests).min(1.0);
+        *p_value = least;
+        tests -= 1.0;
+    }
+}
+
+/// Amplitudes by order of the angle, in parts of the noise.
+fn orders(samples: &[Sample], teeth: Option<f64>, square: f64, independent: f64, rms: f64) -> Vec<Order> {
+    let of_rotor = teeth.into_iter().flat_map(|teeth| (1..=TEETH_TIMES).map(move |k| k * teeth as usize));
+    let amplitude = |order: usize, as_friction: bool| {
+        let found = harmonic(order, as_friction, samples, square, independent)?;
+        Some(((2.0 * found.share).sqrt() * rms, found.p_value))
+    };
+    let mut found: Vec<Order> = (1..=SHOWN_ORDERS)
+        .chain(of_rotor)
+        .filter_map(|order| {
+            let ((both_ways, p_both), (against, p_against)) =
+                (amplitude(order, false)?, amplitude(order, true)?);
+            Some(Order {
+                order,
+                both_ways,
+                p_both_ways: p_both,
+                against_motion: against,
+                p_against_motion: p_against,
+            })
+        })
+        .collect();
+    holm(found.iter_mut().flat_map(|of| [&mut of.p_both_ways, &mut of.p_against_motion]));
+    found
 }
 
 fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
@@ -224,4 +268,18 @@ fn correlation(setting: &Setting<'_>, left: &[Left]) -> f64 {
         total += 2.0 * correlation;
     }
     total
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probabilities_are_corrected_one_after_the_other() {
+        let mut found = [0.04, 0.01, 0.03, 0.005];
+        holm(found.iter_mut());
+        let expected = [0.06, 0.03, 0.06, 0.02];
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    }
 }

@@ -1,6 +1,7 @@
 //! What the extension is worth in the loop: the extended model as the valve, the given and the extended one in turn in
 //! the controller.
 
+use super::extended;
 use crate::compensation::measure::{self, Level};
 use config::parse_scenario;
 use diagnosis::{ClosedLoopGain, Found};
@@ -24,11 +25,12 @@ pub fn gain(found: &Found, given: &Model) -> Option<ClosedLoopGain> {
         text = text.replace("\"40degC\"", &format!("\"{celsius:?}degC\""));
     }
     let scenario = parse_scenario(&text, "the sine of the closed loop").ok()?;
+    let extended = extended::model(found);
     let following_error = |belief: &Model| {
-        let outcome = measure::run(&scenario, &found.extended, belief, Level::FULL).ok()?;
+        let outcome = measure::run(&scenario, &extended, belief, Level::FULL).ok()?;
         (outcome.fault.is_none() && outcome.lost_teeth == 0 && outcome.cycles > 0).then_some(outcome.rms_rad)
     };
-    let (before, after) = (following_error(given)?, following_error(&found.extended)?);
+    let (before, after) = (following_error(given)?, following_error(&extended)?);
     Some(ClosedLoopGain {
         following_error_rms_before_rad: before,
         following_error_rms_after_rad: after,

@@ -1,4 +1,5 @@
-//! model-extended.toml: the given model with what was found, and comments that say how well it is known.
+//! model-extended.toml: the given model with what was found, and comments that say how well it is known. Numbers of a section
+//! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
 use diagnosis::{Cause, Found};
@@ -6,20 +7,56 @@ use valve_model::Model;
 
 use super::words::short;
 
+/// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
+pub fn model(found: &Found) -> Model {
+    // A factor on something that the model doesn't have was no candidate.
+    found.extended.with_factors_in_its_numbers().unwrap_or_else(|_| found.extended.clone())
+}
+
 /// The text of the file.
-pub fn text(found: &Found, given: &Model, log: &str, model: &str) -> String {
-    let mut extended = found.extended.clone();
+pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String {
+    let mut extended = model(found);
     let causes = &found.diagnosis.causes;
     if !causes.is_empty() {
         extended.name = format!("{}, extended", given.name);
     }
-    let mut comments = ModelComments::new().with_header(header(found, given, log, model));
+    let mut comments = ModelComments::new().with_header(header(found, given, log, model_file));
     for (index, effect) in extended.effects.iter().enumerate() {
         let section = format!("effect[{index}]");
         let Some(cause) = causes.iter().find(|cause| cause.id == effect.id()) else { continue };
         comments = comments.with_section(&section, about(cause));
     }
+    for (section, causes) in corrected(causes) {
+        comments = comments.with_section(section, causes);
+    }
     write_model(&extended, &comments)
+}
+
+/// What to say above each section whose numbers were corrected.
+fn corrected(causes: &[Cause]) -> Vec<(&'static str, String)> {
+    let of = |section: &'static str| {
+        let own = causes.iter().filter_map(|cause| {
+            let (place, what) = place(&cause.id)?;
+            (place == section).then(|| format!("{}: {what} corrected. {}", cause.id, about(cause)))
+        });
+        let text = own.collect::<Vec<_>>().join("\n");
+        (!text.is_empty()).then_some((section, text))
+    };
+    ["motor", "load", "friction"].into_iter().filter_map(of).collect()
+}
+
+/// The section that a factor is folded into, and the numbers there.
+fn place(id: &str) -> Option<(&'static str, &'static str)> {
+    Some(match id {
+        "coulomb-level" => ("friction", "coulomb_torque_nm and static_torque_nm"),
+        "static-level" => ("friction", "static_torque_nm"),
+        "viscous-level" => ("friction", "viscous_nm_s_per_rad"),
+        "stribeck-velocity" => ("friction", "stribeck_velocity_rad_per_s"),
+        "bristle-stiffness" => ("friction", "bristle_stiffness_nm_per_rad"),
+        "load-inertia" => ("load", "inertia_kg_m2"),
+        "holding-torque-level" => ("motor", "holding_torque_nm"),
+        _ => return None,
+    })
 }
 
 fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {

@@ -2,6 +2,7 @@
 
 mod closed_loop;
 mod extended;
+mod leftover;
 mod page;
 mod threads;
 mod words;
@@ -97,6 +98,9 @@ fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
     }
     for group in &diagnosis.ambiguous {
         say(format_args!("  can't be told apart: {}", group.ids.join(", ")));
+    }
+    for seen in diagnosis.nuisances.iter().chain(&diagnosis.observations) {
+        say(format_args!("  seen: {seen}"));
     }
     if diagnosis.verdict != Verdict::NoDiscrepancy {
         say(format_args!("next: {}", diagnosis.next_experiment));

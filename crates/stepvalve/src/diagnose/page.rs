@@ -1,7 +1,7 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
 use super::words::{headline, short, unit};
-use diagnosis::{Dependence, Found, Judged, Shown};
+use diagnosis::{Dependence, Evidence, Found, Judged, Shown, Verdict};
 use log_data::{Channel, Log};
 use report::{Axis, Block, Page, Section, Style, Table, XyPlot, XySeries};
 
@@ -13,12 +13,16 @@ const POINTS: usize = 6000;
 /// The page.
 pub fn page(found: &Found, log: &Log, log_file: &str, model_file: &str) -> String {
     let mut page = Page::new(format!("Diagnosis: {}", log.title), headline(found));
-    page.sections.push(Section::new("").with(Block::Facts(facts(found, log))));
+    let seen =
+        found.diagnosis.observations.iter().filter(|_| found.diagnosis.verdict != Verdict::Unexplained);
+    let summary = seen.fold(Section::new(""), |section, seen| section.with(Block::Text(seen.clone())));
+    page.sections.push(summary.with(Block::Facts(facts(found, log))));
     page.sections.push(runs(found));
     page.sections.push(maps(found));
     page.sections.push(ranking(found));
     page.sections.push(parameters(found));
     page.sections.push(structure(found));
+    page.sections.push(super::leftover::section(found));
     page.sections.push(judged("What these data can't test", "", &found.diagnosis.untestable));
     let next = found.diagnosis.next_experiment.clone();
     page.sections.push(Section::new("What to measure next").with(Block::Text(next)));
@@ -41,12 +45,22 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
     }
     let held = format!("{} before, {} {unit} after", short(gain.rms_before), short(gain.rms_after));
     facts.push(("error on runs not used for fitting".to_owned(), held));
-    let (low, high) = (short(gain.ratio_ci95[0]), short(gain.ratio_ci95[1]));
-    facts.push(("after over before".to_owned(), format!("{} ({low} to {high})", short(gain.ratio))));
+    if !diagnosis.causes.is_empty() {
+        let (low, high) = (short(gain.ratio_ci95[0]), short(gain.ratio_ci95[1]));
+        let text =
+            format!("{} (other runs would give {low} to {high}, with 95 % certainty)", short(gain.ratio));
+        facts.push(("error after over before".to_owned(), text));
+    }
     if let Some(closed) = &gain.closed_loop {
         let (before, after) = (closed.following_error_rms_before_rad, closed.following_error_rms_after_rad);
-        let text = format!("{} rad before, {} rad after", short(before), short(after));
-        facts.push(("following error in the loop".to_owned(), text));
+        let text = format!(
+            "{} rad with the given model, {} rad with the extended one ({} times as much; a simulated sine of 1 Hz, the \
+             extended model as the valve)",
+            short(before),
+            short(after),
+            short(closed.ratio)
+        );
+        facts.push(("following error in the loop, the controller believing".to_owned(), text));
     }
     facts.push(("runs".to_owned(), format!("{}, {} samples", log.runs.len(), found.samples.0)));
     for nuisance in &diagnosis.nuisances {
@@ -111,7 +125,11 @@ fn runs(found: &Found) -> Section {
         ];
         let kept = if shown.held_out { "not fitted" } else { "fitted" };
         section = section.with(Block::XyPlot(XyPlot {
-            title: format!("{} ({}, {kept})", shown.name, shown.kind),
+            title: if shown.kind.is_empty() {
+                format!("{} ({kept})", shown.name)
+            } else {
+                format!("{} ({}, {kept})", shown.name, shown.kind)
+            },
             x: Axis::new("time", "s"),
             y: if angle { Axis::new("angle less command", "rad") } else { Axis::new("torque", "N·m") },
             series,
@@ -173,38 +191,46 @@ fn map(found: &Found, of: Covariate, predicted: fn(&Shown) -> &Vec<f64>) -> Vec<
 
 fn ranking(found: &Found) -> Section {
     let mut rows = Vec::new();
+    let mut row = |id: &str, judgement: &str, speaks_for: String, against: String| {
+        rows.push(vec![id.to_owned(), judgement.to_owned(), screened(found, id), speaks_for, against]);
+    };
     for cause in &found.diagnosis.causes {
-        let alone = screened(found, &cause.id);
-        let without =
-            format!("{:.1} % of the error on kept-aside runs comes back without it", 100.0 * cause.rms_gain);
-        rows.push(vec![cause.id.clone(), "accepted".to_owned(), alone, without]);
+        let mut speaks_for = format!(
+            "{}; without it {:.1} % of the error on kept-aside runs comes back",
+            super::words::sentence(cause),
+            100.0 * cause.rms_gain
+        );
+        for evidence in cause.evidence.values() {
+            if let Evidence::Text(text) = evidence {
+                speaks_for.push_str(&format!("; {text}"));
+            }
+        }
+        row(&cause.id, "accepted", speaks_for, "nothing that was tested".to_owned());
     }
     for group in &found.diagnosis.ambiguous {
         for id in &group.ids {
-            rows.push(vec![
-                id.clone(),
-                "can't be told apart".to_owned(),
-                screened(found, id),
-                group.reason.clone(),
-            ]);
+            row(
+                id,
+                "can't be told apart",
+                "explains it".to_owned(),
+                format!("so do its rivals: {}", group.reason),
+            );
         }
     }
     for judged in &found.diagnosis.rejected {
-        rows.push(vec![
-            judged.id.clone(),
-            "not it".to_owned(),
-            screened(found, &judged.id),
-            judged.reason.clone(),
-        ]);
+        let alone =
+            found.ranking.iter().find(|(id, _)| *id == judged.id).is_some_and(|(_, gain)| *gain > 0.01);
+        let speaks_for = if alone { "alone it would explain some" } else { "nothing" };
+        row(&judged.id, "not it", speaks_for.to_owned(), judged.reason.clone());
     }
-    let header =
-        ["cause", "judgement", "alone would cut the error by", "evidence"].map(str::to_owned).to_vec();
+    let header = ["cause", "judgement", "alone would cut the error by, in noises", "for it", "against it"];
     Section::new("Causes, and what speaks for and against each")
         .with(Block::Text(
-            "The second column of numbers is a first estimate, in parts of the measurement's noise, on runs that were kept aside in turn; the evidence comes from fits through the model."
+            "The number is a first estimate, in parts of the measurement's noise, on runs that were kept aside in turn; what \
+             speaks for and against comes from fits through the model."
                 .to_owned(),
         ))
-        .with(Block::Table(Table { header, rows }))
+        .with(Block::Table(Table { header: header.map(str::to_owned).to_vec(), rows }))
 }
 
 fn screened(found: &Found, id: &str) -> String {

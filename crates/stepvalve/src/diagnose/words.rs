@@ -28,26 +28,45 @@ pub fn headline(found: &Found) -> String {
                 short(rms)
             )
         }
-        Verdict::Unexplained => format!(
-            "The model is wrong by {} {unit} where the measurement scatters by {}, and none of the known causes explains it.",
-            short(rms),
-            short(noise)
-        ),
+        Verdict::Unexplained => {
+            let mut says = format!(
+                "The model is wrong by {} {unit} where the measurement scatters by {}, and none of the known causes explains it.",
+                short(rms),
+                short(noise)
+            );
+            for seen in &diagnosis.observations {
+                says.push(' ');
+                says.push_str(seen);
+            }
+            says
+        }
         Verdict::Ambiguous => format!(
             "The model is wrong by {} {unit}, and these data can't tell which of these it is: {}.",
             short(rms),
             groups.join("; ")
         ),
         Verdict::Explained => {
-            format!("{}; the model has none of it. With it, {falls}.", sentences.join("; "))
+            format!("{}; the model has none of it. With it, {falls}.", joined(&sentences))
         }
         Verdict::PartlyExplained => {
             format!(
                 "{}; the model has none of it. With it, {falls}; something is left that no cause explains.",
-                sentences.join("; ")
+                joined(&sentences)
             )
         }
     }
+}
+
+/// Statements in one sentence: the first alone begins with a capital.
+fn joined(sentences: &[String]) -> String {
+    let mut all = sentences.iter().map(String::as_str);
+    let mut text = all.next().unwrap_or_default().to_owned();
+    for sentence in all {
+        let mut letters = sentence.chars();
+        let first = letters.next().map(|letter| letter.to_lowercase().to_string()).unwrap_or_default();
+        text.push_str(&format!("; {first}{}", letters.as_str()));
+    }
+    text
 }
 
 /// The unit of what is predicted, as it is written for people.
@@ -78,7 +97,8 @@ pub fn names(ids: &[&str]) -> String {
     }
 }
 
-fn sentence(cause: &Cause) -> String {
+/// A cause in words.
+pub fn sentence(cause: &Cause) -> String {
     let value = |key: &str| cause.parameters.get(key).map_or(f64::NAN, |of| of.value);
     let percent = |key: &str| {
         let off = 100.0 * (value(key) - 1.0);

@@ -5,7 +5,32 @@ use crate::{Effect, FrictionParams, LeuvenParams, LuGreParams, Model, ParamError
 /// The elements of `presliding-hysteresis`.
 const ELEMENTS: u32 = 10;
 
+/// Effects that are a number of a section times a factor, and nothing else.
+const FACTORS: [&str; 7] = [
+    "coulomb-level",
+    "static-level",
+    "viscous-level",
+    "stribeck-velocity",
+    "bristle-stiffness",
+    "load-inertia",
+    "holding-torque-level",
+];
+
 impl Model {
+    /// The model with its `factor` effects folded into the sections' numbers, and those effects gone: the same model in
+    /// other words.
+    ///
+    /// # Errors
+    /// An effect on something that the model doesn't have.
+    pub fn with_factors_in_its_numbers(&self) -> Result<Self, ParamError> {
+        let mut model = self.clone();
+        for effect in self.effects.iter().filter(|effect| FACTORS.contains(&effect.id())) {
+            fold(effect, &mut model)?;
+        }
+        model.effects.retain(|effect| !FACTORS.contains(&effect.id()));
+        Ok(model)
+    }
+
     /// The model with its `factor` effects and `presliding-hysteresis` folded into the sections' numbers; the other
     /// effects stay as they are.
     ///

@@ -1,0 +1,93 @@
+//! Whether a residual is white: whether a sample can be foretold from those before it (Ljung and Box's test).
+
+use crate::linear::Setting;
+use crate::measure::Left;
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Samples back that are looked at.
+const LAGS: usize = 20;
+/// What can be foretold of white noise is less than this share; with many samples every test finds something.
+const FORETOLD: f64 = 0.02;
+const CHANCE: f64 = 0.01;
+
+/// What the test says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Whiteness {
+    /// How many samples back were looked at.
+    pub lags: usize,
+    /// Ljung and Box's Q, about as large as `lags` for white noise.
+    pub statistic: f64,
+    /// Probability of as much by chance.
+    pub p_value: f64,
+    /// The share of the error's square that the samples before foretell.
+    pub foretold: f64,
+    /// Whether it is noise that no sample foretells: by chance, or by less than 2 %.
+    pub white: bool,
+}
+
+/// Tests what is left, in parts of its noise.
+pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
+    let mut sums = [0.0; LAGS + 1];
+    let mut count = 0.0;
+    for (piece, left) in setting.campaign.pieces.iter().zip(left) {
+        let values: Vec<f64> =
+            left.residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect();
+        count += values.iter().filter(|value| **value != 0.0).count() as f64;
+        for (lag, sum) in sums.iter_mut().enumerate() {
+            *sum += values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+    let [none, lagged @ ..] = sums;
+    let correlations = lagged.map(|sum| if none > 0.0 { sum / none } else { 0.0 });
+    judged(&correlations, count)
+}
+
+fn judged(correlations: &[f64; LAGS], count: f64) -> Whiteness {
+    let terms = correlations.iter().zip(1..).map(|(correlation, lag)| {
+        let pairs = (count - f64::from(lag)).max(1.0);
+        correlation * correlation / pairs
+    });
+    let statistic = count * (count + 2.0) * terms.sum::<f64>();
+    let p_value = ChiSquared::new(LAGS as f64).map_or(1.0, |chi| 1.0 - chi.cdf(statistic));
+    let foretold = foretold(correlations);
+    let white = p_value >= CHANCE || foretold < FORETOLD;
+    Whiteness { lags: LAGS, statistic, p_value, foretold, white }
+}
+
+/// 1 − the error's variance that a linear prediction from the samples before leaves (Levinson and Durbin).
+fn foretold(correlations: &[f64; LAGS]) -> f64 {
+    let mut weights: Vec<f64> = Vec::with_capacity(LAGS);
+    let mut left = 1.0;
+    for (known, correlation) in correlations.iter().enumerate() {
+        let recent = correlations.iter().take(known).rev();
+        let so_far: f64 = weights.iter().zip(recent).map(|(weight, r)| weight * r).sum();
+        let partial: f64 = (correlation - so_far) / left;
+        if !partial.is_finite() || partial.abs() >= 1.0 {
+            break;
+        }
+        let turned: Vec<f64> = weights.iter().rev().copied().collect();
+        weights.iter_mut().zip(turned).for_each(|(weight, other)| *weight -= partial * other);
+        weights.push(partial);
+        left *= 1.0 - partial * partial;
+    }
+    1.0 - left
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_is_foretold_and_noise_is_not() {
+        let mut chain = [0.0; LAGS];
+        chain.iter_mut().zip(1..).for_each(|(r, lag)| *r = 0.8f64.powi(lag));
+        // Of r = 0.8·r' + e the part 0.8² is known beforehand.
+        assert!((foretold(&chain) - 0.64).abs() < 1e-9);
+        assert!(!judged(&chain, 1000.0).white);
+        let noise: [f64; LAGS] = std::array::from_fn(|lag| if lag % 2 == 0 { 0.02 } else { -0.02 });
+        let found = judged(&noise, 1000.0);
+        assert!(found.white && found.p_value > 0.5, "{found:?}");
+    }
+}
