@@ -188,7 +188,13 @@ fn logs_to_predict_and_diagnose() {
         &["run slide", "row 42", "angle is NaN"],
     );
     both_refuse(&place, &bad(&|run| run.torque_nm = None), &rig, &["run slide", "torque", "angle_command"]);
-    both_refuse(&place, &log_of(&place, "bad.h5", Vec::new()), &rig, &["bad.h5"]);
+    // A log without any run: our own writer refuses to make one.
+    let empty = place.path("empty.h5");
+    std::fs::copy(bad(&|_| ()), &empty).unwrap();
+    let file = hdf5::File::open_rw(&empty).unwrap();
+    file.group("runs").unwrap().unlink("slide").unwrap();
+    file.close().unwrap();
+    both_refuse(&place, empty.to_str().unwrap(), &rig, &["empty.h5", "run"]);
     let text = place.write("text.h5", "time,angle\n0,1\n");
     both_refuse(&place, text.to_str().unwrap(), &rig, &["text.h5"]);
     let whole = std::fs::read(log_of(&place, "whole.h5", vec![sliding()])).unwrap();

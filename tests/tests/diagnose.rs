@@ -82,6 +82,8 @@ fn friction_that_rises_with_pressure_is_named_and_the_page_says_so() {
     let held_out = found["gain"]["held_out_runs"].as_array().unwrap();
     assert!(held_out.len() >= 4, "{held_out:?}");
     assert!(found["gain"]["rms_after"].as_f64().unwrap() < 1.2 * NOISE_NM, "{found}");
+    let in_loop = &found["gain"]["closed_loop"];
+    assert!(in_loop["ratio"].as_f64().unwrap() < 0.95, "{in_loop}");
     // The extended model is a model, and predicts.
     let extended = place.path("out/model-extended.toml");
     place.stepvalve(&["check", extended.to_str().unwrap()]).expect_code(0);

@@ -3,12 +3,15 @@
 
 use super::extended;
 use crate::compensation::measure::{self, Level};
-use config::parse_scenario;
+use config::{Compensation, parse_scenario};
 use diagnosis::{ClosedLoopGain, Found};
 use valve_model::Model;
 
 /// The motion: a sine through both directions, whose reversals are what friction spoils.
 const SCENARIO: &str = include_str!("../../../../rt-config/scenarios/sine-1hz.toml");
+
+/// The controller feeds forward all that its belief holds, effects too: those are what was found.
+const LEVEL: Level = Level { feed_forward: Compensation::FullWithEffects, encoder: false };
 
 /// The gain in following error; `None` where nothing was found, where the model has no motor or load, or where the
 /// valve doesn't come through the motion.
@@ -27,7 +30,7 @@ pub fn gain(found: &Found, given: &Model) -> Option<ClosedLoopGain> {
     let scenario = parse_scenario(&text, "the sine of the closed loop").ok()?;
     let extended = extended::model(found);
     let following_error = |belief: &Model| {
-        let outcome = measure::run(&scenario, &extended, belief, Level::FULL).ok()?;
+        let outcome = measure::run(&scenario, &extended, belief, LEVEL).ok()?;
         (outcome.fault.is_none() && outcome.lost_teeth == 0 && outcome.cycles > 0).then_some(outcome.rms_rad)
     };
     let (before, after) = (following_error(given)?, following_error(&extended)?);

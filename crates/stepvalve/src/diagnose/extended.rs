@@ -72,7 +72,18 @@ fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {
             gain.rms_before, gain.rms_after
         ));
     }
+    if causes_are_effects(found) {
+        lines.push(
+            "A controller makes use of effects where its scenario says: [compensation] level = \"full-with-effects\"."
+                .to_owned(),
+        );
+    }
     lines.join("\n")
+}
+
+/// Whether anything was found that is no factor on a section's number.
+fn causes_are_effects(found: &Found) -> bool {
+    found.diagnosis.causes.iter().any(|cause| place(&cause.id).is_none())
 }
 
 fn about(cause: &Cause) -> String {

@@ -44,8 +44,8 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
         facts.push(("the measurement's own noise".to_owned(), format!("{} {unit}", short(residual.noise))));
     }
     let held = format!("{} before, {} {unit} after", short(gain.rms_before), short(gain.rms_after));
-    facts.push(("error on runs not used for fitting".to_owned(), held));
-    if !diagnosis.causes.is_empty() {
+    if extended(found) {
+        facts.push(("error on runs not used for fitting".to_owned(), held));
         let (low, high) = (short(gain.ratio_ci95[0]), short(gain.ratio_ci95[1]));
         let text =
             format!("{} (other runs would give {low} to {high}, with 95 % certainty)", short(gain.ratio));
@@ -101,7 +101,7 @@ fn chosen(found: &Found) -> Vec<&Shown> {
 
 fn runs(found: &Found) -> Section {
     let mut section = Section::new("Measured and simulated").with(Block::Text(
-        "The runs that the extension changes most. \"Not fitted\" are runs that were kept aside: the model had not seen them."
+        "The runs that show most. \"Not fitted\" are runs that were kept aside: the model had not seen them."
             .to_owned(),
     ));
     let angle = found.channel != Channel::Torque;
@@ -114,15 +114,18 @@ fn runs(found: &Found) -> Section {
                 .map(|((time, value), command)| (time - begin, if angle { value - command } else { *value }))
                 .collect()
         };
-        let series = vec![
+        let mut series = vec![
             XySeries { name: "measured".to_owned(), style: Style::Points, points: against(&shown.measured) },
             XySeries {
                 name: "model as given".to_owned(),
                 style: Style::Line,
                 points: against(&shown.before),
             },
-            XySeries { name: "model extended".to_owned(), style: Style::Line, points: against(&shown.after) },
         ];
+        if extended(found) {
+            let points = against(&shown.after);
+            series.push(XySeries { name: "model extended".to_owned(), style: Style::Line, points });
+        }
         let kept = if shown.held_out { "not fitted" } else { "fitted" };
         section = section.with(Block::XyPlot(XyPlot {
             title: if shown.kind.is_empty() {
@@ -136,6 +139,11 @@ fn runs(found: &Found) -> Section {
         }));
     }
     section
+}
+
+/// Whether there is an extended model to show beside the given one.
+fn extended(found: &Found) -> bool {
+    !found.diagnosis.causes.is_empty()
 }
 
 /// What a sample is plotted against, if the run has it.
@@ -158,14 +166,12 @@ fn maps(found: &Found) -> Section {
         if before.is_empty() {
             continue;
         }
-        let series = vec![
-            XySeries { name: "model as given".to_owned(), style: Style::Points, points: before },
-            XySeries {
-                name: "model extended".to_owned(),
-                style: Style::Points,
-                points: map(found, of, |shown| &shown.after),
-            },
-        ];
+        let mut series =
+            vec![XySeries { name: "model as given".to_owned(), style: Style::Points, points: before }];
+        if extended(found) {
+            let points = map(found, of, |shown| &shown.after);
+            series.push(XySeries { name: "model extended".to_owned(), style: Style::Points, points });
+        }
         section = section.with(Block::XyPlot(XyPlot {
             title: format!("Error over {name}"),
             x: Axis::new(name, unit),
@@ -274,10 +280,11 @@ fn structure(found: &Found) -> Section {
     let mut section = Section::new("What the error depends on").with(Block::Text(
         "Tests of the error against everything that was recorded, corrected for their number.".to_owned(),
     ));
-    for (text, dependences) in [
+    let both = [
         ("Model as given:", &found.diagnosis.structure_before),
         ("Model extended:", &found.diagnosis.structure_after),
-    ] {
+    ];
+    for (text, dependences) in both.into_iter().take(if extended(found) { 2 } else { 1 }) {
         let says = if dependences.is_empty() {
             format!("{text} on nothing beyond chance.")
         } else {
