@@ -49,7 +49,7 @@ enum Command {
     Echo(bus::Echo),
 }
 
-#[derive(Subcommand, Clone, Copy)]
+#[derive(Subcommand, Clone)]
 enum Bench {
     /// How many times faster than real time the three modes are, and what a cycle costs
     Sim,
@@ -79,14 +79,14 @@ enum Bench {
     All,
 }
 
-const ALL: [Bench; 5] = [Bench::Sim, Bench::Bus, Bench::Jitter, Bench::Max, Bench::Peers];
+const ALL: &[Bench] = &[Bench::Sim, Bench::Bus, Bench::Jitter, Bench::Max, Bench::Peers];
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.command {
         Command::Echo(echo) => bus::echo(echo),
-        Command::Bench(Bench::All) => ALL.iter().try_for_each(|bench| run(*bench, &arguments)),
-        Command::Bench(bench) => run(*bench, &arguments),
+        Command::Bench(Bench::All) => ALL.iter().try_for_each(|bench| run(bench, &arguments)),
+        Command::Bench(bench) => run(bench, &arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -97,7 +97,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
+fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
     let (quick, out) = (arguments.quick, &arguments.out);
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     let results = match bench {
@@ -106,11 +106,11 @@ fn run(bench: Bench, arguments: &Arguments) -> Result<()> {
         Bench::Jitter => jitter::run(quick, arguments.turn, out),
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
-        Bench::Diagnosis(arguments) => diagnosis::run(&arguments, quick),
-        Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(&arguments, quick),
-        Bench::Safety(arguments) => safety::run(&arguments, quick),
-        Bench::SafetyLive(arguments) => safety::run_live(&arguments, quick),
-        Bench::Soak(arguments) => safety::run_soak(&arguments, quick),
+        Bench::Diagnosis(arguments) => diagnosis::run(arguments, quick),
+        Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
+        Bench::Safety(arguments) => safety::run(arguments, quick),
+        Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),
+        Bench::Soak(arguments) => safety::run_soak(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
         Bench::All => return Ok(()),

@@ -1,10 +1,10 @@
 //! Which campaigns are drawn: a seed each, and what is hidden.
 
-use super::Arguments;
+use super::{Arguments, Log};
 use hidden_effect_rig::{Hidden, LogKind, OUTSIDE, STRONG, WEAK, choose, effects_of, twins};
 
 /// What a campaign is there to show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum Class {
     /// Nothing hidden.
     Clean,
@@ -42,8 +42,11 @@ pub fn all(arguments: &Arguments) -> Vec<Case> {
         cases.push(Case { seed, class, hidden, best_fit: arguments.best_fit });
         seed += 1;
     };
-    let logs: &[LogKind] =
-        if arguments.torque_only { &[LogKind::Torque] } else { &[LogKind::Torque, LogKind::Angle] };
+    let logs: &[LogKind] = match arguments.log {
+        Some(Log::Torque) => &[LogKind::Torque],
+        Some(Log::Angle) => &[LogKind::Angle],
+        None => &[LogKind::Torque, LogKind::Angle],
+    };
     for &log in logs {
         for _ in 0..arguments.clean / logs.len() as u64 {
             add(Class::Clean, Hidden::none(log));
@@ -66,6 +69,12 @@ pub fn all(arguments: &Arguments) -> Vec<Case> {
             }
         }
     }
+    let wanted = |case: &Case| {
+        let class = arguments.class.is_empty() || arguments.class.contains(&case.class);
+        class
+            && (arguments.only.is_empty() || arguments.only.iter().any(|id| case.hidden.effects.contains(id)))
+    };
+    cases.retain(wanted);
     // Mixed, so that a campaign of campaigns that is cut short has some of everything.
     cases.sort_by_key(|case| case.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     cases

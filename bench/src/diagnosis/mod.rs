@@ -15,7 +15,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 /// How much of it.
-#[derive(clap::Args, Clone, Copy)]
+#[derive(clap::Args, Clone)]
 pub struct Arguments {
     /// Seeds for each effect and strength; the others (nothing hidden, two effects, twins) in proportion
     #[arg(long, default_value_t = 6)]
@@ -32,12 +32,27 @@ pub struct Arguments {
     /// Begins no further campaign after so many minutes; which ones are then left out is a matter of chance
     #[arg(long, value_name = "MINUTES")]
     minutes: Option<u64>,
-    /// Torque logs alone
-    #[arg(long)]
-    torque_only: bool,
+    /// Logs of one kind alone
+    #[arg(long, value_enum)]
+    log: Option<Log>,
+    /// Campaigns alone that hide this effect, by itself or beside another; may be given more than once
+    #[arg(long, value_name = "EFFECT")]
+    only: Vec<String>,
+    /// Campaigns of one class alone: nothing hidden, one effect strong or weak, two, outside the list, twins
+    #[arg(long, value_enum)]
+    class: Vec<cases::Class>,
     /// Single effects of another form than the product's: their parameters against the best fit to noise-free data
     #[arg(long)]
     best_fit: bool,
+}
+
+/// Which logs are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Log {
+    /// Torque and angle.
+    Torque,
+    /// Command and angle.
+    Angle,
 }
 
 /// Runs all campaigns.
@@ -45,8 +60,11 @@ pub struct Arguments {
 /// # Errors
 /// Where the program is missing or a diagnosis fails.
 pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
-    let arguments =
-        if quick { Arguments { seeds: 1, clean: 6, samples: 20_000, ..*arguments } } else { *arguments };
+    let arguments = if quick {
+        Arguments { seeds: 1, clean: 6, samples: 20_000, ..arguments.clone() }
+    } else {
+        arguments.clone()
+    };
     let cases = cases::all(&arguments);
     let progress = Mutex::new(Progress::new(cases.len()));
     let judged =

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::campaign::Campaign;
+use crate::excitation::excitation;
 use crate::findings::{self, MISFIT};
 use crate::fit::{Fitted, fit};
 use crate::hypothesis::Hypothesis;
@@ -111,6 +112,7 @@ pub fn diagnose(
     check_finite(&campaign, &ready, &first, workers)?;
     tell(Event::Step("estimating the noise"));
     let noise = estimate(&mut campaign, &ready, &first.starts, options.seed, workers);
+    campaign.facts.excitation = excitation(&campaign, noise.channel);
     let (able, unable) = candidates(&campaign.facts, model);
     let nuisances = Nuisances {
         zero_nm: 0.0,

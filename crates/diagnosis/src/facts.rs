@@ -1,5 +1,6 @@
 //! What a campaign spans: by it the sizes of steps are chosen, and what can't be tested is known.
 
+use crate::excitation::Excitation;
 use log_data::Channel;
 use valve_model::{FrictionParams, Model};
 
@@ -30,6 +31,8 @@ pub(crate) struct Facts {
     pub step_s: f64,
     /// The longest rest, s.
     pub longest_rest_s: f64,
+    pub rotor_inertia: f64,
+    pub excitation: Excitation,
 }
 
 impl Facts {
@@ -73,6 +76,8 @@ impl Facts {
             angle_rad: (f64::INFINITY, f64::NEG_INFINITY),
             step_s: 1e-3,
             longest_rest_s: 0.0,
+            rotor_inertia: model.motor.map_or(0.0, |motor| motor.rotor_inertia_kg_m2),
+            excitation: Excitation::default(),
         }
     }
 

@@ -5,6 +5,7 @@ use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::diagnose::{Found, Judgement, Shown};
 use crate::errors::spread;
+use crate::facts::Facts;
 use crate::fit::fit;
 use crate::hypothesis::{Free, Hypothesis, Member};
 use crate::linear::Point;
@@ -20,8 +21,9 @@ use crate::select::Selection;
 use crate::show::{Structure, structure};
 use crate::spectrum::bands;
 use crate::table::Untestable;
+use crate::twins::missing;
 use crate::whiteness::whiteness;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
 const RMS_LEFT: f64 = 1.1;
@@ -76,7 +78,8 @@ pub(crate) fn conclude(
     }
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
-    let ambiguous = if doubtful { Vec::new() } else { ambiguities(selection) };
+    let ambiguous =
+        if doubtful { Vec::new() } else { ambiguities(selection, &judged.setting.campaign.facts) };
     let verdict = verdict(&causes, &ambiguous, &structure_kept, &structure_after);
     let rejected = rejected(selection, able, &causes, &ambiguous, doubtful);
     let untestable: Vec<Judged> = unable
@@ -301,19 +304,31 @@ fn eccentricity(
     ])
 }
 
-fn ambiguities(selection: &Selection) -> Vec<Ambiguity> {
+fn ambiguities(selection: &Selection, facts: &Facts) -> Vec<Ambiguity> {
     selection
         .ambiguous
         .iter()
         .map(|(best, others)| {
             let mut ids = vec![(*best).to_owned()];
             ids.extend(others.iter().map(|id| (*id).to_owned()));
-            Ambiguity {
-                ids,
-                reason: "they fit the runs that they were not fitted on equally well".to_owned(),
-            }
+            Ambiguity { ids, reason: why_alike(selection, best, others, facts) }
         })
         .collect()
+}
+
+/// What the data lack, and the angle between what the causes change.
+fn why_alike(selection: &Selection, best: &str, others: &[&'static str], facts: &Facts) -> String {
+    let lacking: BTreeSet<&str> = others.iter().filter_map(|other| missing(best, other, facts)).collect();
+    let first = match lacking.into_iter().collect::<Vec<_>>().join(", and ") {
+        none if none.is_empty() => "they fit the runs that they were not fitted on equally well".to_owned(),
+        lacking => format!("in these data {lacking}"),
+    };
+    let angles = selection.angles.iter().filter(|(one, two, _)| *one == best && others.contains(two));
+    let angles: Vec<String> = angles.map(|(_, other, angle)| format!("{angle:.1}° ({other})")).collect();
+    format!(
+        "{first}; the angle between what {best} and the other would change in the prediction: {}",
+        angles.join(", ")
+    )
 }
 
 fn rejected(

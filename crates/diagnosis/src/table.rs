@@ -53,6 +53,11 @@ pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<U
     (able, unable)
 }
 
+/// Whether an effect is fitted as a rival of its twins alone: its channel never changes.
+pub(crate) fn is_confounded(id: &str, facts: &Facts) -> bool {
+    ON_PRESSURE.contains(&id) && !facts.pressure_varies()
+}
+
 /// An effect that the model has already is corrected from there on.
 fn begin_at(candidate: &mut Candidate, model: &Model) {
     let Some(present) = model.effects.iter().find(|effect| effect.id() == candidate.id) else { return };

@@ -115,12 +115,15 @@ impl Curve {
             return ((-power).exp(), -2.0 * ratio * self.per_stribeck_velocity);
         }
         let size = ratio.abs();
-        let power = size.powf(self.exponent);
+        // As the power is, at a fraction of its cost.
+        let plain = self.exponent == 1.0;
+        let power = if plain { size } else { size.powf(self.exponent) };
         if power > NEGLIGIBLE_EXPONENT {
             return (0.0, 0.0);
         }
         // Below exponent 1 the slope is infinite at zero speed; the bound touches linearisations alone.
-        let slope = -self.exponent * size.max(1e-9).powf(self.exponent - 1.0);
+        let steepness = if plain { 1.0 } else { size.max(1e-9).powf(self.exponent - 1.0) };
+        let slope = -self.exponent * steepness;
         ((-power).exp(), slope.abs().copysign(-speed) * self.per_stribeck_velocity)
     }
 }

@@ -1,8 +1,9 @@
 //! The torque that a given motion takes: what a transducer between motor and load reads, J_load·dω/dt + friction + other
 //! torques, from a measured angle. No motor is needed.
 //!
-//! Behind a compliant coupling the angle given is the encoder's, on the motor's side, linear between samples, and the
-//! spool's own motion is integrated.
+//! Behind a compliant coupling the angle given is the encoder's, on the motor's side, and the spool's own motion is
+//! integrated. There the angle goes smoothly from sample to sample (cubic, by the speeds at its ends): one with a corner at
+//! every sample would make the spring ring.
 
 use serde::{Deserialize, Serialize};
 
@@ -179,6 +180,25 @@ impl MotionParams {
     }
 }
 
+/// A piece behind the spring turns its phase by no more than so much, rad: then its straight line is as good as the curve.
+const PHASE: f64 = 1.0;
+const MOST_PIECES: f64 = 8.0;
+
+fn pieces_behind_spring(params: &MotionParams, dt_s: f64) -> u32 {
+    let natural_rad_per_s = (params.effects.coupling_nm_per_rad / params.load_inertia_kg_m2).sqrt();
+    (natural_rad_per_s * dt_s / PHASE).ceil().clamp(1.0, MOST_PIECES) as u32
+}
+
+/// The angle at a part of the way, rad: a cubic with the given angles and speeds at its ends.
+fn between(input: &MotionInput, dt_s: f64, part: f64) -> f64 {
+    let (start, end) = (&input.start, &input.end);
+    let turn_rad = end.angle_rad - start.angle_rad;
+    let beyond_start = start.speed_rad_per_s * dt_s - turn_rad;
+    let beyond_end = end.speed_rad_per_s * dt_s - turn_rad;
+    let rest = 1.0 - part;
+    start.angle_rad + part * turn_rad + part * rest * (rest * beyond_start - part * beyond_end)
+}
+
 fn step_behind_spring(
     params: &MotionParams,
     spring: &ValveParams,
@@ -186,14 +206,23 @@ fn step_behind_spring(
     input: &MotionInput,
     dt_s: f64,
 ) -> MotionOutput {
-    let driven = ValveInput {
-        command_start_rad: input.start.angle_rad,
-        command_end_rad: input.end.angle_rad,
-        pressure_drop_pa: input.pressure_drop_pa,
-        oil_temperature_c: input.oil_temperature_c,
-        energised: true,
+    let pieces = pieces_behind_spring(params, dt_s);
+    let mut reached_rad = input.start.angle_rad;
+    let mut move_to = |end_rad: f64| {
+        let driven = ValveInput {
+            command_start_rad: reached_rad,
+            command_end_rad: end_rad,
+            pressure_drop_pa: input.pressure_drop_pa,
+            oil_temperature_c: input.oil_temperature_c,
+            energised: true,
+        };
+        reached_rad = end_rad;
+        step(spring, &mut state.spool, &driven, dt_s / f64::from(pieces))
     };
-    let out = step(spring, &mut state.spool, &driven, dt_s);
+    for piece in 1..pieces {
+        move_to(between(input, dt_s, f64::from(piece) / f64::from(pieces)));
+    }
+    let out = move_to(input.end.angle_rad);
     state.friction = state.spool.friction;
     MotionOutput {
         friction_torque_nm: out.friction_torque_nm,

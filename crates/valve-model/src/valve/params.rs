@@ -126,8 +126,8 @@ impl ValveParams {
         self.holding_torque_nm * part
     }
 
-    /// A valve met at an angle (rad) and a speed (rad/s) under a command (rad): its bristles hold against the motor, as
-    /// far as they can; how long it has rested and how far it has travelled is in `past`.
+    /// A valve whose rotor is met at an angle (rad) and a speed (rad/s) under a command (rad): its bristles, and the spring
+    /// of a compliant coupling, hold against the motor, as far as they can; how long it has rested and how far it has travelled is in `past`.
     pub fn met_at(
         &self,
         angle_rad: f64,
@@ -145,6 +145,9 @@ impl ValveParams {
         state.speed_rad_per_s = speed_rad_per_s;
         state.rotor_speed_rad_per_s = speed_rad_per_s;
         state.friction = FrictionState::after(&self.friction, &past, speed_rad_per_s);
+        if self.effects.coupling_nm_per_rad > 0.0 {
+            state.angle_rad -= part * most_nm / self.effects.coupling_nm_per_rad;
+        }
         state
     }
 

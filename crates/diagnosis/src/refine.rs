@@ -1,0 +1,104 @@
+//! The shape of the cause that was accepted last, where the data ask for another one.
+
+use crate::DiagnosisError;
+use crate::fit::fit;
+use crate::gram::leave_out;
+use crate::hypothesis::Free;
+use crate::linear::{Point, Setting, by_group};
+use crate::rivals::{fitted_pieces, judge, rms};
+use crate::screen::ORDER_FLOOR;
+use crate::select::Selection;
+
+/// A shape is freed where it cuts the RMS by so much, in parts of the noise.
+const REFINED: f64 = 0.003;
+
+/// The last cause's shape, where the data ask for another; its numbers that don't pay are left at rest.
+pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
+    let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
+    for number in &member.candidate.optional {
+        let mut point = state.fitted.point.clone();
+        if let Some(of) = point.hypothesis.members.get_mut(index) {
+            of.free.push(*number);
+        }
+        take_if(setting, state, point, |now, then| then < now - REFINED)?;
+    }
+    if member.candidate.series {
+        more_orders(setting, state, index)?;
+    }
+    if member.candidate.id == "direction-asymmetry" {
+        for number in 0..member.numbers.len() {
+            let mut point = state.fitted.point.clone();
+            let Some(of) = point.hypothesis.members.get_mut(index) else { continue };
+            if of.free.len() < 2 {
+                break;
+            }
+            of.free.retain(|free| *free != number);
+            if let (Some(value), Some(parameter)) =
+                (of.numbers.get_mut(number), member.candidate.parameters.get(number))
+            {
+                *value = parameter.neutral;
+            }
+            take_if(setting, state, point, |now, then| then < now + 0.3 * REFINED)?;
+        }
+    }
+    Ok(())
+}
+
+/// Further harmonics of a series that is in already, each where it pays beside those.
+fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+    let point = state.fitted.point.clone();
+    let Some(member) = point.hypothesis.members.get(index) else { return Ok(()) };
+    let mut columns = setting.own_columns(&point.hypothesis)?;
+    let mut taken: Vec<usize> = (0..columns.len()).collect();
+    let mut places: Vec<(usize, usize)> = Vec::new();
+    for order in (0..member.numbers.len() / 2).filter(|order| !member.free.contains(&(2 * order))) {
+        places.push((order, columns.len()));
+        for number in [2 * order, 2 * order + 1] {
+            columns.push(setting.own_column(&point.hypothesis, Free::Number(index, number))?);
+        }
+    }
+    let equations = setting.equations(&point, &columns, fitted_pieces)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let left = |columns: &[usize]| {
+        leave_out(&groups, &setting.campaign.fold_of, columns)
+            .map_or(f64::INFINITY, |held| rms(&held, &groups))
+    };
+    let mut reached = left(&taken);
+    let mut wider = point.clone();
+    while let Some((best, cut)) = places
+        .iter()
+        .map(|(order, at)| ((*order, *at), reached - left(&[&taken[..], &[*at, at + 1]].concat())))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, cut)| *cut >= ORDER_FLOOR)
+    {
+        reached -= cut;
+        taken.extend([best.1, best.1 + 1]);
+        places.retain(|place| *place != best);
+        if let Some(of) = wider.hypothesis.members.get_mut(index) {
+            of.free.extend([2 * best.0, 2 * best.0 + 1]);
+        }
+    }
+    if let Some(of) = wider.hypothesis.members.get_mut(index) {
+        of.free.sort_unstable();
+    }
+    if wider == point {
+        return Ok(());
+    }
+    take_if(setting, state, wider, |now, then| then < now - REFINED)
+}
+
+fn take_if(
+    setting: &Setting<'_>,
+    state: &mut Selection,
+    begin: Point,
+    better: impl Fn(f64, f64) -> bool,
+) -> Result<(), DiagnosisError> {
+    let fitted = fit(setting, begin, &fitted_pieces, 6)?;
+    let held_out = judge(setting, &fitted.groups);
+    let then = rms(&held_out, &fitted.groups);
+    if better(state.rms, then) {
+        (state.fitted, state.held_out, state.rms) = (fitted, held_out, then);
+    }
+    Ok(())
+}

@@ -1,0 +1,146 @@
+//! Rivals: the best of the screening fitted through the model, and how they stand to each other.
+
+use crate::DiagnosisError;
+use crate::candidate::Candidate;
+use crate::fit::{Fitted, fit};
+use crate::gram::{Gram, HeldOut, leave_out};
+use crate::linear::{Point, Setting};
+use crate::piece::Piece;
+use crate::screen::Screened;
+use crate::select::Selection;
+use crate::twins::are_twins;
+use crate::workers::map;
+
+/// Rivals fitted through the model in a round.
+const SHORT_LIST: usize = 6;
+/// A rival is fitted where its linearised gain is at least this part of what it would have to be.
+const PROMISING: f64 = 0.3;
+/// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
+const EQUAL: f64 = 0.003;
+const NEARLY: f64 = 0.01;
+const DISAGREE: f64 = 1.5;
+
+/// A candidate fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Rival {
+    pub candidate: usize,
+    pub fitted: Fitted,
+    pub held_out: HeldOut,
+    /// Held-out RMS in parts of the noise.
+    pub rms: f64,
+}
+
+pub(crate) fn fitted_pieces(piece: &Piece) -> bool {
+    !piece.hold_out
+}
+
+/// Held-out squares at a fit, by one step of the fit without each fold.
+pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
+    let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
+    let columns: Vec<usize> = (0..width).collect();
+    leave_out(groups, &setting.campaign.fold_of, &columns)
+        .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })
+}
+
+pub(crate) fn rms(held_out: &HeldOut, groups: &[Gram]) -> f64 {
+    let count: f64 = groups.iter().map(|group| group.count).sum();
+    (held_out.total() / count.max(1.0)).sqrt()
+}
+
+/// Fits the best of the screening.
+pub(crate) fn fit_rivals(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    screened: &[Screened],
+    state: &Selection,
+) -> Result<Vec<Rival>, DiagnosisError> {
+    let most = screened.first().map_or(0.0, |best| best.gain);
+    let mut rivals = Vec::new();
+    if most < PROMISING * state.least_cut() {
+        return Ok(rivals);
+    }
+    let torque = setting.campaign.facts.is_torque();
+    let leader = screened.first().and_then(|best| candidates.get(best.candidate)).map_or("", |best| best.id);
+    let mut taken = 0;
+    for screened in screened {
+        let id = candidates.get(screened.candidate).map_or("", |candidate| candidate.id);
+        let twin = are_twins(id, leader, torque);
+        let promising = screened.gain > 0.25 * most && taken < SHORT_LIST;
+        if !(promising || twin && screened.gain > 0.1 * most) {
+            continue;
+        }
+        taken += 1;
+        rivals.push(fit_rival(setting, screened, state)?);
+    }
+    Ok(rivals)
+}
+
+/// Fits one of the screening beside the causes that are in.
+pub(crate) fn fit_rival(
+    setting: &Setting<'_>,
+    screened: &Screened,
+    state: &Selection,
+) -> Result<Rival, DiagnosisError> {
+    let begin = Point {
+        hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
+        ..state.fitted.point.clone()
+    };
+    let fitted = fit(setting, begin, &fitted_pieces, 8)?;
+    let held_out = judge(setting, &fitted.groups);
+    let rms = rms(&held_out, &fitted.groups);
+    Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })
+}
+
+/// Numbers that a rival's fit moves.
+pub(crate) fn numbers(rival: &Rival) -> usize {
+    rival.fitted.point.hypothesis.free().len()
+}
+
+/// Whether `other` is as good as `best` on what neither was fitted on.
+pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
+    let difference = other.rms - best.rms;
+    if difference <= EQUAL {
+        return true;
+    }
+    let apart: Vec<f64> = other
+        .held_out
+        .squares
+        .iter()
+        .zip(&best.held_out.squares)
+        .zip(&best.fitted.groups)
+        .filter(|(_, group)| group.count > 0.0)
+        .map(|((other, best), _)| other - best)
+        .collect();
+    let count = apart.len().max(2) as f64;
+    let mean = apart.iter().sum::<f64>() / count;
+    let variance = apart.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    difference < NEARLY && mean < DISAGREE * (variance / count).sqrt()
+}
+
+/// The angle between what two hypotheses add to the prediction, degrees; samples weighted as in the fit.
+pub(crate) fn angle_between(
+    setting: &Setting<'_>,
+    base: &Point,
+    one: &Point,
+    two: &Point,
+) -> Result<f64, DiagnosisError> {
+    let ready = [&base.hypothesis, &one.hypothesis, &two.hypothesis].map(|of| setting.ready(of));
+    let [base_ready, one_ready, two_ready] = ready;
+    let (base_ready, one_ready, two_ready) = (base_ready?, one_ready?, two_ready?);
+    let products = map(setting.workers, setting.campaign.pieces.len(), |index| {
+        let piece = setting.campaign.pieces.get(index).filter(|piece| !piece.hold_out)?;
+        let start = base.starts.get(index).copied().unwrap_or(0.0);
+        let [none, one, two] = [&base_ready, &one_ready, &two_ready].map(|ready| piece.predict(ready, start));
+        let samples = none.iter().zip(&one).zip(&two).zip(&piece.weights);
+        Some(samples.fold((0.0, 0.0, 0.0), |(aa, ab, bb), (((none, one), two), weight)| {
+            let (a, b) = (weight * (one - none), weight * (two - none));
+            (aa + a * a, ab + a * b, bb + b * b)
+        }))
+    });
+    let (aa, ab, bb) = products
+        .into_iter()
+        .flatten()
+        .fold((0.0, 0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1, sum.2 + of.2));
+    let cosine: f64 = ab / f64::sqrt(aa * bb).max(f64::MIN_POSITIVE);
+    Ok(cosine.clamp(-1.0, 1.0).acos().to_degrees())
+}

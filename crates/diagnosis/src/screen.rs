@@ -1,0 +1,181 @@
+//! Screening: every candidate by what its linearised best cuts on what it was not fitted on.
+
+use crate::DiagnosisError;
+use crate::candidate::{Candidate, Probe};
+use crate::fit::sum;
+use crate::gram::{Gram, leave_out, solve};
+use crate::hypothesis::Member;
+use crate::linear::{Column, Point, Setting, by_group};
+use crate::rivals::{fitted_pieces, rms};
+
+/// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
+pub(crate) const ORDER_FLOOR: f64 = 0.004;
+
+/// A candidate as the screening sees it.
+#[derive(Debug, Clone)]
+pub(crate) struct Screened {
+    pub candidate: usize,
+    /// Cut of the held-out RMS, in parts of the noise, linearised.
+    pub gain: f64,
+    pub member: Member,
+}
+
+/// Every candidate by what its linearised best cuts, best first.
+pub(crate) fn screen(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    point: &Point,
+) -> Result<Vec<Screened>, DiagnosisError> {
+    let hypothesis = &point.hypothesis;
+    let mut columns = setting.own_columns(hypothesis)?;
+    let own: Vec<usize> = (0..columns.len()).collect();
+    let mut places: Vec<(usize, usize, Vec<usize>)> = Vec::new();
+    for (index, candidate) in candidates.iter().enumerate().filter(|(_, c)| !hypothesis.has(c.id)) {
+        for (number, probe) in candidate.probes.iter().enumerate() {
+            let mut at = Vec::new();
+            for (parameter, step) in &probe.columns {
+                if let Some(column) = probe_column(setting, candidate, probe, *parameter, *step, point) {
+                    at.push(columns.len());
+                    columns.push(column);
+                }
+            }
+            if at.len() == probe.columns.len() {
+                places.push((index, number, at));
+            }
+        }
+    }
+    let equations = setting.equations(point, &columns, fitted_pieces)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let folds = &setting.campaign.fold_of;
+    let base = leave_out(&groups, folds, &own).map_or(f64::INFINITY, |held| rms(&held, &groups));
+    let mut found = Vec::new();
+    for (index, candidate) in candidates.iter().enumerate() {
+        let probes: Vec<_> = places.iter().filter(|place| place.0 == index).collect();
+        let screened = if candidate.series {
+            screen_series(candidate, &probes, &groups, folds, &own, base)
+        } else {
+            screen_plain(candidate, &probes, &groups, folds, &own, base)
+        };
+        found.extend(screened.map(|(gain, member)| Screened { candidate: index, gain, member }));
+    }
+    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(found)
+}
+
+fn probe_column(
+    setting: &Setting<'_>,
+    candidate: &Candidate,
+    probe: &Probe,
+    parameter: usize,
+    step: f64,
+    point: &Point,
+) -> Option<Column> {
+    if let Some(additive) = setting.additive(&point.hypothesis, candidate.id, parameter) {
+        return Some(Column::Direct(additive));
+    }
+    let mut numbers = probe.shape.clone();
+    if !probe.jump {
+        *numbers.get_mut(parameter)? += step;
+    }
+    let member = Member { candidate: candidate.clone(), numbers, free: Vec::new() };
+    // A model that refuses the change has no such effect.
+    let ready = setting.ready(&point.hypothesis.with(member)).ok()?;
+    Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
+}
+
+type Place = (usize, usize, Vec<usize>);
+
+fn screen_plain(
+    candidate: &Candidate,
+    places: &[&Place],
+    groups: &[Gram],
+    folds: &[usize],
+    own: &[usize],
+    base: f64,
+) -> Option<(f64, Member)> {
+    let mut best: Option<(f64, Member)> = None;
+    for (_, number, at) in places {
+        let Some(probe) = candidate.probes.get(*number) else { continue };
+        let columns: Vec<usize> = own.iter().chain(at).copied().collect();
+        let Some(held) = leave_out(groups, folds, &columns) else { continue };
+        let Some((beta, _)) = solve(&sum(groups), &columns) else { continue };
+        let mut numbers = probe.shape.clone();
+        let mut allowed = true;
+        for ((parameter, _), beta) in probe.columns.iter().zip(beta.iter().skip(own.len())) {
+            let (Some(number), Some(of)) =
+                (numbers.get_mut(*parameter), candidate.parameters.get(*parameter))
+            else {
+                continue;
+            };
+            if probe.jump {
+                allowed = *beta > 0.0;
+            } else {
+                let wanted = of.neutral + beta;
+                allowed &= at_most(wanted, of.lower, of.upper, of.step);
+                *number = wanted.clamp(of.lower, of.upper);
+            }
+        }
+        let gain = if allowed { base - rms(&held, groups) } else { -1.0 };
+        if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+            best =
+                Some((gain, Member { candidate: candidate.clone(), numbers, free: candidate.free.clone() }));
+        }
+    }
+    best
+}
+
+/// Within its bounds, or near enough for a linear estimate.
+fn at_most(wanted: f64, lower: f64, upper: f64, step: f64) -> bool {
+    wanted > lower - 0.5 * step && wanted < upper + step.max(0.5 * upper.abs())
+}
+
+/// Harmonics one after the other, each where it pays.
+fn screen_series(
+    candidate: &Candidate,
+    places: &[&Place],
+    groups: &[Gram],
+    folds: &[usize],
+    own: &[usize],
+    base: f64,
+) -> Option<(f64, Member)> {
+    let mut columns = own.to_vec();
+    let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), base);
+    let mut first_cut = 0.0;
+    loop {
+        let mut best: Option<(f64, &Place)> = None;
+        for place in places.iter().filter(|place| !taken.iter().any(|taken| taken.1 == place.1)) {
+            let wider: Vec<usize> = columns.iter().chain(&place.2).copied().collect();
+            let Some(held) = leave_out(groups, folds, &wider) else { continue };
+            let left = rms(&held, groups);
+            if best.is_none_or(|(least, _)| left < least) {
+                best = Some((left, place));
+            }
+        }
+        let Some((left, place)) = best else { break };
+        let cut = reached - left;
+        if !taken.is_empty() && (cut < ORDER_FLOOR || cut < 0.02 * first_cut) {
+            break;
+        }
+        first_cut = if taken.is_empty() { cut } else { first_cut };
+        columns.extend(&place.2);
+        taken.push(place);
+        reached = left;
+        if taken.len() >= 6 || cut <= 0.0 {
+            break;
+        }
+    }
+    let (beta, _) = solve(&sum(groups), &columns)?;
+    let mut numbers = candidate.neutral();
+    let mut free: Vec<usize> = Vec::new();
+    let betas: Vec<f64> = beta.iter().skip(own.len()).copied().collect();
+    for (place, pair) in taken.iter().zip(betas.chunks(2)) {
+        for (offset, value) in pair.iter().enumerate() {
+            free.push(2 * place.1 + offset);
+            if let Some(number) = numbers.get_mut(2 * place.1 + offset) {
+                *number = *value;
+            }
+        }
+    }
+    free.sort_unstable();
+    Some((base - reached, Member { candidate: candidate.clone(), numbers, free }))
+}
