@@ -360,6 +360,19 @@ fn a_spring_between_rotor_and_spool_swings_at_its_own_frequency() {
 }
 
 #[test]
+fn a_valve_met_under_load_stays_where_it_was_met() {
+    let spring = effect("coupling-compliance", &[("stiffness_nm_per_rad", 2000.0)]);
+    let valve = ValveParams::new(&with(vec![spring])).unwrap();
+    let command_rad = 2e-3;
+    let mut state = valve.met_at(0.0, 0.0, command_rad, &ContactPast::default());
+    let most_rad = (0..200)
+        .map(|_| step(&valve, &mut state, &input(command_rad, command_rad), 1e-3).encoder_angle_rad.abs())
+        .fold(0.0, f64::max);
+    assert!(most_rad < 1e-8, "{most_rad} rad");
+    assert!(state.angle_rad < -1e-4, "the spring carries the load");
+}
+
+#[test]
 fn instruments_show_their_faults() {
     let model = with(vec![
         effect("backlash", &[("half_width_rad", 0.002)]),
