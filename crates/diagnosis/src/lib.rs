@@ -36,7 +36,6 @@ mod show;
 mod spectrum;
 mod table;
 mod twins;
-mod white;
 mod whiteness;
 mod workers;
 

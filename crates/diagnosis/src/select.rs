@@ -14,7 +14,7 @@ use crate::rivals::{
 use crate::screen::{Screened, screen};
 use crate::table::is_confounded;
 use crate::twins::missing;
-use crate::white::is_white;
+use crate::whiteness::is_white;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.
 pub(crate) const FLOOR: f64 = 0.01;
