@@ -17,7 +17,7 @@ const SHORT_LIST: usize = 6;
 const PROMISING: f64 = 0.3;
 /// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
 const EQUAL: f64 = 0.003;
-const NEARLY: f64 = 0.01;
+pub(crate) const NEARLY: f64 = 0.01;
 const DISAGREE: f64 = 1.5;
 
 /// A candidate fitted.

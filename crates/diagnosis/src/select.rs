@@ -5,11 +5,12 @@ use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::fit::{Fitted, fit};
 use crate::gram::HeldOut;
+use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::measure::left;
 use crate::refine::refine;
 use crate::rivals::{
-    Rival, angle_between, as_good, fit_rival, fit_rivals, fitted_pieces, judge, numbers, rms,
+    NEARLY, Rival, angle_between, as_good, fit_rival, fit_rivals, fitted_pieces, judge, numbers, rms,
 };
 use crate::screen::{Screened, screen};
 use crate::table::is_confounded;
@@ -112,9 +113,29 @@ pub(crate) fn select(
             break;
         }
         refine(setting, &mut state)?;
+        tell_asymmetry_from_offset(&mut state);
         drop_idle(setting, &mut state)?;
     }
     Ok(state)
+}
+
+/// An asymmetry whose viscous part pays grows with speed; where a constant torque fitted worse, it is no twin.
+fn tell_asymmetry_from_offset(state: &mut Selection) {
+    const VISCOUS: usize = 1;
+    let (asymmetry, offset) = ("direction-asymmetry", "torque-offset");
+    let viscous = |member: &Member| member.candidate.id == asymmetry && member.free.contains(&VISCOUS);
+    if !state.fitted.point.hypothesis.members.last().is_some_and(viscous) {
+        return;
+    }
+    let Some(round) = state.rounds.last_mut() else { return };
+    let rms_of = |id: &str| round.rivals.iter().find(|rival| rival.0 == id).map(|rival| rival.1);
+    if rms_of(offset).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY) {
+        round.equals.retain(|id| *id != offset);
+        for (_, others) in state.ambiguous.iter_mut().filter(|(id, _)| *id == asymmetry) {
+            others.retain(|id| *id != offset);
+        }
+        state.ambiguous.retain(|(_, others)| !others.is_empty());
+    }
 }
 
 /// Begins with causes that were found before, fitted anew.
