@@ -16,7 +16,7 @@ const SHORT_LIST: usize = 6;
 /// A rival is fitted where its linearised gain is at least this part of what it would have to be.
 const PROMISING: f64 = 0.3;
 /// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
-const EQUAL: f64 = 0.003;
+pub(crate) const EQUAL: f64 = 0.003;
 pub(crate) const NEARLY: f64 = 0.01;
 const DISAGREE: f64 = 1.5;
 

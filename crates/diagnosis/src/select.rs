@@ -13,6 +13,7 @@ use crate::rivals::{
     NEARLY, Rival, angle_between, as_good, fit_rival, fit_rivals, fitted_pieces, judge, numbers, rms,
 };
 use crate::screen::{Screened, screen};
+use crate::simplify::simplify;
 use crate::table::is_confounded;
 use crate::twins::missing;
 use crate::whiteness::is_white;
@@ -115,6 +116,7 @@ pub(crate) fn select(
         refine(setting, &mut state)?;
         tell_asymmetry_from_offset(&mut state);
         drop_idle(setting, &mut state)?;
+        simplify(setting, candidates, &mut state)?;
     }
     Ok(state)
 }

@@ -1,0 +1,86 @@
+//! How a piece begins, found by itself: one number, along which the prediction bends too much for a linear estimate.
+
+use crate::linear::Setting;
+use crate::piece::{Piece, Ready};
+use log_data::Channel;
+
+/// Steps towards the best, and how often one that overshoots is halved.
+const STEPS: usize = 4;
+const HALVINGS: usize = 4;
+/// A step that cuts the sum of squares by less than this ends the search.
+const ENOUGH: f64 = 0.5;
+
+/// The start (the bristle's deflection, or the shift of the first angle, rad) near the given ones from which the model
+/// comes closest to what was measured; `zero_rad` is the angle's zero.
+pub(crate) fn best_start(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    (first, fitted): (f64, f64),
+    zero_rad: f64,
+) -> f64 {
+    let bound = piece.start_bound(ready);
+    let step = match setting.campaign.channel {
+        Channel::Angle => piece.noise.deviation_rad.min(0.02 * bound),
+        _ => 0.02 * bound,
+    };
+    let left = |start: f64| weighted(setting, piece, &piece.predict(ready, start), zero_rad);
+    let [one, two] = [first, fitted].map(|start| (start, left(start)));
+    let mut best = if square(&one.1) < square(&two.1) { one } else { two };
+    for _ in 0..STEPS {
+        if step <= 0.0 {
+            break;
+        }
+        let (start, here) = &best;
+        let size = if *start > 0.0 { -step } else { step };
+        let beside = left(start + size);
+        let slope: Vec<f64> = here.iter().zip(&beside).map(|(here, beside)| (here - beside) / size).collect();
+        let steepness = square(&slope);
+        let downhill: f64 = slope.iter().zip(here).map(|(slope, left)| slope * left).sum();
+        let mut change = if steepness > 0.0 { downhill / steepness } else { break };
+        let mut better = None;
+        for _ in 0..HALVINGS {
+            let trial = (start + change).clamp(-bound, bound);
+            let there = left(trial);
+            if square(&there) < square(here) {
+                better = Some((trial, there));
+                break;
+            }
+            change *= 0.5;
+        }
+        let Some(better) = better else { break };
+        let gained = square(here) - square(&better.1);
+        best = better;
+        if gained < ENOUGH {
+            break;
+        }
+    }
+    best.0
+}
+
+/// Measured less predicted in parts of the noise; less their mean where a zero of the run's own is a nuisance.
+fn weighted(setting: &Setting<'_>, piece: &Piece, predicted: &[f64], zero_rad: f64) -> Vec<f64> {
+    let mut left: Vec<f64> = piece
+        .measured
+        .iter()
+        .zip(predicted)
+        .zip(&piece.weights)
+        .map(|((measured, predicted), weight)| {
+            let value = (measured - predicted - zero_rad) * weight;
+            if *weight > 0.0 && value.is_finite() { value } else { 0.0 }
+        })
+        .collect();
+    if setting.nuisances.angle_zero || setting.nuisances.zero_nm > 0.0 {
+        let (sum, weights) = left
+            .iter()
+            .zip(&piece.weights)
+            .fold((0.0, 0.0), |(sum, all), (value, weight)| (sum + value * weight, all + weight * weight));
+        let mean = if weights > 0.0 { sum / weights } else { 0.0 };
+        left.iter_mut().zip(&piece.weights).for_each(|(value, weight)| *value -= mean * weight);
+    }
+    left
+}
+
+fn square(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}
