@@ -1,6 +1,6 @@
 //! iceoryx2 alone: the same bytes over its own services, without header, CRC or checks.
 
-use super::{BACK_WORDS, Carrier, THERE_WORDS, other_side};
+use super::{BACK_WORDS, Carrier, THERE_WORDS, other_side, place};
 use crate::programs::Workplace;
 use crate::timing::Times;
 use anyhow::{Result, anyhow, ensure};
@@ -24,12 +24,18 @@ const END: u64 = u64::MAX;
 type There = [u64; THERE_WORDS];
 type Back = [u64; BACK_WORDS];
 
-pub(super) fn run(place: &Workplace, trips: u64, times: &mut Times) -> Result<()> {
-    let root = place.path("bare");
-    let node = node(&root)?;
+pub(super) fn run(folder: &Workplace, trips: u64, times: &mut Times) -> Result<()> {
+    let root = folder.path("bare");
+    let result = trip_all(&root, trips, times);
+    place(&root).wipe()?;
+    result
+}
+
+fn trip_all(root: &Path, trips: u64, times: &mut Times) -> Result<()> {
+    let node = node(root)?;
     let there = publisher::<There>(&node, "there")?;
     let back = subscriber::<Back>(&node, "back")?;
-    let mut echo = other_side(Carrier::Bare, &root, Stdio::null(), Stdio::null())?;
+    let mut echo = other_side(Carrier::Bare, root, Stdio::null(), Stdio::null())?;
     let begun = Instant::now();
     // The first goes out until the other side is there to hear it.
     while receive(&back)?.is_none() {
@@ -82,9 +88,7 @@ fn node(root: &Path) -> Result<Node<ipc::Service>> {
     let text = root.as_os_str().as_encoded_bytes();
     let mut config = Config::default();
     config.global.set_root_path(&IoxPath::new(text).map_err(failed)?);
-    let hash = text.iter().fold(0_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(*byte)));
-    config.global.prefix =
-        FileName::new(format!("stepvalve_bench_{hash:016x}_").as_bytes()).map_err(failed)?;
+    config.global.prefix = FileName::new(place(root).prefix.as_bytes()).map_err(failed)?;
     let builder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
     builder.create::<ipc::Service>().map_err(failed)
 }

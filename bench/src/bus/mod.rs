@@ -17,6 +17,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Subcommand, ValueEnum};
 use realtime::{Wanted, obtain};
 use serde_json::json;
+use signal_bus::Place;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
@@ -169,6 +170,13 @@ pub fn echo(Echo::Echo { carrier, root }: &Echo) -> Result<()> {
         Carrier::Ours => ours::echo(root),
         Carrier::Pipe | Carrier::Socket => stream::echo(),
     }
+}
+
+/// Where both sides of a round trip meet, by the folder that is given to the other one.
+fn place(root: &std::path::Path) -> Place {
+    let bytes = root.as_os_str().as_encoded_bytes();
+    let hash = bytes.iter().fold(0_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(*byte)));
+    Place { root: root.to_owned(), prefix: format!("stepvalve_bench_{hash:016x}_") }
 }
 
 /// Another process of this program as the other side.

@@ -1,6 +1,6 @@
 //! The loop's own bus: a StepCommand there, a Feedback back, as the processes write and read them.
 
-use super::{Carrier, other_side};
+use super::{Carrier, other_side, place};
 use crate::programs::Workplace;
 use crate::timing::Times;
 use anyhow::{Result, ensure};
@@ -71,10 +71,4 @@ pub(super) fn echo(root: &Path) -> Result<()> {
         back.write(trip, now_ns(), Feedback::default());
         trip += 1;
     }
-}
-
-fn place(root: &Path) -> Place {
-    let bytes = root.as_os_str().as_encoded_bytes();
-    let hash = bytes.iter().fold(0_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(*byte)));
-    Place { root: root.to_owned(), prefix: format!("stepvalve_bench_{hash:016x}_") }
 }
