@@ -28,7 +28,7 @@ pub(crate) fn settled(
     let mut frozen = point.clone();
     frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
     let zero = frozen.hypothesis.zero_rad.take();
-    let mut shifted = fit(&Setting { ..*setting }, with_zero(frozen, zero), wanted, 4)?.point;
+    let mut shifted = fit(setting, with_zero(frozen, zero), wanted, 4)?.point;
     let (ready, zero_rad) = (setting.ready(&shifted.hypothesis)?, shifted.hypothesis.zero_rad.unwrap_or(0.0));
     shifted.hypothesis = point.hypothesis.clone();
     let pieces = &setting.campaign.pieces;

@@ -6,6 +6,7 @@ use crate::measure::Left;
 use crate::piece::Piece;
 use log_data::Channel;
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::statistics::Statistics;
 
 /// Slower is at rest, in parts of the fastest.
 const MOVING: f64 = 0.1;
@@ -131,13 +132,7 @@ fn scatter(campaign: &Campaign, left: &[Left]) -> Option<(f64, f64)> {
     if runs.len() < LEAST_RUNS {
         return None;
     }
-    Some((deviation(runs.iter().map(|run| run.0)), deviation(runs.iter().map(|run| run.1))))
-}
-
-fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let (count, sum) = values.clone().fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value));
-    let mean = sum / f64::max(count, 1.0);
-    (values.map(|value| (value - mean).powi(2)).sum::<f64>() / f64::max(count - 1.0, 1.0)).sqrt()
+    Some((runs.iter().map(|run| run.0).std_dev(), runs.iter().map(|run| run.1).std_dev()))
 }
 
 /// That friction and offset differ between runs, and what would have to be known to say why. `zero_nm` is what was taken

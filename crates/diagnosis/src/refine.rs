@@ -1,11 +1,10 @@
 //! The shape of the cause that was accepted last, where the data ask for another one.
 
 use crate::DiagnosisError;
-use crate::fit::fit;
 use crate::gram::leave_out;
 use crate::hypothesis::Free;
 use crate::linear::{Point, Setting, by_group};
-use crate::rivals::{fitted_pieces, judge, rms};
+use crate::rivals::{Tried, fitted_pieces, rms};
 use crate::screen::ORDER_FLOOR;
 use crate::select::Selection;
 
@@ -94,11 +93,9 @@ fn take_if(
     begin: Point,
     better: impl Fn(f64, f64) -> bool,
 ) -> Result<(), DiagnosisError> {
-    let fitted = fit(setting, begin, &fitted_pieces, 6)?;
-    let held_out = judge(setting, &fitted.groups);
-    let then = rms(&held_out, &fitted.groups);
-    if better(state.rms, then) {
-        (state.fitted, state.held_out, state.rms) = (fitted, held_out, then);
+    let tried = Tried::from(setting, begin, 6)?;
+    if better(state.rms, tried.rms) {
+        state.take(tried);
     }
     Ok(())
 }

@@ -42,6 +42,24 @@ pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
         .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })
 }
 
+/// A hypothesis fitted, and what it is worth on what it was not fitted on.
+pub(crate) struct Tried {
+    pub fitted: Fitted,
+    pub held_out: HeldOut,
+    /// Held-out RMS in parts of the noise.
+    pub rms: f64,
+}
+
+impl Tried {
+    /// Fits from `begin` on, in so many steps at most.
+    pub fn from(setting: &Setting<'_>, begin: Point, steps: usize) -> Result<Self, DiagnosisError> {
+        let fitted = fit(setting, begin, &fitted_pieces, steps)?;
+        let held_out = judge(setting, &fitted.groups);
+        let rms = rms(&held_out, &fitted.groups);
+        Ok(Self { fitted, held_out, rms })
+    }
+}
+
 pub(crate) fn rms(held_out: &HeldOut, groups: &[Gram]) -> f64 {
     let count: f64 = groups.iter().map(|group| group.count).sum();
     (held_out.total() / count.max(1.0)).sqrt()
@@ -85,9 +103,7 @@ pub(crate) fn fit_rival(
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let fitted = fit(setting, begin, &fitted_pieces, 8)?;
-    let held_out = judge(setting, &fitted.groups);
-    let rms = rms(&held_out, &fitted.groups);
+    let Tried { fitted, held_out, rms } = Tried::from(setting, begin, 8)?;
     Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })
 }
 

@@ -3,14 +3,14 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
-use crate::fit::{Fitted, fit};
+use crate::fit::Fitted;
 use crate::gram::HeldOut;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::measure::left;
 use crate::refine::refine;
 use crate::rivals::{
-    NEARLY, Rival, angle_between, as_good, fit_rival, fit_rivals, fitted_pieces, judge, numbers, rms,
+    NEARLY, Rival, Tried, angle_between, as_good, fit_rival, fit_rivals, judge, numbers, rms,
 };
 use crate::screen::{Screened, screen};
 use crate::simplify::simplify;
@@ -64,6 +64,11 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
+    /// Goes on from another hypothesis.
+    pub fn take(&mut self, tried: Tried) {
+        (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
+    }
+
     /// By how much a cause must cut the held-out RMS, in parts of the noise.
     pub fn least_cut(&self) -> f64 {
         let square = self.rms.powi(2);
@@ -146,14 +151,14 @@ fn take_over(
     earlier: &Selection,
     state: &mut Selection,
 ) -> Result<(), DiagnosisError> {
-    let fitted = fit(setting, earlier.fitted.point.clone(), &fitted_pieces, 8)?;
-    let held_out = judge(setting, &fitted.groups);
-    let rms = rms(&held_out, &fitted.groups);
-    let open = fitted.point.hypothesis.members.iter().any(|member| !EXACT.contains(&member.candidate.id));
+    let tried = Tried::from(setting, earlier.fitted.point.clone(), 8)?;
+    let open =
+        tried.fitted.point.hypothesis.members.iter().any(|member| !EXACT.contains(&member.candidate.id));
     if open {
-        state.explained_by_form = earlier.explained_by_form.min(state.rms.powi(2) - rms.powi(2)).max(0.0);
+        state.explained_by_form =
+            earlier.explained_by_form.min(state.rms.powi(2) - tried.rms.powi(2)).max(0.0);
     }
-    (state.fitted, state.held_out, state.rms) = (fitted, held_out, rms);
+    state.take(tried);
     state.ambiguous.clone_from(&earlier.ambiguous);
     state.angles.clone_from(&earlier.angles);
     state.rounds.clone_from(&earlier.rounds);
@@ -247,22 +252,20 @@ fn look_alikes(
 /// Drops causes that no longer pay beside the others.
 fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     while state.fitted.point.hypothesis.members.len() > 1 {
-        let mut idlest: Option<(usize, f64, Fitted, HeldOut)> = None;
+        let mut idlest: Option<(usize, Tried)> = None;
         for index in 0..state.fitted.point.hypothesis.members.len() {
             let begin = Point {
                 hypothesis: state.fitted.point.hypothesis.without(index),
                 starts: state.fitted.point.starts.clone(),
             };
-            let fitted = fit(setting, begin, &fitted_pieces, 6)?;
-            let held_out = judge(setting, &fitted.groups);
-            let without = rms(&held_out, &fitted.groups);
-            if idlest.as_ref().is_none_or(|(_, least, _, _)| without < *least) {
-                idlest = Some((index, without, fitted, held_out));
+            let without = Tried::from(setting, begin, 6)?;
+            if idlest.as_ref().is_none_or(|(_, least)| without.rms < least.rms) {
+                idlest = Some((index, without));
             }
         }
-        let Some((index, without, fitted, held_out)) = idlest else { break };
-        let worth = without.powi(2) - state.rms.powi(2);
-        if without - state.rms >= FLOOR && worth >= SHARE * state.explained_by_form {
+        let Some((index, without)) = idlest else { break };
+        let worth = without.rms.powi(2) - state.rms.powi(2);
+        if without.rms - state.rms >= FLOOR && worth >= SHARE * state.explained_by_form {
             break;
         }
         if let Some(member) = state.fitted.point.hypothesis.members.get(index) {
@@ -271,7 +274,7 @@ fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), Diagnos
             state.dropped.push((id, reason));
             state.ambiguous.retain(|(representative, _)| *representative != id);
         }
-        (state.fitted, state.held_out, state.rms) = (fitted, held_out, without);
+        state.take(without);
     }
     Ok(())
 }

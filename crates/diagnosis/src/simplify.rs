@@ -2,10 +2,9 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
-use crate::fit::fit;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
-use crate::rivals::{EQUAL, fitted_pieces, judge, rms};
+use crate::rivals::{EQUAL, Tried};
 use crate::select::Selection;
 
 /// A cause, and the one with fewer numbers that it becomes at a limit: wear over no distance, a rest of no time. While
@@ -35,13 +34,11 @@ pub(crate) fn simplify(
             hypothesis: hypothesis.without(index).with(member),
             starts: state.fitted.point.starts.clone(),
         };
-        let fitted = fit(setting, begin, &fitted_pieces, 8)?;
-        let held_out = judge(setting, &fitted.groups);
-        let then = rms(&held_out, &fitted.groups);
-        if then <= state.rms + EQUAL {
+        let tried = Tried::from(setting, begin, 8)?;
+        if tried.rms <= state.rms + EQUAL {
             state.dropped.push((rich, format!("{simple} does as much with fewer numbers")));
             state.ambiguous.retain(|(representative, _)| *representative != rich);
-            (state.fitted, state.held_out, state.rms) = (fitted, held_out, then);
+            state.take(tried);
         }
     }
     Ok(())

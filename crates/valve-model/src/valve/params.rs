@@ -127,7 +127,8 @@ impl ValveParams {
     }
 
     /// A valve whose rotor is met at an angle (rad) and a speed (rad/s) under a command (rad): its bristles, and the spring
-    /// of a compliant coupling, hold against the motor, as far as they can; how long it has rested and how far it has travelled is in `past`.
+    /// of a compliant coupling, hold against the motor, as far as they can; how long it has rested and how far it has
+    /// travelled is in `past`.
     pub fn met_at(
         &self,
         angle_rad: f64,
