@@ -1,6 +1,7 @@
 //! A log cut into pieces, grouped into what is fitted and what is held out, with the facts that it spans.
 
 use crate::DiagnosisError;
+use crate::driven::lead_of;
 use crate::facts::Facts;
 use crate::past::{Follower, in_order};
 use crate::piece::{Piece, Ready, check};
@@ -50,7 +51,10 @@ pub(crate) struct Campaign {
 struct Plan {
     run: usize,
     rows: Range<usize>,
+    /// Where its prediction begins.
+    lead_row: usize,
     group: usize,
+    /// Before its lead.
     past: ContactPast,
 }
 
@@ -61,7 +65,7 @@ impl Campaign {
         for (run, _) in log.runs.iter().zip(&usable).filter(|(_, usable)| **usable) {
             check(run, channel, LEAST_SAMPLES)?;
         }
-        let (mut plans, groups) = plan(log, &usable);
+        let (mut plans, groups) = plan(log, &usable, channel);
         let noises: Vec<Noise> = map(workers, log.runs.len(), |index| {
             log.runs
                 .get(index)
@@ -74,7 +78,7 @@ impl Campaign {
             let plan = plans.get(index)?;
             let run = log.runs.get(plan.run)?;
             let noise = *noises.get(plan.run)?;
-            let rows = plan.rows.clone();
+            let rows = (plan.lead_row, plan.rows.clone());
             let mut piece =
                 Piece::new(run, plan.run, rows, channel, plan.past, noise, facts.reference_temperature_c);
             piece.group = plan.group;
@@ -131,7 +135,7 @@ fn channel_of(log: &Log) -> Result<Channel, DiagnosisError> {
 }
 
 /// Cuts the runs: whole ones where there are enough of their kind, blocks otherwise.
-fn plan(log: &Log, usable: &[bool]) -> (Vec<Plan>, Vec<String>) {
+fn plan(log: &Log, usable: &[bool], channel: Channel) -> (Vec<Plan>, Vec<String>) {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let runs = || log.runs.iter().zip(usable).enumerate().filter(|(_, (_, usable))| **usable);
     runs().for_each(|(_, (run, _))| *kinds.entry(&run.kind).or_default() += 1);
@@ -151,7 +155,9 @@ fn plan(log: &Log, usable: &[bool]) -> (Vec<Plan>, Vec<String>) {
                 groups.push(name);
             }
             let past = ContactPast { deflection_rad: 0.0, rest_s: 0.0, distance_rad: 0.0 };
-            plans.push(Plan { run: index, rows, group: own, past });
+            // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
+            let lead_row = if channel == Channel::Angle { lead_of(run, rows.start) } else { rows.start };
+            plans.push(Plan { run: index, rows, lead_row, group: own, past });
         }
     }
     (plans, groups)
@@ -168,7 +174,7 @@ fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts:
         let (Some(run), Some(noise)) = (log.runs.get(index), noises.get(index)) else { continue };
         follower.rest(rest_s);
         let starts: Vec<usize> =
-            plans.iter().filter(|plan| plan.run == index).map(|plan| plan.rows.start).collect();
+            plans.iter().filter(|plan| plan.run == index).map(|plan| plan.lead_row).collect();
         let pasts = follower.run(run, *noise, &starts);
         let own = plans.iter_mut().filter(|plan| plan.run == index);
         own.zip(pasts).for_each(|(plan, past)| plan.past = past);
@@ -205,7 +211,7 @@ fn deal(log: &Log, pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Ve
         let turn = piece.motions.last().map_or(0.0, |last| last.angle_rad)
             - piece.motions.first().map_or(0.0, |first| first.angle_rad);
         let direction = if turn.abs() < 1e-3 { 0 } else { turn.signum() as i8 };
-        let pressure = piece.pressure_pa.first().map_or(0.0, |pressure| pressure / 1e5) as i64;
+        let pressure = piece.driven.pressure_pa().first().map_or(0.0, |pressure| pressure / 1e5) as i64;
         keys.push((kind, direction, pressure, random.random(), group));
     }
     keys.sort();
@@ -253,7 +259,7 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
     }
     let mut steps: Vec<f64> = pieces
         .iter()
-        .flat_map(|piece| piece.time_s.windows(2).take(50))
+        .flat_map(|piece| piece.driven.time_s().windows(2).take(50))
         .map(|pair| pair.iter().fold(0.0, |a, b| b - a))
         .collect();
     steps.sort_by(f64::total_cmp);
@@ -261,7 +267,7 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
 }
 
 fn fastest_command(piece: &Piece) -> f64 {
-    let speeds = piece.command_rad.windows(2).zip(piece.time_s.windows(2));
+    let speeds = piece.driven.command_rad().windows(2).zip(piece.driven.time_s().windows(2));
     let speed = |(angles, times): (&[f64], &[f64])| {
         let difference = |pair: &[f64]| pair.iter().fold(0.0, |before, after| after - before);
         (difference(angles) / difference(times)).abs()

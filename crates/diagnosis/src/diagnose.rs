@@ -247,8 +247,8 @@ impl Judgement<'_> {
             .given
             .motor
             .map_or(f64::NAN, |motor| std::f64::consts::TAU / f64::from(motor.rotor_teeth));
-        let begin_s = piece.time_s.first().copied().unwrap_or(0.0);
-        let time_s = piece.time_s.get(row).copied().unwrap_or(f64::NAN) - begin_s;
+        let begin_s = piece.driven.time_s().first().copied().unwrap_or(0.0);
+        let time_s = piece.driven.time_s().get(row).copied().unwrap_or(f64::NAN) - begin_s;
         let step_s = campaign.facts.step_s;
         let number = |value: f64, error: f64, unit: &str| ParameterFound {
             value,

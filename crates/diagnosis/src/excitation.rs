@@ -55,8 +55,8 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     }
     found.ringing = ringing.sqrt();
     found.frequencies = distinct(rates);
-    found.drift_with_pressure = drift(campaign, |piece| &piece.pressure_pa);
-    found.drift_with_temperature = drift(campaign, |piece| &piece.temperature_c);
+    found.drift_with_pressure = drift(campaign, |piece| piece.driven.pressure_pa());
+    found.drift_with_temperature = drift(campaign, |piece| piece.driven.temperature_c());
     found
 }
 
@@ -76,9 +76,9 @@ impl Course {
                 acceleration: piece.motions.iter().map(|motion| motion.acceleration_rad_per_s2).collect(),
             };
         }
-        let speed = slopes(&piece.command_rad, &piece.time_s);
-        let acceleration = slopes(&speed, &piece.time_s);
-        Self { angle_rad: piece.command_rad.clone(), speed, acceleration }
+        let speed = slopes(piece.driven.command_rad(), piece.driven.time_s());
+        let acceleration = slopes(&speed, piece.driven.time_s());
+        Self { angle_rad: piece.driven.command_rad().to_vec(), speed, acceleration }
     }
 }
 
@@ -177,7 +177,7 @@ fn near_resonance(course: &Course, facts: &Facts, noise_rad: f64) -> usize {
 }
 
 /// The correlation of a channel's mean over a run with the distance travelled before it.
-fn drift(campaign: &Campaign, channel: impl Fn(&Piece) -> &Vec<f64>) -> f64 {
+fn drift(campaign: &Campaign, channel: impl Fn(&Piece) -> &[f64]) -> f64 {
     let mut runs: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
     for piece in campaign.pieces.iter().filter(|piece| !channel(piece).is_empty()) {
         let run = runs.entry(piece.run).or_insert((piece.past.distance_rad, 0.0, 0.0));

@@ -52,11 +52,13 @@ pub(crate) fn conclude(
     let mut undecided: Vec<&'static str> = selection.ambiguous.iter().map(|group| group.0).collect();
     let (_, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_after = structure(&judged.setting, &left_of_all);
+    let on_held_out = part_left_on_held_out(judged, &left_of_all);
     let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
-        && !is_noise(&structure_after)
-        && (share_explained(selection) < EXPLAINED
-            || another_cause(selection, &structure_after)
-            || fails_on_held_out(judged, &left_of_all));
+        && (on_held_out >= 1.0
+            || !is_noise(&structure_after)
+                && (share_explained(selection) < EXPLAINED
+                    || another_cause(selection, &structure_after)
+                    || on_held_out > HARDLY));
     if doubtful {
         undecided =
             selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
@@ -155,11 +157,12 @@ fn share_explained(selection: &Selection) -> f64 {
     if beyond <= 0.0 { 1.0 } else { (selection.rms_first.powi(2) - selection.rms.powi(2)) / beyond }
 }
 
-/// Whether the causes make runs that nothing was fitted or chosen on hardly better.
-fn fails_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> bool {
+/// What the causes leave of the RMS on runs that nothing was fitted or chosen on; 0 where there are none.
+fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
     let held_out = |piece: &Piece| piece.hold_out;
     let rms = |left: &[Left]| rms_left(&judged.setting, left, &held_out);
-    rms(left) > HARDLY * rms(&judged.before)
+    let before = rms(&judged.before);
+    if before > 0.0 { rms(left) / before } else { 0.0 }
 }
 
 /// Whether much is left, and left in order: the causes then stand in for one that the list doesn't have.
@@ -408,11 +411,11 @@ fn shown(judged: &Judgement<'_>, piece: &Piece, before: &Left, after: &Left) -> 
         name,
         kind,
         held_out: piece.hold_out,
-        time_s: piece.time_s.clone(),
+        time_s: piece.driven.time_s().to_vec(),
         angle_rad: (0..piece.len()).map(|index| piece.kinematics(index).0).collect(),
         speed_rad_per_s: (0..piece.len()).map(|index| piece.kinematics(index).1).collect(),
-        pressure_pa: piece.pressure_pa.clone(),
-        temperature_c: piece.temperature_c.clone(),
+        pressure_pa: piece.driven.pressure_pa().to_vec(),
+        temperature_c: piece.driven.temperature_c().to_vec(),
         measured: piece.measured.clone(),
         before: before.predicted.clone(),
         after: after.predicted.clone(),

@@ -9,6 +9,7 @@
 mod campaign;
 mod candidate;
 mod diagnose;
+mod driven;
 mod error;
 mod errors;
 mod excitation;

@@ -117,12 +117,11 @@ impl Setting<'_> {
         wanted: impl Fn(&Piece) -> bool + Sync,
     ) -> Result<Vec<Option<PieceEquations>>, DiagnosisError> {
         let ready = self.ready(&point.hypothesis)?;
-        let bound = |piece: &Piece| piece.start_bound(&ready);
         let job = |index: usize| {
             let piece = self.campaign.pieces.get(index).filter(|piece| wanted(piece))?;
             let start = point.starts.get(index).copied().unwrap_or(0.0);
             let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
-            Some(self.piece_equations(piece, &ready, start, zero, columns, bound(piece)))
+            Some(self.piece_equations(piece, &ready, start, zero, columns))
         };
         Ok(map(self.workers, self.campaign.pieces.len(), job))
     }
@@ -134,9 +133,8 @@ impl Setting<'_> {
         start: f64,
         zero: f64,
         columns: &[Column],
-        bound: f64,
     ) -> PieceEquations {
-        let (shifts, ridges) = self.piece_nuisances(bound);
+        let (shifts, ridges) = self.piece_nuisances(piece, ready);
         let offset = shifts.len();
         let width = offset + columns.len() + 1;
         let mut x = DMatrix::zeros(piece.len(), width);
@@ -177,10 +175,11 @@ impl Setting<'_> {
     }
 
     /// The nuisances of a piece: a shift of the start, `Some(step)`, and a constant, `None`; and their priors' 1/variance.
-    fn piece_nuisances(&self, bound: f64) -> (Vec<Option<f64>>, Vec<f64>) {
+    fn piece_nuisances(&self, piece: &Piece, ready: &Ready) -> (Vec<Option<f64>>, Vec<f64>) {
         let (mut shifts, mut ridges) = (Vec::new(), Vec::new());
+        let bound = piece.start_bound(ready);
         if bound > 0.0 {
-            shifts.push(Some(0.02 * bound));
+            shifts.push(Some(piece.start_step(ready)));
             ridges.push(1.0 / (bound * bound));
         }
         if self.nuisances.zero_nm > 0.0 {
@@ -210,7 +209,7 @@ fn finish(x: &DMatrix<f64>, ridges: &[f64], piece: &Piece) -> PieceEquations {
 }
 
 fn direct(additive: Additive, piece: &Piece) -> Box<dyn Iterator<Item = f64> + '_> {
-    let pressure = |index: usize| piece.pressure_pa.get(index).copied().unwrap_or(0.0) / 1e6;
+    let pressure = |index: usize| piece.driven.pressure_pa().get(index).copied().unwrap_or(0.0) / 1e6;
     match additive {
         Additive::Constant => Box::new(std::iter::repeat_n(1.0, piece.len())),
         Additive::Pressure => Box::new((0..piece.len()).map(pressure)),

@@ -21,8 +21,9 @@ pub(crate) fn find(piece: &Piece, ready: &Ready, start: f64, pitch_rad: f64) -> 
     }
     let jump = teeth * pitch_rad;
     // The last sample before which it was not there.
-    let last = residual.iter().rposition(|value| (value - jump).abs() > LEAST * jump.abs())?;
-    (residual.len() - last > AFTER).then_some((last + 1, jump))
+    let last = residual.iter().rposition(|value| (value - jump).abs() > LEAST * jump.abs());
+    let from = last.map_or(0, |last| last + 1);
+    (residual.len() - from >= AFTER).then_some((from, jump))
 }
 
 fn median(values: &[f64]) -> f64 {

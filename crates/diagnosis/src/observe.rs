@@ -45,7 +45,8 @@ fn strokes(campaign: &Campaign, sign: f64) -> Vec<Stroke> {
                 piece.motions.iter().map(|motion| sign * motion.speed_rad_per_s).collect()
             };
             let mut moving: Vec<f64> = pieces().flat_map(speeds).filter(|speed| *speed > slow).collect();
-            let pressures: Vec<f64> = pieces().flat_map(|piece| piece.pressure_pa.clone()).collect();
+            let pressures: Vec<f64> =
+                pieces().flat_map(|piece| piece.driven.pressure_pa().to_vec()).collect();
             if moving.len() < 50 || pressures.is_empty() {
                 return None;
             }

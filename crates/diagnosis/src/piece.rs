@@ -1,8 +1,9 @@
 //! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
 
 use crate::DiagnosisError;
+use crate::driven::Driven;
 use log_data::{Channel, Run};
-use prediction::{Noise, Smoother};
+use prediction::{Noise, Smoother, motion_at};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -40,15 +41,12 @@ pub(crate) struct Piece {
     /// Pieces of one group are fitted, or held out, together.
     pub group: usize,
     pub hold_out: bool,
-    pub time_s: Vec<f64>,
+    pub driven: Driven,
+    /// The motion of each sample; of an angle log that of the lead's first alone.
     pub motions: Vec<Motion>,
     /// What the model is to predict.
     pub measured: Vec<f64>,
-    pub command_rad: Vec<f64>,
-    pub pressure_pa: Vec<f64>,
-    pub temperature_c: Vec<f64>,
-    pub reference_temperature_c: f64,
-    /// Rests and distance before it.
+    /// Rests and distance before it, and before its lead.
     pub past: ContactPast,
     /// 1/(standard deviation of measured less predicted); 0 where a sample doesn't count.
     pub weights: Vec<f64>,
@@ -58,40 +56,32 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// Takes rows of a run that has been checked.
+    /// Takes rows of a run that has been checked, predicted from `lead_row` on.
     pub fn new(
         run: &Run,
         index: usize,
-        rows: Range<usize>,
+        (lead_row, rows): (usize, Range<usize>),
         channel: Channel,
         past: ContactPast,
         noise: Noise,
         reference_temperature_c: f64,
     ) -> Self {
-        let cut = |values: Option<&[f64]>| {
-            values.and_then(|all| all.get(rows.clone())).unwrap_or_default().to_vec()
-        };
-        let from = rows.start.saturating_sub(MARGIN);
-        let to = (rows.end + MARGIN).min(run.len());
-        let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
         let motions = if channel == Channel::Torque {
+            let from = rows.start.saturating_sub(MARGIN);
+            let to = (rows.end + MARGIN).min(run.len());
+            let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
             smoothed(&wide(&run.time_s), &wide(&run.angle_rad), noise, rows.start - from, rows.len())
         } else {
-            let to = (rows.start + 256).min(run.len());
-            let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
-            smoothed(&wide(&run.time_s), &wide(&run.angle_rad), noise, rows.start - from, 1)
+            vec![motion_at(&run.time_s, &run.angle_rad, noise, lead_row)]
         };
+        let measured = run.channel(channel).and_then(|all| all.get(rows.clone())).unwrap_or_default();
         Self {
             run: index,
             group: 0,
             hold_out: false,
-            time_s: cut(Some(&run.time_s)),
+            driven: Driven::new(run, lead_row, &rows, reference_temperature_c),
             motions,
-            measured: cut(run.channel(channel)),
-            command_rad: cut(run.angle_command_rad.as_deref()),
-            pressure_pa: cut(run.pressure_drop_pa.as_deref()),
-            temperature_c: cut(run.oil_temperature_c.as_deref()),
-            reference_temperature_c,
+            measured: measured.to_vec(),
             past,
             weights: vec![1.0; rows.len()],
             jumps: Vec::new(),
@@ -101,7 +91,7 @@ impl Piece {
     }
 
     pub fn len(&self) -> usize {
-        self.time_s.len()
+        self.measured.len()
     }
 
     /// The bristle's deflection (torque logs) that carries the torque measured at the start; 0 for angle logs, whose
@@ -129,6 +119,16 @@ impl Piece {
         }
     }
 
+    /// A change of the start that tells how the prediction follows it.
+    pub fn start_step(&self, ready: &Ready) -> f64 {
+        let part = 0.02 * self.start_bound(ready);
+        match ready {
+            Ready::Torque(_) => part,
+            // Beyond the encoder's noise a resting rotor may break away.
+            Ready::Angle(_) => self.noise.deviation_rad.clamp(1e-3 * part, part),
+        }
+    }
+
     /// What the model has for the piece.
     pub fn predict(&self, ready: &Ready, start: f64) -> Vec<f64> {
         let mut predicted = match ready {
@@ -148,8 +148,9 @@ impl Piece {
             let motion = self.motions.get(index).copied().unwrap_or(none);
             return (motion.angle_rad, motion.speed_rad_per_s, motion.acceleration_rad_per_s2);
         }
-        let command = |index: usize| self.command_rad.get(index).copied().unwrap_or(f64::NAN);
-        let time = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
+        let at = |values: &[f64], index: usize| values.get(index).copied().unwrap_or(f64::NAN);
+        let command = |index: usize| at(self.driven.command_rad(), index);
+        let time = |index: usize| at(self.driven.time_s(), index);
         let speed = |index: usize| (command(index) - command(index - 1)) / (time(index) - time(index - 1));
         match index {
             0 => (command(0), 0.0, 0.0),
@@ -162,14 +163,6 @@ impl Piece {
         }
     }
 
-    fn conditions(&self, index: usize) -> (f64, f64) {
-        let middle = |values: &[f64], default: f64| {
-            let here = values.get(index).copied().unwrap_or(default);
-            0.5 * (values.get(index.saturating_sub(1)).copied().unwrap_or(here) + here)
-        };
-        (middle(&self.pressure_pa, 0.0), middle(&self.temperature_c, self.reference_temperature_c))
-    }
-
     fn torque(&self, params: &MotionParams, motions: &[Motion], start: f64) -> Vec<f64> {
         let Some(first) = motions.first() else { return Vec::new() };
         let past = ContactPast { deflection_rad: start, ..self.past };
@@ -177,38 +170,38 @@ impl Piece {
         let mut before = *first;
         let mut before_s = f64::NAN;
         let mut torque = Vec::with_capacity(self.len());
-        for (index, (motion, time_s)) in motions.iter().zip(&self.time_s).enumerate() {
+        for (index, (motion, time_s)) in motions.iter().zip(self.driven.time_s()).enumerate() {
             let dt_s = if index == 0 { MOMENT_S } else { time_s - before_s };
-            let (pressure_drop_pa, oil_temperature_c) = self.conditions(index);
+            let (pressure_drop_pa, oil_temperature_c) = self.driven.conditions(index);
             let input = MotionInput { start: before, end: *motion, pressure_drop_pa, oil_temperature_c };
             torque.push(motion_step(params, &mut state, &input, dt_s).measured_torque_nm);
             (before, before_s) = (*motion, *time_s);
         }
-        prediction::delay(&self.time_s, &mut torque, params.sensor_delay_s());
+        prediction::delay(self.driven.time_s(), &mut torque, params.sensor_delay_s());
         torque
     }
 
     fn angle(&self, params: &ValveParams, start: f64) -> Vec<f64> {
         let Some(first) = self.motions.first() else { return Vec::new() };
-        let command = |index: usize| self.command_rad.get(index).copied().unwrap_or(f64::NAN);
+        let driven = &self.driven;
         let met_rad = first.angle_rad + start;
-        let mut state = params.met_at(met_rad, first.speed_rad_per_s, command(0), &self.past);
-        let mut angle = Vec::with_capacity(self.len());
+        let mut state = params.met_at(met_rad, first.speed_rad_per_s, driven.command_at(0), &self.past);
+        let mut angle = Vec::with_capacity(driven.all_times_s().len());
         angle.push(met_rad);
-        for (index, times) in self.time_s.windows(2).enumerate() {
+        for (index, times) in driven.all_times_s().windows(2).enumerate() {
             let dt_s = times.iter().fold(0.0, |before, after| after - before);
-            let (pressure_drop_pa, oil_temperature_c) = self.conditions(index + 1);
+            let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index + 1);
             let input = ValveInput {
-                command_start_rad: command(index),
-                command_end_rad: command(index + 1),
+                command_start_rad: driven.command_at(index),
+                command_end_rad: driven.command_at(index + 1),
                 pressure_drop_pa,
                 oil_temperature_c,
                 energised: true,
             };
             angle.push(prediction::encoder_angle_after(params, &mut state, &input, dt_s));
         }
-        prediction::delay(&self.time_s, &mut angle, params.sensor_delay_s());
-        angle
+        prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay_s());
+        angle.split_off(driven.lead().min(angle.len()))
     }
 
     /// What the encoder's steps and noise make of the predicted torque: the prediction from this motion less that from
@@ -230,7 +223,7 @@ impl Piece {
             if step_rad > 0.0 { (noisy / step_rad).round() * step_rad } else { noisy }
         };
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
-        smoothed(&self.time_s, &angles, self.noise, 0, self.len())
+        smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
     }
 }
 

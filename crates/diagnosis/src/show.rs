@@ -141,7 +141,7 @@ fn of_piece(piece: &Piece, left: &Left, kind: f64, samples: &mut Vec<Sample>) {
     let mut before_s = f64::NAN;
     let mut direction = 0.0;
     for (index, ((residual, weight), time_s)) in
-        left.residual.iter().zip(&piece.weights).zip(&piece.time_s).enumerate()
+        left.residual.iter().zip(&piece.weights).zip(piece.driven.time_s()).enumerate()
     {
         let dt_s = if before_s.is_finite() { time_s - before_s } else { 0.0 };
         before_s = *time_s;
@@ -162,8 +162,8 @@ fn of_piece(piece: &Piece, left: &Left, kind: f64, samples: &mut Vec<Sample>) {
                     angle,
                     speed,
                     acceleration,
-                    covariate(&piece.pressure_pa),
-                    covariate(&piece.temperature_c),
+                    covariate(piece.driven.pressure_pa()),
+                    covariate(piece.driven.temperature_c()),
                     rest_s,
                     distance,
                 ],

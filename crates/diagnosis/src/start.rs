@@ -9,6 +9,10 @@ const STEPS: usize = 4;
 const HALVINGS: usize = 4;
 /// A step that cuts the sum of squares by less than this ends the search.
 const ENOUGH: f64 = 0.5;
+/// Where a piece is left with more than this many times its noise's mean square, other starts are tried first, so many
+/// deviations of a sample's angle away: a rotor that rests at the edge of breaking away slips or holds by less than that.
+const POOR: f64 = 1.2;
+const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
 
 /// The start (the bristle's deflection, or the shift of the first angle, rad) near the given ones from which the model
 /// comes closest to what was measured; `zero_rad` is the angle's zero.
@@ -20,13 +24,23 @@ pub(crate) fn best_start(
     zero_rad: f64,
 ) -> f64 {
     let bound = piece.start_bound(ready);
-    let step = match setting.campaign.channel {
-        Channel::Angle => piece.noise.deviation_rad.min(0.02 * bound),
-        _ => 0.02 * bound,
+    let step = piece.start_step(ready);
+    // The last value draws a start that makes no difference towards none, as in the fit.
+    let left = |start: f64| {
+        let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
+        left.push(start / bound);
+        left
     };
-    let left = |start: f64| weighted(setting, piece, &piece.predict(ready, start), zero_rad);
     let [one, two] = [first, fitted].map(|start| (start, left(start)));
     let mut best = if square(&one.1) < square(&two.1) { one } else { two };
+    if setting.campaign.channel == Channel::Angle && square(&best.1) > POOR * piece.len() as f64 {
+        for other in OTHERS.map(|part| part * piece.noise.deviation_rad) {
+            let there = left(other);
+            if square(&there) < square(&best.1) {
+                best = (other, there);
+            }
+        }
+    }
     for _ in 0..STEPS {
         if step <= 0.0 {
             break;

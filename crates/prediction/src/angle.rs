@@ -2,7 +2,7 @@
 
 use crate::conditions::{Conditions, whole};
 use crate::delay::delay;
-use crate::smoothing::first_motion;
+use crate::smoothing::motion_at;
 use crate::{Noise, Past, Predicted, PredictionError, Start};
 use log_data::{Channel, Run};
 use valve_model::{ContactPast, Model, ParamError, ValveInput, ValveParams, ValveState, step};
@@ -44,7 +44,7 @@ pub(crate) fn predict(
         whole(run, Channel::AngleCommand, run.angle_command_rad.as_deref().unwrap_or_default())?;
     let conditions = Conditions::of(run, model)?;
     let noise = Noise::of(angle_rad);
-    let first = first_motion(&run.time_s, angle_rad, noise);
+    let first = motion_at(&run.time_s, angle_rad, noise, 0);
     let contact = ContactPast { deflection_rad: 0.0, rest_s: past.rest_s, distance_rad: past.distance_rad };
     let command = |index: usize| command_rad.get(index).copied().unwrap_or(f64::NAN);
     let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, command(0), &contact);

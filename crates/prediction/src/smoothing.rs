@@ -27,6 +27,8 @@ const REST: f64 = 3.0;
 /// Samples on either side that show whether a stretch of `STILL_STRETCH` samples is a rest.
 const STILL_REACH: usize = 128;
 const STILL_STRETCH: usize = 64;
+/// The same of a single sample.
+const MOMENT_REACH: usize = 48;
 /// A rest's samples lie within two steps and so many deviations of the noise beyond quantisation; the means of its halves
 /// differ by no more than so many of their deviations.
 const STILL_NOISE: f64 = 8.0;
@@ -58,10 +60,28 @@ struct Work {
     angles: Vec<f64>,
 }
 
-/// The motion at a run's first sample, from as many of its samples as bear on that one.
-pub(crate) fn first_motion(time_s: &[f64], angle_rad: &[f64], noise: Noise) -> Motion {
-    let (times, angles) = (time_s.get(..2 * MARGIN), angle_rad.get(..2 * MARGIN));
-    Smoother::new(times.unwrap_or(time_s), angles.unwrap_or(angle_rad), noise).motion(0)
+/// The motion at one sample (0 is the run's first), from as many around it as bear on it. Where those next to it are at
+/// rest, that is a rest, however soon a motion follows: a speed that noise makes there would break a rotor away that holds.
+pub fn motion_at(time_s: &[f64], angle_rad: &[f64], noise: Noise, index: usize) -> Motion {
+    let around = |reach: usize| index.saturating_sub(reach)..(index + reach).min(time_s.len());
+    let next = angle_rad.get(around(MOMENT_REACH)).unwrap_or_default();
+    if next.len() >= MOMENT_REACH && is_still(next, still_spread_rad(noise)) {
+        let angle_rad = next.iter().sum::<f64>() / next.len() as f64;
+        return Motion { angle_rad, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+    }
+    let range = around(MARGIN);
+    let (times, angles) = (time_s.get(range.clone()), angle_rad.get(range.clone()));
+    let mut smoother = Smoother::new(times.unwrap_or_default(), angles.unwrap_or_default(), noise);
+    let mut motion = smoother.motion(0);
+    for place in 1..=index - range.start {
+        motion = smoother.motion(place);
+    }
+    motion
+}
+
+/// How far a rest's samples may lie apart, rad.
+fn still_spread_rad(noise: Noise) -> f64 {
+    2.01 * noise.step_rad + STILL_NOISE * noise.beyond_quantisation_rad()
 }
 
 impl<'a> Smoother<'a> {
@@ -172,12 +192,12 @@ impl Work {
 
     /// Gives rests the greatest strength: flickering between two steps, their residuals would look like motion.
     fn find_rests(&mut self, angle_rad: &[f64], noise: Noise) {
-        let spread = 2.01 * noise.step_rad + STILL_NOISE * noise.beyond_quantisation_rad();
+        let spread = still_spread_rad(noise);
         let stretches = self.strengths.chunks_mut(STILL_STRETCH).enumerate();
         for (index, stretch) in stretches.map(|(number, stretch)| (number * STILL_STRETCH, stretch)) {
             let (from, to) = (index.saturating_sub(STILL_REACH), index + stretch.len() + STILL_REACH);
             let window = angle_rad.get(from..to.min(angle_rad.len())).unwrap_or_default();
-            if is_still(window, spread) {
+            if window.len() >= STILL_REACH && is_still(window, spread) {
                 stretch.fill(STRENGTHS[0]);
             }
         }
@@ -205,7 +225,7 @@ impl Work {
 /// Whether samples stay within a spread and show no trend beyond their own scatter.
 fn is_still(angles: &[f64], spread_rad: f64) -> bool {
     let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
-    if angles.len() < STILL_REACH || (last - first).abs() > spread_rad {
+    if (last - first).abs() > spread_rad {
         return false;
     }
     let (least, most) = angles
