@@ -5,7 +5,9 @@ use crate::DiagnosisError;
 use crate::gram::{Gram, invert};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
-use crate::piece::Piece;
+use crate::piece::{Piece, Ready};
+use crate::start::{best_start, better_start};
+use crate::workers::map;
 use nalgebra::DVector;
 
 /// Steps at most.
@@ -32,15 +34,18 @@ pub(crate) fn fit(
 ) -> Result<Fitted, DiagnosisError> {
     let mut damping = 1e-4;
     let (mut at, mut here) = evaluate(setting, begin, wanted)?;
+    let mut settled = false;
     for _ in 0..steps.min(STEPS) {
         let total = sum(&here.groups);
         let count = total.count.max(1.0);
         let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
-        let trial = moved(setting, &here.point, &at, &beta)?;
+        let trial = moved(setting, &here.point, &at, &beta, wanted)?;
         let (next, there) = evaluate(setting, trial, wanted)?;
+
         if there.square < here.square {
             let gained = here.square - there.square;
             (at, here) = (next, there);
+            settled = false;
             damping = (damping * 0.1).max(1e-7);
             if gained.max(predicted.min(gained)) < ENOUGH * count {
                 break;
@@ -49,7 +54,14 @@ pub(crate) fn fit(
             if predicted < ENOUGH * count || damping > 1e3 {
                 break;
             }
-            damping *= 30.0;
+            if settled {
+                damping *= 30.0;
+            } else {
+                // What a linear step promises is no better than the starts that it is taken from.
+                let point = with_best_starts(setting, &here.point, wanted)?;
+                (at, here) = evaluate(setting, point, wanted)?;
+                settled = true;
+            }
         }
     }
     Ok(here)
@@ -106,22 +118,55 @@ fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<
     None
 }
 
+/// The point that a step leads to; a piece whose start does better as it was keeps it.
 fn moved(
     setting: &Setting<'_>,
     point: &Point,
     equations: &[Option<PieceEquations>],
     beta: &DVector<f64>,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
 ) -> Result<Point, DiagnosisError> {
     let mut hypothesis = point.hypothesis.clone();
     for (free, change) in point.hypothesis.free().into_iter().zip(beta.iter()) {
         hypothesis.set(free, point.hypothesis.get(free) + change);
     }
-    let ready = setting.ready(&hypothesis)?;
-    let starts =
-        point.starts.iter().zip(equations).zip(&setting.campaign.pieces).map(|((start, own), piece)| {
-            let change = own.as_ref().map_or(0.0, |own| start_change(own, beta));
-            let bound = piece.start_bound(&ready);
-            (start + change).clamp(-bound, bound)
-        });
-    Ok(Point { starts: starts.collect(), hypothesis })
+    let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
+    let starts = each_start(setting, point, &hypothesis, wanted, |index, piece, ready, start| {
+        let own = equations.get(index).and_then(Option::as_ref);
+        let bound = piece.start_bound(ready);
+        let shifted = (start + own.map_or(0.0, |own| start_change(own, beta))).clamp(-bound, bound);
+        better_start(setting, piece, ready, (shifted, start), zero_rad)
+    })?;
+    Ok(Point { starts, hypothesis })
+}
+
+/// The same hypothesis, each piece begun as it comes closest to what was measured.
+pub(crate) fn with_best_starts(
+    setting: &Setting<'_>,
+    point: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let hypothesis = point.hypothesis.clone();
+    let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
+    let starts = each_start(setting, point, &hypothesis, wanted, |_, piece, ready, start| {
+        best_start(setting, piece, ready, (piece.first_start(ready), start), zero_rad)
+    })?;
+    Ok(Point { starts, hypothesis })
+}
+
+/// New starts for the pieces wanted.
+fn each_start(
+    setting: &Setting<'_>,
+    point: &Point,
+    hypothesis: &Hypothesis,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+    new: impl Fn(usize, &Piece, &Ready, f64) -> f64 + Sync,
+) -> Result<Vec<f64>, DiagnosisError> {
+    let ready = setting.ready(hypothesis)?;
+    let pieces = &setting.campaign.pieces;
+    Ok(map(setting.workers, pieces.len(), |index| {
+        let start = point.starts.get(index).copied().unwrap_or(0.0);
+        let piece = pieces.get(index).filter(|piece| wanted(piece));
+        piece.map_or(start, |piece| new(index, piece, &ready, start))
+    }))
 }

@@ -1,12 +1,11 @@
 //! What causes are worth on runs that they were not fitted on, with an interval from a bootstrap over runs.
 
 use crate::DiagnosisError;
-use crate::fit::fit;
+use crate::fit::{fit, with_best_starts};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Point, Setting};
 use crate::outcome::Gain;
 use crate::piece::Piece;
-use crate::start::best_start;
 use crate::workers::map;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -29,17 +28,8 @@ pub(crate) fn settled(
     frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
     let zero = frozen.hypothesis.zero_rad.take();
     let mut shifted = fit(setting, with_zero(frozen, zero), wanted, 4)?.point;
-    let (ready, zero_rad) = (setting.ready(&shifted.hypothesis)?, shifted.hypothesis.zero_rad.unwrap_or(0.0));
+    shifted.starts = with_best_starts(setting, &shifted, wanted)?.starts;
     shifted.hypothesis = point.hypothesis.clone();
-    let pieces = &setting.campaign.pieces;
-    let found = map(setting.workers, pieces.len(), |index| {
-        let (piece, fitted) = (pieces.get(index)?, *shifted.starts.get(index)?);
-        let first = piece.first_start(&ready);
-        wanted(piece).then(|| best_start(setting, piece, &ready, (first, fitted), zero_rad))
-    });
-    for (start, found) in shifted.starts.iter_mut().zip(found) {
-        *start = found.unwrap_or(*start);
-    }
     Ok(shifted)
 }
 

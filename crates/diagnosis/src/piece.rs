@@ -185,20 +185,22 @@ impl Piece {
         let Some(first) = self.motions.first() else { return Vec::new() };
         let driven = &self.driven;
         let met_rad = first.angle_rad + start;
-        let mut state = params.met_at(met_rad, first.speed_rad_per_s, driven.command_at(0), &self.past);
-        let mut angle = Vec::with_capacity(driven.all_times_s().len());
-        angle.push(met_rad);
-        for (index, times) in driven.all_times_s().windows(2).enumerate() {
-            let dt_s = times.iter().fold(0.0, |before, after| after - before);
+        let input = |index: usize| {
             let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index + 1);
-            let input = ValveInput {
+            ValveInput {
                 command_start_rad: driven.command_at(index),
                 command_end_rad: driven.command_at(index + 1),
                 pressure_drop_pa,
                 oil_temperature_c,
                 energised: true,
-            };
-            angle.push(prediction::encoder_angle_after(params, &mut state, &input, dt_s));
+            }
+        };
+        let mut state = params.met_at(met_rad, first.speed_rad_per_s, &input(0), &self.past);
+        let mut angle = Vec::with_capacity(driven.all_times_s().len());
+        angle.push(met_rad);
+        for (index, times) in driven.all_times_s().windows(2).enumerate() {
+            let dt_s = times.iter().fold(0.0, |before, after| after - before);
+            angle.push(prediction::encoder_angle_after(params, &mut state, &input(index), dt_s));
         }
         prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay_s());
         angle.split_off(driven.lead().min(angle.len()))

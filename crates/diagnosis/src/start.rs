@@ -25,12 +25,7 @@ pub(crate) fn best_start(
 ) -> f64 {
     let bound = piece.start_bound(ready);
     let step = piece.start_step(ready);
-    // The last value draws a start that makes no difference towards none, as in the fit.
-    let left = |start: f64| {
-        let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
-        left.push(start / bound);
-        left
-    };
+    let left = |start: f64| left_from(setting, piece, ready, start, zero_rad);
     let [one, two] = [first, fitted].map(|start| (start, left(start)));
     let mut best = if square(&one.1) < square(&two.1) { one } else { two };
     if setting.campaign.channel == Channel::Angle && square(&best.1) > POOR * piece.len() as f64 {
@@ -70,6 +65,25 @@ pub(crate) fn best_start(
         }
     }
     best.0
+}
+
+/// The better of two starts.
+pub(crate) fn better_start(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    (one, two): (f64, f64),
+    zero_rad: f64,
+) -> f64 {
+    let left = |start: f64| square(&left_from(setting, piece, ready, start, zero_rad));
+    if one == two || left(one) <= left(two) { one } else { two }
+}
+
+/// What a start leaves; the last value draws one that makes no difference towards none, as in the fit.
+fn left_from(setting: &Setting<'_>, piece: &Piece, ready: &Ready, start: f64, zero_rad: f64) -> Vec<f64> {
+    let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
+    left.push(start / piece.start_bound(ready));
+    left
 }
 
 /// Measured less predicted in parts of the noise; less their mean where a zero of the run's own is a nuisance.

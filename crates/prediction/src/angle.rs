@@ -47,7 +47,17 @@ pub(crate) fn predict(
     let first = motion_at(&run.time_s, angle_rad, noise, 0);
     let contact = ContactPast { deflection_rad: 0.0, rest_s: past.rest_s, distance_rad: past.distance_rad };
     let command = |index: usize| command_rad.get(index).copied().unwrap_or(f64::NAN);
-    let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, command(0), &contact);
+    let input = |index: usize| {
+        let (pressure_drop_pa, oil_temperature_c) = conditions.before(index + 1);
+        ValveInput {
+            command_start_rad: command(index),
+            command_end_rad: command(index + 1),
+            pressure_drop_pa,
+            oil_temperature_c,
+            energised: true,
+        }
+    };
+    let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, &input(0), &contact);
     let deflection_rad = state.friction.bristle_deflection_rad();
     let predicted = angle_rad
         .iter_mut()
@@ -58,15 +68,7 @@ pub(crate) fn predict(
     for (index, angle, times) in predicted {
         *angle = last;
         let dt_s = times.iter().fold(0.0, |before, after| after - before);
-        let (pressure_drop_pa, oil_temperature_c) = conditions.before(index + 1);
-        let input = ValveInput {
-            command_start_rad: command(index),
-            command_end_rad: command(index + 1),
-            pressure_drop_pa,
-            oil_temperature_c,
-            energised: true,
-        };
-        last = encoder_angle_after(&params, &mut state, &input, dt_s);
+        last = encoder_angle_after(&params, &mut state, &input(index), dt_s);
     }
     if let Some(angle) = angle_rad.last_mut() {
         *angle = last;

@@ -364,7 +364,7 @@ fn a_valve_met_under_load_stays_where_it_was_met() {
     let spring = effect("coupling-compliance", &[("stiffness_nm_per_rad", 2000.0)]);
     let valve = ValveParams::new(&with(vec![spring])).unwrap();
     let command_rad = 2e-3;
-    let mut state = valve.met_at(0.0, 0.0, command_rad, &ContactPast::default());
+    let mut state = valve.met_at(0.0, 0.0, &input(command_rad, command_rad), &ContactPast::default());
     let most_rad = (0..200)
         .map(|_| step(&valve, &mut state, &input(command_rad, command_rad), 1e-3).encoder_angle_rad.abs())
         .fold(0.0, f64::max);

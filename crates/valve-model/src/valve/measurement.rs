@@ -7,7 +7,7 @@ use crate::Model;
 /// The model's effects of measurement, and steps that the rotor loses by itself; neutral where it has none.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Measurement {
-    backlash_half_width_rad: f64,
+    pub backlash_half_width_rad: f64,
     eccentricity_rad: f64,
     eccentricity_phase_rad: f64,
     torque_gain: f64,
@@ -70,6 +70,15 @@ impl Measurement {
             return shaft_rad;
         }
         shaft_rad + self.eccentricity_rad * (shaft_rad + self.eccentricity_phase_rad).sin()
+    }
+
+    /// The shaft's angle under which the encoder reads `encoder_rad`; the eccentricity is far below a radian.
+    pub fn shaft_under(&self, encoder_rad: f64) -> f64 {
+        let mut shaft_rad = encoder_rad;
+        for _ in 0..4 {
+            shaft_rad -= self.encoder_angle_rad(shaft_rad) - encoder_rad;
+        }
+        shaft_rad
     }
 
     /// What the transducer makes of a torque.

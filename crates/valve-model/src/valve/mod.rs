@@ -4,6 +4,7 @@ mod crossing;
 mod effects;
 mod linear;
 mod measurement;
+mod met;
 mod motion;
 mod pace;
 mod params;

@@ -4,11 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::Effects;
 use super::measurement::Measurement;
-use super::step::ValveState;
 use crate::error::positive;
 use crate::friction::FrictionLaw;
 use crate::motor::SpeedLimit;
-use crate::{ContactPast, FrictionState, LoadParams, Model, MotorParams, OrificeParams, ParamError};
+use crate::{LoadParams, Model, MotorParams, OrificeParams, ParamError};
 
 /// What [`step`](crate::step) needs of a model: plain data, so that it can be handed to another process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -124,32 +123,6 @@ impl ValveParams {
     pub(super) fn available_torque_nm(&self, speed_rad_per_s: f64) -> f64 {
         let part = self.speed_limit.map_or(1.0, |limit| limit.torque_part(speed_rad_per_s));
         self.holding_torque_nm * part
-    }
-
-    /// A valve whose rotor is met at an angle (rad) and a speed (rad/s) under a command (rad): its bristles, and the spring
-    /// of a compliant coupling, hold against the motor, as far as they can; how long it has rested and how far it has
-    /// travelled is in `past`.
-    pub fn met_at(
-        &self,
-        angle_rad: f64,
-        speed_rad_per_s: f64,
-        command_rad: f64,
-        past: &ContactPast,
-    ) -> ValveState {
-        let motor_nm = self.holding_torque_nm * (self.rotor_teeth * (command_rad - angle_rad)).sin()
-            - self.damping_nm_s_per_rad * speed_rad_per_s;
-        let most_rad = self.friction.break_away_deflection_rad();
-        let most_nm = self.friction.steady_torque(f64::MIN_POSITIVE);
-        let part = if most_nm > 0.0 { (motor_nm / most_nm).clamp(-1.0, 1.0) } else { 0.0 };
-        let past = ContactPast { deflection_rad: part * most_rad, ..*past };
-        let mut state = ValveState::at_rest(angle_rad);
-        state.speed_rad_per_s = speed_rad_per_s;
-        state.rotor_speed_rad_per_s = speed_rad_per_s;
-        state.friction = FrictionState::after(&self.friction, &past, speed_rad_per_s);
-        if self.effects.coupling_nm_per_rad > 0.0 {
-            state.angle_rad -= part * most_nm / self.effects.coupling_nm_per_rad;
-        }
-        state
     }
 
     /// How late the measured angle is against the command (effect `sensor-delay`), s. [`step`](crate::step) gives the
