@@ -15,6 +15,10 @@ use crate::workers::map;
 const SHORT_LIST: usize = 6;
 /// A rival is fitted where its linearised gain is at least this part of what it would have to be.
 const PROMISING: f64 = 0.3;
+/// Steps of its fit, and after how many of them one that leaves so many times what the best does is given up.
+const STEPS: usize = 8;
+const FIRST_STEPS: usize = 3;
+const BEHIND: f64 = 1.5;
 /// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
 pub(crate) const EQUAL: f64 = 0.003;
 pub(crate) const NEARLY: f64 = 0.01;
@@ -88,22 +92,28 @@ pub(crate) fn fit_rivals(
             continue;
         }
         taken += 1;
-        rivals.push(fit_rival(setting, screened, state)?);
+        let best = rivals.iter().map(|rival: &Rival| rival.rms).fold(f64::INFINITY, f64::min);
+        rivals.push(fit_rival(setting, screened, state, best)?);
     }
     Ok(rivals)
 }
 
-/// Fits one of the screening beside the causes that are in.
+/// Fits one of the screening beside the causes that are in; where it is far behind the `best` so far, not to the end.
 pub(crate) fn fit_rival(
     setting: &Setting<'_>,
     screened: &Screened,
     state: &Selection,
+    best: f64,
 ) -> Result<Rival, DiagnosisError> {
     let begin = Point {
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let Tried { fitted, held_out, rms } = Tried::from(setting, begin, 8)?;
+    let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
+    if tried.rms < BEHIND * best {
+        tried = Tried::from(setting, tried.fitted.point, STEPS)?;
+    }
+    let Tried { fitted, held_out, rms } = tried;
     Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::{Candidate, Probe};
-use crate::fit::sum;
+use crate::fit::{Fitted, sum};
 use crate::gram::{Gram, leave_out, solve};
 use crate::hypothesis::Member;
 use crate::linear::{Column, Point, Setting, by_group};
@@ -10,6 +10,11 @@ use crate::rivals::{fitted_pieces, rms};
 
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
 pub(crate) const ORDER_FLOOR: f64 = 0.004;
+
+/// Where a model of an angle log leaves more than this many times the noise, its slip comes at other moments than the
+/// measured one's, and a small change tells little of a large one: secants over so many steps are looked at too.
+const FAR: f64 = 1.5;
+const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
 
 /// A candidate as the screening sees it.
 #[derive(Debug, Clone)]
@@ -24,23 +29,26 @@ pub(crate) struct Screened {
 pub(crate) fn screen(
     setting: &Setting<'_>,
     candidates: &[Candidate],
-    point: &Point,
+    state: &Fitted,
 ) -> Result<Vec<Screened>, DiagnosisError> {
+    let point = &state.point;
     let hypothesis = &point.hypothesis;
     let mut columns = setting.own_columns(hypothesis)?;
     let own: Vec<usize> = (0..columns.len()).collect();
-    let mut places: Vec<(usize, usize, Vec<usize>)> = Vec::new();
+    let mut places: Vec<Place> = Vec::new();
     for (index, candidate) in candidates.iter().enumerate().filter(|(_, c)| !hypothesis.has(c.id)) {
+        let secants = secants(setting, candidate, state);
         for (number, probe) in candidate.probes.iter().enumerate() {
-            let mut at = Vec::new();
-            for (parameter, step) in &probe.columns {
-                if let Some(column) = probe_column(setting, candidate, probe, *parameter, *step, point) {
-                    at.push(columns.len());
-                    columns.push(column);
-                }
-            }
-            if at.len() == probe.columns.len() {
-                places.push((index, number, at));
+            for part in secants.iter().take(if probe.jump { 1 } else { secants.len() }) {
+                let of = |(parameter, step): &(usize, f64)| {
+                    probe_column(setting, candidate, probe, *parameter, part * step, point)
+                };
+                let Some(own) = probe.columns.iter().map(of).collect::<Option<Vec<Column>>>() else {
+                    continue;
+                };
+                let at = (columns.len()..columns.len() + own.len()).collect();
+                places.push(Place { candidate: index, probe: number, part: *part, columns: at });
+                columns.extend(own);
             }
         }
     }
@@ -50,7 +58,7 @@ pub(crate) fn screen(
     let base = leave_out(&groups, folds, &own).map_or(f64::INFINITY, |held| rms(&held, &groups));
     let mut found = Vec::new();
     for (index, candidate) in candidates.iter().enumerate() {
-        let probes: Vec<_> = places.iter().filter(|place| place.0 == index).collect();
+        let probes: Vec<_> = places.iter().filter(|place| place.candidate == index).collect();
         let screened = if candidate.series {
             screen_series(candidate, &probes, &groups, folds, &own, base)
         } else {
@@ -60,6 +68,15 @@ pub(crate) fn screen(
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Ok(found)
+}
+
+/// Over how many steps a candidate's sensitivity is taken.
+fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> &'static [f64] {
+    let total = sum(&state.groups);
+    let far = total.square() > FAR * FAR * total.count;
+    let count =
+        if far && !setting.campaign.facts.is_torque() && !candidate.series { SECANTS.len() } else { 1 };
+    SECANTS.get(..count).unwrap_or_default()
 }
 
 fn probe_column(
@@ -83,7 +100,13 @@ fn probe_column(
     Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
 }
 
-type Place = (usize, usize, Vec<usize>);
+/// Where the columns of a candidate's probe are, and over how many of its steps they are taken.
+struct Place {
+    candidate: usize,
+    probe: usize,
+    part: f64,
+    columns: Vec<usize>,
+}
 
 fn screen_plain(
     candidate: &Candidate,
@@ -94,14 +117,14 @@ fn screen_plain(
     base: f64,
 ) -> Option<(f64, Member)> {
     let mut best: Option<(f64, Member)> = None;
-    for (_, number, at) in places {
-        let Some(probe) = candidate.probes.get(*number) else { continue };
-        let columns: Vec<usize> = own.iter().chain(at).copied().collect();
+    for place in places {
+        let Some(probe) = candidate.probes.get(place.probe) else { continue };
+        let columns: Vec<usize> = own.iter().chain(&place.columns).copied().collect();
         let Some(held) = leave_out(groups, folds, &columns) else { continue };
         let Some((beta, _)) = solve(&sum(groups), &columns) else { continue };
         let mut numbers = probe.shape.clone();
         let mut allowed = true;
-        for ((parameter, _), beta) in probe.columns.iter().zip(beta.iter().skip(own.len())) {
+        for ((parameter, step), beta) in probe.columns.iter().zip(beta.iter().skip(own.len())) {
             let (Some(number), Some(of)) =
                 (numbers.get_mut(*parameter), candidate.parameters.get(*parameter))
             else {
@@ -111,7 +134,9 @@ fn screen_plain(
                 allowed = *beta > 0.0;
             } else {
                 let wanted = of.neutral + beta;
-                allowed &= at_most(wanted, of.lower, of.upper, of.step);
+                // A secant speaks of its own side alone.
+                let ahead = place.part == 1.0 || beta * place.part * step > 0.0;
+                allowed &= ahead && at_most(wanted, of.lower, of.upper, of.step);
                 *number = wanted.clamp(of.lower, of.upper);
             }
         }
@@ -143,8 +168,8 @@ fn screen_series(
     let mut first_cut = 0.0;
     loop {
         let mut best: Option<(f64, &Place)> = None;
-        for place in places.iter().filter(|place| !taken.iter().any(|taken| taken.1 == place.1)) {
-            let wider: Vec<usize> = columns.iter().chain(&place.2).copied().collect();
+        for place in places.iter().filter(|place| !taken.iter().any(|taken| taken.probe == place.probe)) {
+            let wider: Vec<usize> = columns.iter().chain(&place.columns).copied().collect();
             let Some(held) = leave_out(groups, folds, &wider) else { continue };
             let left = rms(&held, groups);
             if best.is_none_or(|(least, _)| left < least) {
@@ -157,7 +182,7 @@ fn screen_series(
             break;
         }
         first_cut = if taken.is_empty() { cut } else { first_cut };
-        columns.extend(&place.2);
+        columns.extend(&place.columns);
         taken.push(place);
         reached = left;
         if taken.len() >= 6 || cut <= 0.0 {
@@ -170,8 +195,8 @@ fn screen_series(
     let betas: Vec<f64> = beta.iter().skip(own.len()).copied().collect();
     for (place, pair) in taken.iter().zip(betas.chunks(2)) {
         for (offset, value) in pair.iter().enumerate() {
-            free.push(2 * place.1 + offset);
-            if let Some(number) = numbers.get_mut(2 * place.1 + offset) {
+            free.push(2 * place.probe + offset);
+            if let Some(number) = numbers.get_mut(2 * place.probe + offset) {
                 *number = *value;
             }
         }

@@ -109,7 +109,7 @@ pub(crate) fn select(
         if is_white(setting, &left(setting, &state.fitted.point)?) {
             break;
         }
-        let screened = screen(setting, candidates, &state.fitted.point)?;
+        let screened = screen(setting, candidates, &state.fitted)?;
         if round == 0 {
             state.first_ranking =
                 screened.iter().filter_map(|s| candidates.get(s.candidate).map(|c| (c.id, s.gain))).collect();
@@ -236,7 +236,7 @@ fn look_alikes(
     for screened in screened.iter().filter(|of| lacking(name(of.candidate))) {
         let fitted = rivals.iter().any(|rival| rival.candidate == screened.candidate);
         if !fitted && screened.gain > WORTH * most {
-            rivals.push(fit_rival(setting, screened, state)?);
+            rivals.push(fit_rival(setting, screened, state, chosen.rms)?);
         }
     }
     for rival in rivals.iter().filter(|rival| lacking(name(rival.candidate))) {
