@@ -229,7 +229,8 @@ impl Judgement<'_> {
         if nuisances.angle_zero {
             found.push("each run has a zero of its own angle".to_owned());
         }
-        if let Some(zero_rad) = self.selection.fitted.point.hypothesis.zero_rad {
+        let zero_rad = self.selection.fitted.point.hypothesis.zero_rad;
+        if let Some(zero_rad) = zero_rad.filter(|zero_rad| zero_rad.abs() > 0.1 * self.noise.channel) {
             found.push(format!("the encoder's zero is {zero_rad:.2e} rad from the command's"));
         }
         found

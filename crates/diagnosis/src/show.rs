@@ -20,8 +20,15 @@ const ORDERS: usize = 16;
 const SHOWN_ORDERS: usize = 32;
 const TEETH_TIMES: usize = 10;
 
+/// What is set once a run: its samples say no more than the run as a whole.
+const OF_RUNS: [&str; 2] = ["pressure", "temperature"];
+/// Runs that this takes; of fewer the pieces stand for them.
+const LEAST_RUNS: usize = 4;
+
 /// A sample as the tests see it.
 struct Sample {
+    /// The run, or the piece where there are few runs.
+    unit: usize,
     /// Residual in parts of its noise.
     residual: f64,
     direction: f64,
@@ -59,16 +66,18 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     let mut dependences = Vec::new();
     for (index, name) in COVARIATES.iter().enumerate() {
         for as_friction in [false, true] {
-            let values: Vec<(f64, f64)> = samples
-                .iter()
-                .map(|sample| {
-                    let sign = if as_friction { sample.direction } else { 1.0 };
-                    (sample.covariates.get(index).copied().unwrap_or(f64::NAN), sign * sample.residual)
-                })
-                .filter(|(covariate, value)| covariate.is_finite() && *value != 0.0)
-                .collect();
+            let of = |sample: &Sample| {
+                let sign = if as_friction { sample.direction } else { 1.0 };
+                (sample.covariates.get(index).copied().unwrap_or(f64::NAN), sign * sample.residual)
+            };
+            let counts = |(covariate, value): &(f64, f64)| covariate.is_finite() && *value != 0.0;
+            let values: Vec<(f64, f64)> = samples.iter().map(of).filter(counts).collect();
             let by_name = index < 2;
-            dependences.extend(binned(name, as_friction, values, by_name, square, independent));
+            let mut found = binned(name, as_friction, values, by_name, square, independent);
+            if let Some(found) = found.as_mut().filter(|_| OF_RUNS.contains(name)) {
+                found.p_value = chance_over_runs(&samples, of);
+            }
+            dependences.extend(found);
         }
     }
     for order in 1..=ORDERS {
@@ -82,6 +91,36 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     let teeth = setting.campaign.facts.motor.filter(|_| setting.campaign.channel == Channel::Angle);
     let orders = orders(&samples, teeth.map(|motor| motor.1), square, independent, rms);
     Structure { dependences, orders, rms }
+}
+
+/// The probability that the runs' means go with a covariate like this by chance: a line through them, each with the weight
+/// of its samples, tested with as many degrees of freedom as there are runs.
+fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f64 {
+    let mut units: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
+    for sample in samples {
+        let (covariate, value) = of(sample);
+        if covariate.is_finite() && value != 0.0 {
+            let sums = units.entry(sample.unit).or_default();
+            *sums = (sums.0 + 1.0, sums.1 + covariate, sums.2 + value);
+        }
+    }
+    if units.len() < LEAST_RUNS {
+        return 1.0;
+    }
+    let all = units.values().fold((0.0, 0.0, 0.0), |all, of| (all.0 + of.0, all.1 + of.1, all.2 + of.2));
+    let (middle, mean) = (all.1 / all.0, all.2 / all.0);
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (count, covariates, values) in units.values() {
+        let (x, y) = (covariates / count - middle, values / count - mean);
+        (xx, xy, yy) = (xx + count * x * x, xy + count * x * y, yy + count * y * y);
+    }
+    if xx <= 0.0 || yy <= 0.0 {
+        return 1.0;
+    }
+    let accounts = (xy * xy / (xx * yy)).min(1.0 - 1e-12);
+    let freedom = units.len() as f64 - 2.0;
+    let statistic = accounts * freedom / (1.0 - accounts);
+    FisherSnedecor::new(1.0, freedom).map_or(1.0, |f| 1.0 - f.cdf(statistic))
 }
 
 /// Corrects probabilities for the number of tests, so that any false one is as rare as a single test's would be.
@@ -127,15 +166,17 @@ fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
         let next = kinds.len() as f64;
         kinds.entry(kind).or_insert(next);
     }
+    let few = setting.campaign.runs.len() < LEAST_RUNS;
     let mut samples = Vec::new();
-    for (piece, left) in setting.campaign.pieces.iter().zip(left) {
+    for (index, (piece, left)) in setting.campaign.pieces.iter().zip(left).enumerate() {
         let kind = setting.campaign.runs.get(piece.run).and_then(|run| kinds.get(run.1.as_str()).copied());
-        of_piece(piece, left, kind.unwrap_or(0.0), &mut samples);
+        let unit = if few { index } else { piece.run };
+        of_piece(piece, left, (unit, kind.unwrap_or(0.0)), &mut samples);
     }
     samples
 }
 
-fn of_piece(piece: &Piece, left: &Left, kind: f64, samples: &mut Vec<Sample>) {
+fn of_piece(piece: &Piece, left: &Left, (unit, kind): (usize, f64), samples: &mut Vec<Sample>) {
     let mut rest_s = 0.0;
     let mut distance = piece.past.distance_rad;
     let mut before_s = f64::NAN;
@@ -154,6 +195,7 @@ fn of_piece(piece: &Piece, left: &Left, kind: f64, samples: &mut Vec<Sample>) {
         if *weight > 0.0 {
             let covariate = |values: &[f64]| values.get(index).copied().unwrap_or(f64::NAN);
             samples.push(Sample {
+                unit,
                 residual: residual * weight,
                 direction,
                 covariates: [
@@ -198,8 +240,7 @@ fn binned(
     };
     let between: f64 = bins.iter().map(within).sum();
     let total: f64 = values.iter().map(|(_, value)| value * value).sum();
-    let part = independent * values.len() as f64 / values.len().max(1) as f64;
-    Some(tested(name, as_friction, (between, total), bins.len() as f64, square, part))
+    Some(tested(name, as_friction, (between, total), bins.len() as f64, square, independent))
 }
 
 fn harmonic(
@@ -274,6 +315,26 @@ fn correlation(setting: &Setting<'_>, left: &[Left]) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pressure_counts_once_a_run_however_many_samples_it_has() {
+        // Six runs whose means scatter by themselves: of a thousand samples each every test by samples would be sure.
+        let offsets = [0.3, -0.4, 0.1, 0.5, -0.2, -0.3];
+        let sample = |unit: usize, noise: f64, slope: f64| {
+            let mut covariates = [f64::NAN; COVARIATES.len()];
+            covariates[5] = unit as f64;
+            let residual = offsets[unit] + slope * unit as f64 + 0.01 * noise;
+            Sample { unit, residual, direction: 1.0, covariates }
+        };
+        let chance = |slope: f64| {
+            let samples: Vec<Sample> = (0..6000)
+                .map(|index: usize| sample(index / 1000, if index % 2 == 0 { 1.0 } else { -1.0 }, slope))
+                .collect();
+            chance_over_runs(&samples, |sample| (sample.covariates[5], sample.residual))
+        };
+        assert!(chance(0.0) > 0.2, "{}", chance(0.0));
+        assert!(chance(2.0) < 1e-3, "{}", chance(2.0));
+    }
 
     #[test]
     fn probabilities_are_corrected_one_after_the_other() {

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use log_data::Run;
-use prediction::{Noise, Past, Smoother, predict};
+use prediction::{Noise, Past, Smoother, motion_at, predict};
 use rand::prelude::*;
 use rand_distr::Normal;
 use std::f64::consts::TAU;
@@ -162,4 +162,24 @@ fn a_block_begins_where_the_last_one_ended() {
     }
     let worst = motions.iter().zip(&time_s).map(|(motion, t)| (motion.angle_rad - truth(*t)).abs());
     assert!(worst.fold(0.0, f64::max) < STEP_RAD);
+}
+
+#[test]
+fn a_rest_has_no_speed_however_soon_a_motion_follows() {
+    // A valve met near break-away would slip of the speed that noise makes.
+    let moves = |k: u32| if k < 60 { 0.0 } else { 2e-6 * f64::from(k - 60).powi(2) };
+    let time_s: Vec<f64> = (0..600).map(|k| 1e-3 * f64::from(k)).collect();
+    for seed in 0..20 {
+        let mut generator = rand_pcg::Pcg64::seed_from_u64(seed);
+        let noise = Normal::new(0.0, 1.0).unwrap();
+        let angles: Vec<f64> = (0..600)
+            .map(|k| ((moves(k) + 0.3) / STEP_RAD + noise.sample(&mut generator)).round() * STEP_RAD)
+            .collect();
+        let noise = Noise::of(&angles);
+        let first = motion_at(&time_s, &angles, noise, 0);
+        assert_eq!(first.speed_rad_per_s, 0.0, "seed {seed}");
+        assert!((first.angle_rad - 0.3).abs() < STEP_RAD, "seed {seed}: {} rad", first.angle_rad);
+        let later = motion_at(&time_s, &angles, noise, 300);
+        assert!((later.speed_rad_per_s / 0.96 - 1.0).abs() < 0.05, "seed {seed}: {later:?}");
+    }
 }

@@ -361,15 +361,36 @@ fn a_spring_between_rotor_and_spool_swings_at_its_own_frequency() {
 
 #[test]
 fn a_valve_met_under_load_stays_where_it_was_met() {
-    let spring = effect("coupling-compliance", &[("stiffness_nm_per_rad", 2000.0)]);
-    let valve = ValveParams::new(&with(vec![spring])).unwrap();
-    let command_rad = 2e-3;
-    let mut state = valve.met_at(0.0, 0.0, &input(command_rad, command_rad), &ContactPast::default());
-    let most_rad = (0..200)
-        .map(|_| step(&valve, &mut state, &input(command_rad, command_rad), 1e-3).encoder_angle_rad.abs())
-        .fold(0.0, f64::max);
-    assert!(most_rad < 1e-8, "{most_rad} rad");
-    assert!(state.angle_rad < -1e-4, "the spring carries the load");
+    let spring = || effect("coupling-compliance", &[("stiffness_nm_per_rad", 2000.0)]);
+    let others = || {
+        vec![
+            series("position-torque", &[0.02, 0.01], &[0.01, -0.02]),
+            series("flow-torque", &[0.001], &[0.002]),
+            effect("pressure-torque", &[("gain", -0.004)]),
+            series("detent-torque", &[0.03], &[0.02]),
+            series("microstep-error", &[2e-5], &[1e-5]),
+            effect("backlash", &[("half_width_rad", 2e-4)]),
+            effect("encoder-eccentricity", &[("amplitude_rad", 1e-3), ("phase_rad", 0.3)]),
+        ]
+    };
+    let both = [others(), vec![spring()]].concat();
+    for (effects, met_rad) in [(Vec::new(), 0.0), (vec![spring()], 0.0), (others(), 0.4), (both, -0.7)] {
+        let valve = ValveParams::new(&with(effects.clone())).unwrap();
+        let command_rad = met_rad + 2e-3;
+        let hold = ValveInput { pressure_drop_pa: 5e6, ..input(command_rad, command_rad) };
+        let mut state = valve.met_at(met_rad, 0.0, &hold, &ContactPast::default());
+        let rotor_rad = state.rotor_angle_rad;
+        let mut most_rad: f64 = 0.0;
+        for _ in 0..200 {
+            let encoder_rad = step(&valve, &mut state, &hold, 1e-3).encoder_angle_rad;
+            most_rad =
+                most_rad.max((encoder_rad - met_rad).abs()).max((state.rotor_angle_rad - rotor_rad).abs());
+        }
+        assert!(most_rad < 1e-8, "{most_rad} rad with {effects:?}");
+        if effects == vec![spring()] {
+            assert!(state.angle_rad < -1e-4, "the spring carries the load");
+        }
+    }
 }
 
 #[test]
