@@ -54,7 +54,7 @@ pub(crate) fn conclude(
     let structure_after = structure(&judged.setting, &left_of_all);
     let on_held_out = part_left_on_held_out(judged, &left_of_all);
     let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
-        && (on_held_out >= 1.0
+        && (on_held_out >= 1.0 && selection.rms_first < RMS_LEFT
             || !is_noise(&structure_after)
                 && (share_explained(selection) < EXPLAINED
                     || another_cause(selection, &structure_after)

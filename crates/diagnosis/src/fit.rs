@@ -41,7 +41,6 @@ pub(crate) fn fit(
         let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
         let trial = moved(setting, &here.point, &at, &beta, wanted)?;
         let (next, there) = evaluate(setting, trial, wanted)?;
-
         if there.square < here.square {
             let gained = here.square - there.square;
             (at, here) = (next, there);

@@ -101,13 +101,11 @@ impl Piece {
         let law = params.friction_law();
         let most_rad = law.break_away_deflection_rad();
         let most_nm = law.steady_torque(f64::MIN_POSITIVE);
-        let Some(motion) = self.motions.first() else { return 0.0 };
         let count = self.measured.len().clamp(1, 5) as f64;
         let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
         if most_nm <= 0.0 || !measured_nm.is_finite() {
             return 0.0;
         }
-        let _ = motion;
         (measured_nm / most_nm).clamp(-1.0, 1.0) * most_rad
     }
 

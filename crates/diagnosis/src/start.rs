@@ -82,7 +82,7 @@ pub(crate) fn better_start(
 /// What a start leaves; the last value draws one that makes no difference towards none, as in the fit.
 fn left_from(setting: &Setting<'_>, piece: &Piece, ready: &Ready, start: f64, zero_rad: f64) -> Vec<f64> {
     let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
-    left.push(start / piece.start_bound(ready));
+    left.push(start / piece.start_bound(ready).max(f64::MIN_POSITIVE));
     left
 }
 
