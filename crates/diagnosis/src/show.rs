@@ -328,7 +328,9 @@ mod tests {
         };
         let chance = |slope: f64| {
             let samples: Vec<Sample> = (0..6000)
-                .map(|index: usize| sample(index / 1000, if index.is_multiple_of(2) { 1.0 } else { -1.0 }, slope))
+                .map(|index: usize| {
+                    sample(index / 1000, if index.is_multiple_of(2) { 1.0 } else { -1.0 }, slope)
+                })
                 .collect();
             chance_over_runs(&samples, |sample| (sample.covariates[5], sample.residual))
         };
