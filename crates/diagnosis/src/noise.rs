@@ -1,8 +1,8 @@
 //! What the measurement scatters by itself: the transducer's noise, and what the encoder makes of the prediction.
 //!
 //! The transducer's noise from fourth differences of the residual (motion hardly shows in them) and from repeated holds,
-//! whichever is more: noise that is slower than the sampling shows in holds alone. The
-//! encoder's share by measuring the smoothed motion once more and predicting again. Samples are weighted by both.
+//! whichever is more: noise that is slower than the sampling shows in holds alone. The encoder's share by measuring the
+//! smoothed motion, or the first angle, once more and predicting again. Samples are weighted by both.
 
 use crate::campaign::Campaign;
 use crate::holds;

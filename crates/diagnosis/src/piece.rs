@@ -16,6 +16,8 @@ use valve_model::{
 const MARGIN: usize = 2048;
 /// After how long the torque of the first sample is taken, s: as good as none.
 const MOMENT_S: f64 = 1e-9;
+/// Samples that an angle's start rests on.
+const FIRST_SAMPLES: f64 = 48.0;
 
 /// A model made ready to predict one of the channels.
 pub(crate) enum Ready {
@@ -204,13 +206,20 @@ impl Piece {
         angle.split_off(driven.lead().min(angle.len()))
     }
 
-    /// What the encoder's steps and noise make of the predicted torque: the prediction from this motion less that from
-    /// the same motion measured once more. Empty for angle logs.
+    /// What the encoder's steps and noise make of the prediction: that of a torque less the one from the same motion measured
+    /// once more; that of an angle less the one from a start as uncertain as the mean of a few samples. A rotor that sticks
+    /// and slips by itself makes much of that.
     pub fn error_of_motion(&self, ready: &Ready, start: f64, seed: u64) -> Vec<f64> {
-        let Ready::Torque(params) = ready else { return Vec::new() };
-        let again = self.measured_again(seed);
-        let once = self.torque(params, &self.motions, start);
-        let twice = self.torque(params, &again, start);
+        let (once, twice) = match ready {
+            Ready::Torque(params) => {
+                let again = self.measured_again(seed);
+                (self.torque(params, &self.motions, start), self.torque(params, &again, start))
+            }
+            Ready::Angle(params) => {
+                let beside = start + self.noise.deviation_rad / FIRST_SAMPLES.sqrt();
+                (self.angle(params, start), self.angle(params, beside))
+            }
+        };
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
 

@@ -1,7 +1,7 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
 use super::words::{headline, short, unit};
-use diagnosis::{Dependence, Evidence, Found, Judged, Shown, Verdict};
+use diagnosis::{Cause, Dependence, Evidence, Found, Judged, Shown, Verdict};
 use log_data::{Channel, Log};
 use report::{Axis, Block, Page, Section, Style, Table, XyPlot, XySeries};
 
@@ -195,6 +195,9 @@ fn map(found: &Found, of: Covariate, predicted: fn(&Shown) -> &Vec<f64>) -> Vec<
     points
 }
 
+/// A cause that alone would cut the error by less, in parts of the noise, is named, no more.
+const OF_NO_USE: f64 = 0.01;
+
 fn ranking(found: &Found) -> Section {
     let mut rows = Vec::new();
     let mut row = |id: &str, judgement: &str, speaks_for: String, against: String| {
@@ -223,14 +226,32 @@ fn ranking(found: &Found) -> Section {
             );
         }
     }
-    for judged in &found.diagnosis.rejected {
-        let alone =
-            found.ranking.iter().find(|(id, _)| *id == judged.id).is_some_and(|(_, gain)| *gain > 0.01);
-        let speaks_for = if alone { "alone it would explain some" } else { "nothing" };
-        row(&judged.id, "not it", speaks_for.to_owned(), judged.reason.clone());
+    let alone =
+        |id: &str| found.ranking.iter().find(|(other, _)| *other == id).map_or(0.0, |(_, gain)| *gain);
+    let (mut some, none): (Vec<&Judged>, Vec<&Judged>) =
+        found.diagnosis.rejected.iter().partition(|judged| alone(&judged.id) > OF_NO_USE);
+    some.sort_by(|a, b| alone(&b.id).total_cmp(&alone(&a.id)));
+    for judged in some {
+        row(&judged.id, "not it", "alone it would explain some".to_owned(), judged.reason.clone());
+    }
+    let mut section = causes_table(rows);
+    if !none.is_empty() {
+        let names: Vec<&str> = none.iter().map(|judged| judged.id.as_str()).collect();
+        section = section.with(Block::Text(format!(
+            "Tested too, and of no use (of the wrong sign, or less than a hundredth of the noise): {}.",
+            names.join(", ")
+        )));
+    }
+    section
+}
+
+fn causes_table(rows: Vec<Vec<String>>) -> Section {
+    let section = Section::new("Causes, and what speaks for and against each");
+    if rows.is_empty() {
+        return section;
     }
     let header = ["cause", "judgement", "alone would cut the error by, in noises", "for it", "against it"];
-    Section::new("Causes, and what speaks for and against each")
+    section
         .with(Block::Text(
             "The number is a first estimate, in parts of the measurement's noise, on runs that were kept aside in turn; what \
              speaks for and against comes from fits through the model."
@@ -261,7 +282,16 @@ fn parameters(found: &Found) -> Section {
         return section.with(Block::Text("No cause was accepted, so there are none.".to_owned()));
     }
     let header = ["cause", "parameter", "value", "with 95 % certainty within"].map(str::to_owned).to_vec();
-    section.with(Block::Table(Table { header, rows }))
+    let section = section.with(Block::Table(Table { header, rows }));
+    let waves = |cause: &Cause| cause.parameters.keys().any(|key| key.starts_with("cos["));
+    if !found.diagnosis.causes.iter().any(waves) {
+        return section;
+    }
+    section.with(Block::Text(
+        "cos[n] and sin[n] are the two parts of a wave that comes n times in a turn; for detent-torque in a full step, for \
+         microstep-error in a pitch of the rotor's teeth."
+            .to_owned(),
+    ))
 }
 
 fn structure(found: &Found) -> Section {
