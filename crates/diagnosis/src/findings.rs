@@ -30,8 +30,10 @@ const RMS_LEFT: f64 = 1.1;
 const SHARE_LEFT: f64 = 0.02;
 /// What chance may still do, corrected for the number of tests.
 const CHANCE: f64 = 0.01;
-/// Causes that explain less of what is beyond noise than this don't explain it.
+/// A cause that explains less of what is beyond noise than this doesn't explain it; nor do several that explain less than
+/// that together: they have more to bend.
 const EXPLAINED: f64 = 0.5;
+const EXPLAINED_TOGETHER: f64 = 0.7;
 /// What the misfit of a form may leave, in parts of what the causes explain ...
 pub(crate) const MISFIT: f64 = 0.02;
 /// ... beyond it, one covariate that explains this part of what is left speaks of another cause.
@@ -56,7 +58,7 @@ pub(crate) fn conclude(
     let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
         && (on_held_out >= 1.0 && selection.rms_first < RMS_LEFT
             || !is_noise(&structure_after)
-                && (share_explained(selection) < EXPLAINED
+                && (share_explained(selection) < least_share(selection)
                     || another_cause(selection, &structure_after)
                     || on_held_out > HARDLY));
     if doubtful {
@@ -155,6 +157,10 @@ fn observations(
 fn share_explained(selection: &Selection) -> f64 {
     let beyond = selection.rms_first.powi(2) - 1.0;
     if beyond <= 0.0 { 1.0 } else { (selection.rms_first.powi(2) - selection.rms.powi(2)) / beyond }
+}
+
+fn least_share(selection: &Selection) -> f64 {
+    if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
 }
 
 /// What the causes leave of the RMS on runs that nothing was fitted or chosen on; 0 where there are none.
