@@ -396,6 +396,7 @@ fn friction() -> impl Strategy<Value = FrictionParams> {
                     maxwell_elements: elements,
                     maxwell_saturation_ratio: over,
                     maxwell_spacing_exponent: b,
+                    maxwell_curve_share: 0.25,
                 }),
             }
         },

@@ -24,6 +24,7 @@ prop_compose! {
         viscous in prop_oneof![Just(0.0), decades(1e-6, 10.0)],
         transition in 1.0_f64..30.0,
         dahl in 0.3_f64..3.0,
+        share in prop_oneof![Just(0.0), Just(1.0), 0.0_f64..1.0],
     ) -> FrictionParams {
         match law {
             0 => FrictionParams::Stribeck(StribeckParams {
@@ -46,7 +47,7 @@ prop_compose! {
                 stribeck_velocity_rad_per_s: velocity, stribeck_exponent: exponent,
                 bristle_stiffness_nm_per_rad: stiffness, bristle_damping_nm_s_per_rad: damping,
                 viscous_nm_s_per_rad: viscous, transition_exponent: transition,
-                maxwell_elements: 8, maxwell_saturation_ratio: 1.2, maxwell_spacing_exponent: 1.0,
+                maxwell_elements: 8, maxwell_saturation_ratio: 1.2, maxwell_spacing_exponent: 1.0, maxwell_curve_share: share,
             }),
         }
     }

@@ -373,10 +373,22 @@ fn a_valve_met_under_load_stays_where_it_was_met() {
             effect("encoder-eccentricity", &[("amplitude_rad", 1e-3), ("phase_rad", 0.3)]),
         ]
     };
+    let elements = |share| {
+        let parts = [("saturation_ratio", 1.1), ("transition_exponent", 10.0), ("curve_share", share)];
+        effect("presliding-hysteresis", &parts)
+    };
     let both = [others(), vec![spring()]].concat();
-    for (effects, met_rad) in [(Vec::new(), 0.0), (vec![spring()], 0.0), (others(), 0.4), (both, -0.7)] {
+    for (effects, met_rad, ahead_rad) in [
+        (Vec::new(), 0.0, 2e-3),
+        (vec![spring()], 0.0, 2e-3),
+        // So far that some of the elements slip.
+        (vec![elements(0.0)], 0.0, 6e-3),
+        (vec![elements(1.0)], 0.3, -6e-3),
+        (others(), 0.4, 2e-3),
+        (both, -0.7, 2e-3),
+    ] {
         let valve = ValveParams::new(&with(effects.clone())).unwrap();
-        let command_rad = met_rad + 2e-3;
+        let command_rad = met_rad + ahead_rad;
         let hold = ValveInput { pressure_drop_pa: 5e6, ..input(command_rad, command_rad) };
         let mut state = valve.met_at(met_rad, 0.0, &hold, &ContactPast::default());
         let rotor_rad = state.rotor_angle_rad;

@@ -202,6 +202,7 @@ fn leuven_entries(params: &LeuvenParams) -> Entries<'static> {
         ("maxwell_elements", count(params.maxwell_elements)),
         ("maxwell_saturation_ratio", number(params.maxwell_saturation_ratio)),
         ("maxwell_spacing_exponent", number(params.maxwell_spacing_exponent)),
+        ("maxwell_curve_share", number(params.maxwell_curve_share)),
     ]
 }
 

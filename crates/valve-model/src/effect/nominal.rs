@@ -124,5 +124,6 @@ fn with_hysteresis(params: &LuGreParams, effect: &Effect) -> LeuvenParams {
         maxwell_elements: ELEMENTS,
         maxwell_saturation_ratio: effect.number("saturation_ratio"),
         maxwell_spacing_exponent: effect.number("spacing_exponent"),
+        maxwell_curve_share: effect.number("curve_share"),
     }
 }

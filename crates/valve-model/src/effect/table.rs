@@ -207,7 +207,7 @@ pub const EFFECTS: &[EffectSpec] = &[
         id: "presliding-hysteresis",
         formula: "σ0·z of LuGre or Dahl (whose exponent n replaces) is replaced by F_h(z) of Maxwell elements, same initial stiffness, \
                   same steady curve; refused for a static law, which has no bristles, and for Leuven, which has the elements already",
-        keys: "`transition_exponent`, `saturation_ratio`, `spacing_exponent`",
+        keys: "`transition_exponent`, `saturation_ratio`, `spacing_exponent`, `curve_share`",
         parameters: &[
             number(
                 "transition_exponent",
@@ -232,6 +232,15 @@ pub const EFFECTS: &[EffectSpec] = &[
                 1.0,
                 "a number, 0.1 to 10",
                 "how the slip levels are spaced; 1: evenly",
+            ),
+            number(
+                "curve_share",
+                "1",
+                (0.0, 1.0),
+                0.0,
+                "a number, 0 to 1",
+                "how far the elements' slip torques follow the steady curve as it falls with speed; 0: not at all (Leuven), 1: \
+                 wholly (generalised Maxwell slip)",
             ),
         ],
     },

@@ -90,6 +90,13 @@ impl Curve {
         point.torque_nm.copysign(speed) + point.viscous * speed
     }
 
+    /// g at the least speed in the direction of `sign` (±1), N·m.
+    #[inline]
+    pub fn at_rest_nm(&self, sign: f64, levels: &Levels) -> f64 {
+        let scale = levels.level * (1.0 + levels.asymmetry * sign);
+        scale * (self.static_nm * levels.static_factor).max(self.coulomb_nm)
+    }
+
     /// g and σ2 at `curve_speed` (rad/s), for motion in the direction of `sign` (±1).
     #[inline]
     pub fn at(&self, curve_speed: f64, sign: f64, levels: &Levels) -> CurvePoint {

@@ -87,7 +87,8 @@ fn drive_one_way<L: Law>(law: &L, sweep: &Sweep, levels: &Levels, state: &mut Fr
         let (z, error) = attempt(law, &piece, state.z, levels, &state.memory);
         if error <= 1.0 {
             state.z = z;
-            law.remember(z, levels, &mut state.memory);
+            let end = Point { speed: piece.end, curve_speed: piece.curve_end, z, direction: sign(piece.end) };
+            law.remember(end, levels, &mut state.memory);
             time_s = if step_s == left_s { sweep.dt_s } else { time_s + step_s };
         }
         let change = (0.85 / error.max(1e-6).cbrt()).clamp(0.1, 4.0);
@@ -99,7 +100,7 @@ fn drive_one_way<L: Law>(law: &L, sweep: &Sweep, levels: &Levels, state: &mut Fr
         let speed = 0.5 * (rest.start + rest.end);
         let at = Point { speed, curve_speed, z: state.z, direction: sign(speed) };
         state.z = law.frozen(at, rest.dt_s, levels, &state.memory);
-        law.remember(state.z, levels, &mut state.memory);
+        law.remember(Point { z: state.z, ..at }, levels, &mut state.memory);
     }
 }
 

@@ -71,8 +71,13 @@ pub(crate) trait Law {
         self.curve().steady_nm(speed, levels)
     }
 
-    /// Takes the Maxwell elements along as z moves to `z`.
-    fn remember(&self, _z: f64, _levels: &Levels, _memory: &mut Memory) {}
+    /// The deflection at which a relaxed contact that is loaded carries a torque (N·m), rad; 0 for a law without z.
+    fn deflection_rad(&self, torque_nm: f64, _levels: &Levels) -> f64 {
+        if self.stiffness() > 0.0 { torque_nm / self.stiffness() } else { 0.0 }
+    }
+
+    /// Takes the Maxwell elements along as z moves to that of `at`.
+    fn remember(&self, _at: Point, _levels: &Levels, _memory: &mut Memory) {}
 
     /// Over which change of speed the curve changes near zero: ω_s, rad/s; infinite for a flat curve.
     fn stribeck_velocity(&self) -> f64 {

@@ -2,7 +2,9 @@
 //!
 //! Equation (3) of the paper, with the sign of ω that it lacks and an exponent n of its own. F_h is the torque of N
 //! Maxwell elements (a spring of stiffness k_i that slips at W_i): k_i = σ0/N, W_i in proportion to (i/N)^s,
-//! ΣW_i = ratio·T_s. The ratio is above one, else z runs away.
+//! ΣW_i = ratio·T_s. The ratio is above one, else z runs away. With a share c of the curve the slip torques are those
+//! times 1 − c·(1 − g/T_s): with c = 1 they follow the curve, as in the generalised Maxwell-slip model (Al-Bender,
+//! Lampaert, Swevers, IEEE Trans. Automatic Control 50, 2005); c = 0 is the paper's law.
 
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +41,10 @@ pub struct LeuvenParams {
     pub maxwell_saturation_ratio: f64,
     /// Exponent s of the spacing of the slip levels: 1 spaces them evenly.
     pub maxwell_spacing_exponent: f64,
+    /// How far the slip torques follow the steady curve as it falls with speed: 0 not at all (the paper's law), 1 wholly
+    /// (as in the generalised Maxwell-slip model).
+    #[serde(default)]
+    pub maxwell_curve_share: f64,
 }
 
 impl LeuvenParams {
@@ -64,7 +70,9 @@ impl LeuvenParams {
         count("maxwell_elements", self.maxwell_elements, 8..=16, "8 to 16 elements")?;
         let ratio = self.maxwell_saturation_ratio;
         require(ratio > 1.0, "maxwell_saturation_ratio", ratio, "a finite number above 1")?;
-        positive("maxwell_spacing_exponent", self.maxwell_spacing_exponent)
+        positive("maxwell_spacing_exponent", self.maxwell_spacing_exponent)?;
+        let share = self.maxwell_curve_share;
+        require((0.0..=1.0).contains(&share), "maxwell_curve_share", share, "a number, 0 to 1")
     }
 }
 
@@ -76,6 +84,7 @@ pub(crate) struct LeuvenLaw {
     stiffness: f64,
     damping: f64,
     exponent: f64,
+    curve_share: f64,
 }
 
 /// Halvings of the bracket in [`LeuvenLaw::frozen`]: to 1e-4 of it, enough for a method of last resort.
@@ -86,8 +95,10 @@ struct Hysteresis {
     point: CurvePoint,
     /// F_h, N·m.
     torque_nm: f64,
-    /// dF_h/dz, N·m/rad.
+    /// dF_h/dz, N·m/rad; by the curve's speed, N·m·s/rad; by the levels, N·m.
     tangent: f64,
+    by_curve_speed: f64,
+    by_level: f64,
     /// sgn(ω)·F_h/g.
     reached: f64,
     /// sgn(reached)·|reached|^n
@@ -115,6 +126,7 @@ impl LeuvenLaw {
             stiffness: params.bristle_stiffness_nm_per_rad,
             damping: params.bristle_damping_nm_s_per_rad,
             exponent: params.transition_exponent,
+            curve_share: params.maxwell_curve_share,
         }
     }
 
@@ -126,10 +138,31 @@ impl LeuvenLaw {
     fn hysteresis(&self, at: Point, levels: &Levels, memory: &Memory) -> Hysteresis {
         let direction = at.direction;
         let point = self.curve.at(at.curve_speed, direction, levels);
-        let (torque_nm, tangent) = self.maxwell.torque(at.z, slip_scale(levels), memory);
-        let reached = direction * torque_nm / point.torque_nm;
+        let (scale, by_curve_speed) = self.scale(&point, direction, levels);
+        let stretched = self.maxwell.torque(at.z, scale, memory);
+        let reached = direction * stretched.torque_nm / point.torque_nm;
         let power = reached.abs().powf(self.exponent).copysign(reached);
-        Hysteresis { point, torque_nm, tangent, reached, power }
+        Hysteresis {
+            point,
+            torque_nm: stretched.torque_nm,
+            tangent: stretched.tangent,
+            by_curve_speed: stretched.by_scale * by_curve_speed,
+            by_level: stretched.by_scale * scale / levels.level,
+            reached,
+            power,
+        }
+    }
+
+    /// What scales the slip torques, and its derivative by the curve's speed, s/rad.
+    #[inline]
+    fn scale(&self, point: &CurvePoint, direction: f64, levels: &Levels) -> (f64, f64) {
+        let most = slip_scale(levels);
+        if self.curve_share == 0.0 {
+            return (most, 0.0);
+        }
+        let at_rest_nm = self.curve.at_rest_nm(direction, levels);
+        let lost = self.curve_share * (1.0 - point.torque_nm / at_rest_nm);
+        (most * (1.0 - lost), most * self.curve_share * point.slope / at_rest_nm)
     }
 }
 
@@ -152,17 +185,21 @@ impl Law for LeuvenLaw {
         let viscous_nm = here.point.viscous * at.curve_speed;
         let size = here.reached.abs().max(1e-12);
         let steepness = self.exponent * here.power.abs() / size;
+        let by_torque = -at.speed * at.direction * steepness / here.point.torque_nm;
         let rate_by_speed = 1.0 - here.power;
-        let rate_by_curve_speed =
-            at.speed * self.exponent * here.power * here.point.slope / here.point.torque_nm;
-        let rate_by_z = -at.speed * at.direction * steepness * here.tangent / here.point.torque_nm;
-        let rate_by_level = at.speed * self.exponent * here.power / levels.level;
+        let rate_by_curve_speed = at.speed * self.exponent * here.power * here.point.slope
+            / here.point.torque_nm
+            + by_torque * here.by_curve_speed;
+        let rate_by_z = by_torque * here.tangent;
+        let rate_by_level = at.speed * self.exponent * here.power / levels.level + by_torque * here.by_level;
         Linearised {
             flow: Flow { torque_nm: here.torque_nm + self.damping * rate + viscous_nm, rate },
             torque_by_speed: self.damping * rate_by_speed,
-            torque_by_curve_speed: self.damping * rate_by_curve_speed + here.point.viscous,
+            torque_by_curve_speed: here.by_curve_speed
+                + self.damping * rate_by_curve_speed
+                + here.point.viscous,
             torque_by_z: here.tangent + self.damping * rate_by_z,
-            torque_by_level: self.damping * rate_by_level,
+            torque_by_level: here.by_level + self.damping * rate_by_level,
             rate_by_speed,
             rate_by_curve_speed,
             rate_by_z,
@@ -198,8 +235,17 @@ impl Law for LeuvenLaw {
         here.torque_nm + self.damping * rate + here.point.viscous * at.curve_speed
     }
 
-    fn remember(&self, z: f64, levels: &Levels, memory: &mut Memory) {
-        self.maxwell.remember(z, slip_scale(levels), memory);
+    fn remember(&self, at: Point, levels: &Levels, memory: &mut Memory) {
+        let scale = if self.curve_share == 0.0 {
+            slip_scale(levels)
+        } else {
+            self.scale(&self.curve.at(at.curve_speed, at.direction, levels), at.direction, levels).0
+        };
+        self.maxwell.remember(at.z, scale, memory);
+    }
+
+    fn deflection_rad(&self, torque_nm: f64, levels: &Levels) -> f64 {
+        self.maxwell.deflection_rad(torque_nm, slip_scale(levels))
     }
 
     fn curve(&self) -> &Curve {
@@ -212,5 +258,79 @@ impl Law for LeuvenLaw {
 
     fn damping(&self) -> f64 {
         self.damping
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(maxwell_curve_share: f64) -> LeuvenLaw {
+        LeuvenLaw::new(&LeuvenParams {
+            coulomb_torque_nm: 1.5,
+            static_torque_nm: 3.0,
+            stribeck_velocity_rad_per_s: 0.05,
+            stribeck_exponent: 2.0,
+            bristle_stiffness_nm_per_rad: 1000.0,
+            bristle_damping_nm_s_per_rad: 1.0,
+            viscous_nm_s_per_rad: 2e-2,
+            transition_exponent: 3.0,
+            maxwell_elements: 10,
+            maxwell_saturation_ratio: 1.3,
+            maxwell_spacing_exponent: 2.0,
+            maxwell_curve_share,
+        })
+    }
+
+    /// The integrator's order hangs on these.
+    #[test]
+    fn the_derivatives_are_those_of_the_flow() {
+        let levels = |level| Levels { level, ..Levels::NOMINAL };
+        for (share, speed, z) in [(0.0, 0.04, 1.7e-3), (0.5, 0.03, 2.3e-3), (1.0, 0.06, 1.1e-3)] {
+            let law = law(share);
+            let at = Point { speed, curve_speed: speed, z, direction: 1.0 };
+            let memory = Memory::default();
+            let flow = |at: Point, level: f64| law.flow(at, &levels(level), &memory);
+            let told = law.linearise(at, &levels(1.0), &memory);
+            let check = |name: &str, up: Flow, down: Flow, size: f64, torque: f64, rate: f64| {
+                let by = |up: f64, down: f64| (up - down) / (2.0 * size);
+                let (by_torque, by_rate) = (by(up.torque_nm, down.torque_nm), by(up.rate, down.rate));
+                assert!(
+                    (by_torque - torque).abs() < 1e-5 * torque.abs().max(1.0),
+                    "{name}: {torque}, not {by_torque}"
+                );
+                assert!((by_rate - rate).abs() < 1e-5 * rate.abs().max(1.0), "{name}: {rate}, not {by_rate}");
+            };
+            let d = 1e-8;
+            let moved = |ds: f64, dc: f64, dz: f64| {
+                flow(Point { speed: speed + ds, curve_speed: speed + dc, z: z + dz, ..at }, 1.0)
+            };
+            let name = |of: &str| format!("share {share} by {of}");
+            check(
+                &name("speed"),
+                moved(d, 0.0, 0.0),
+                moved(-d, 0.0, 0.0),
+                d,
+                told.torque_by_speed,
+                told.rate_by_speed,
+            );
+            check(
+                &name("the curve's speed"),
+                moved(0.0, d, 0.0),
+                moved(0.0, -d, 0.0),
+                d,
+                told.torque_by_curve_speed,
+                told.rate_by_curve_speed,
+            );
+            check(&name("z"), moved(0.0, 0.0, d), moved(0.0, 0.0, -d), d, told.torque_by_z, told.rate_by_z);
+            check(
+                &name("level"),
+                flow(at, 1.0 + d),
+                flow(at, 1.0 - d),
+                d,
+                told.torque_by_level,
+                told.rate_by_level,
+            );
+        }
     }
 }

@@ -54,10 +54,14 @@ impl FrictionLaw {
         self.law.as_law().steady_nm(speed_rad_per_s, &Levels::NOMINAL)
     }
 
-    /// The greatest deflection that a bristle has in steady motion, T_s/σ0 in rad; 0 for a law without bristles.
+    /// The greatest deflection that a bristle has in steady motion, where it carries T_s, rad; 0 for a law without bristles.
     pub fn break_away_deflection_rad(&self) -> f64 {
-        let stiffness = self.law.as_law().stiffness();
-        if stiffness > 0.0 { self.steady_torque(f64::MIN_POSITIVE) / stiffness } else { 0.0 }
+        self.deflection_rad(self.steady_torque(f64::MIN_POSITIVE))
+    }
+
+    /// The deflection at which a relaxed contact that is loaded carries a torque (N·m), rad; 0 for a law without bristles.
+    pub fn deflection_rad(&self, torque_nm: f64) -> f64 {
+        self.law.as_law().deflection_rad(torque_nm, &Levels::NOMINAL)
     }
 
     /// Over which slip a contact forgets that it rested: the deflection that carries the Coulomb torque, rad; for a law

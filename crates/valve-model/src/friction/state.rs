@@ -49,7 +49,8 @@ impl FrictionState {
     pub fn deflected(law: &FrictionLaw, z_rad: f64) -> Self {
         let mut state = Self { z: z_rad, ..Self::default() };
         if let AnyLaw::Leuven(leuven) = &law.law {
-            leuven.remember(z_rad, &Levels::NOMINAL, &mut state.memory);
+            let at = Point { speed: 0.0, curve_speed: 0.0, z: z_rad, direction: sign(z_rad) };
+            leuven.remember(at, &Levels::NOMINAL, &mut state.memory);
         }
         state
     }

@@ -3,7 +3,7 @@
 use super::params::ValveParams;
 use super::shaft::Shaft;
 use super::step::{ValveInput, ValveState};
-use crate::friction::{AnyLaw, Law, sign};
+use crate::friction::{AnyLaw, Law, Point, sign};
 use crate::{ContactPast, FrictionState};
 
 /// A rotor held by this part of what friction can hold, or more, lies at the end of the encoder's play.
@@ -62,17 +62,26 @@ impl Met<'_> {
         let rotor_rad =
             encoder_shaft_rad + side.clamp(-1.0, 1.0) * params.measurement.backlash_half_width_rad;
         let held = self.held(&shaft, rotor_rad);
-        let most_rad = if law.stiffness() > 0.0 { held.most_nm / law.stiffness() } else { 0.0 };
-        let past = ContactPast { deflection_rad: held.part() * most_rad, ..*self.past };
         let mut state = ValveState::at_rest(rotor_rad);
         state.encoder_shaft_rad = encoder_shaft_rad;
         state.speed_rad_per_s = self.speed_rad_per_s;
         state.rotor_speed_rad_per_s = self.speed_rad_per_s;
-        state.friction = FrictionState::after(&params.friction, &past, self.speed_rad_per_s);
+        state.friction = self.loaded(&shaft, rotor_rad, held.part() * held.most_nm);
         if let Some(stiffness) = shaft.coupling() {
             state.angle_rad -= (held.part() * held.most_nm + held.other_nm) / stiffness;
         }
         state
+    }
+
+    /// A contact that carries a torque: relaxed before, loaded since.
+    fn loaded<L: Law>(&self, shaft: &Shaft<'_, L, true>, rotor_rad: f64, torque_nm: f64) -> FrictionState {
+        let relaxed = ContactPast { deflection_rad: 0.0, ..*self.past };
+        let mut friction = FrictionState::after(&shaft.params.friction, &relaxed, self.speed_rad_per_s);
+        let levels = shaft.levels_at(rotor_rad);
+        friction.z = shaft.law.deflection_rad(torque_nm, &levels);
+        let at = Point { speed: 0.0, curve_speed: 0.0, z: friction.z, direction: sign(torque_nm) };
+        shaft.law.remember(at, &levels, &mut friction.memory);
+        friction
     }
 
     fn held<L: Law>(&self, shaft: &Shaft<'_, L, true>, rotor_rad: f64) -> Held {

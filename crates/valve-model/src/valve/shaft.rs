@@ -293,7 +293,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         dt_s: f64,
         friction: &mut FrictionState,
     ) {
-        self.law.remember(after.z, &self.levels, &mut friction.memory);
+        self.law.remember(self.point(after), &self.levels, &mut friction.memory);
         if FULL && self.params.effects.follows_the_contact() {
             let turn_rad = after.angle - before.angle;
             let slip_rad = turn_rad - (after.z - before.z);

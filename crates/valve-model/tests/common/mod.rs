@@ -59,6 +59,7 @@ pub fn leuven(exponent: f64) -> LeuvenParams {
         maxwell_elements: 10,
         maxwell_saturation_ratio: 1.3,
         maxwell_spacing_exponent: 1.0,
+        maxwell_curve_share: 0.0,
     }
 }
 
@@ -73,6 +74,10 @@ pub fn laws() -> Vec<(&'static str, FrictionParams)> {
         ("lugre, Table 1", FrictionParams::LuGre(table1())),
         ("leuven, 10", FrictionParams::Leuven(leuven(10.0))),
         ("leuven, 2", FrictionParams::Leuven(leuven(2.0))),
+        (
+            "leuven along the curve",
+            FrictionParams::Leuven(LeuvenParams { maxwell_curve_share: 1.0, ..leuven(4.0) }),
+        ),
     ]
 }
 
