@@ -208,8 +208,7 @@ fn deal(log: &Log, pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Ve
     for group in 0..groups {
         let Some(piece) = pieces.iter().find(|piece| piece.group == group) else { continue };
         let kind = log.runs.get(piece.run).map_or(String::new(), |run| run.kind.clone());
-        let turn = piece.motions.last().map_or(0.0, |last| last.angle_rad)
-            - piece.motions.first().map_or(0.0, |first| first.angle_rad);
+        let turn = piece.kinematics(piece.len().saturating_sub(1)).0 - piece.kinematics(0).0;
         let direction = if turn.abs() < 1e-3 { 0 } else { turn.signum() as i8 };
         let pressure = piece.driven.pressure_pa().first().map_or(0.0, |pressure| pressure / 1e5) as i64;
         keys.push((kind, direction, pressure, random.random(), group));

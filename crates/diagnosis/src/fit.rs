@@ -12,8 +12,16 @@ use nalgebra::DVector;
 
 /// Steps at most.
 const STEPS: usize = 12;
-/// A predicted gain below this part of the sum of squares per sample ends the search.
+/// A gain below this part of a sample's noise for each sample is little, ...
 const ENOUGH: f64 = 2e-5;
+/// ... and so is one below this part of what is left beyond noise (where the model is wrong the valley's floor is rough),
+/// or a promise below this part where the step that made it was refused.
+const OF_THE_REST: f64 = 1e-3;
+const OF_THE_REST_REFUSED: f64 = 1e-2;
+/// Where so much is left beyond noise, in parts of it, other starts are tried before a fit ends.
+const POOR: f64 = 0.2;
+/// The damping after a refused step is at least this; less would change nothing.
+const LEAST_DAMPING: f64 = 0.1;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -38,28 +46,35 @@ pub(crate) fn fit(
     for _ in 0..steps.min(STEPS) {
         let total = sum(&here.groups);
         let count = total.count.max(1.0);
+        let rest = (here.square - count).max(0.0);
         let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
         let trial = moved(setting, &here.point, &at, &beta, wanted)?;
         let (next, there) = evaluate(setting, trial, wanted)?;
-        if there.square < here.square {
-            let gained = here.square - there.square;
+        let accepted = there.square < here.square;
+        let (gain, part) = if accepted {
+            (here.square - there.square, OF_THE_REST)
+        } else {
+            (predicted, OF_THE_REST_REFUSED)
+        };
+        if accepted {
             (at, here) = (next, there);
             settled = false;
             damping = (damping * 0.1).max(1e-7);
-            if gained.max(predicted.min(gained)) < ENOUGH * count {
+        }
+        let little = gain < (ENOUGH * count).max(part * rest);
+        if (little && (settled || rest < POOR * count)) || damping > 1e3 {
+            break;
+        }
+        if settled {
+            damping = (damping * 30.0).max(LEAST_DAMPING);
+        } else if little || !accepted {
+            // What a linear step promises is no better than the starts that it is taken from.
+            let before = here.square;
+            let point = with_best_starts(setting, &here.point, wanted)?;
+            (at, here) = evaluate(setting, point, wanted)?;
+            settled = true;
+            if little && before - here.square < part * rest {
                 break;
-            }
-        } else {
-            if predicted < ENOUGH * count || damping > 1e3 {
-                break;
-            }
-            if settled {
-                damping *= 30.0;
-            } else {
-                // What a linear step promises is no better than the starts that it is taken from.
-                let point = with_best_starts(setting, &here.point, wanted)?;
-                (at, here) = evaluate(setting, point, wanted)?;
-                settled = true;
             }
         }
     }

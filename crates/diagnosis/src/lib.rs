@@ -19,6 +19,7 @@ mod fit;
 mod gram;
 mod holds;
 mod hypothesis;
+mod line;
 mod linear;
 mod measure;
 mod missed;

@@ -46,7 +46,7 @@ pub(crate) struct PieceEquations {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Point {
     pub hypothesis: Hypothesis,
-    /// By piece: the bristle's deflection, or the shift of the first angle, rad.
+    /// By piece: the torque that friction carries, N·m, or the shift of the first angle, rad.
     pub starts: Vec<f64>,
 }
 

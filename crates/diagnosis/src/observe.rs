@@ -2,10 +2,10 @@
 //! that offset and friction differ from run to run.
 
 use crate::campaign::Campaign;
+use crate::line::{Line, Weighted};
 use crate::measure::Left;
 use crate::piece::Piece;
 use log_data::Channel;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::Statistics;
 
 /// Slower is at rest, in parts of the fastest.
@@ -64,7 +64,8 @@ fn follows(strokes: &[Stroke], direction: &str) -> Option<String> {
     }
     let least = strokes.iter().map(|of| of.pressure_mpa).fold(f64::INFINITY, f64::min);
     let most = strokes.iter().map(|of| of.pressure_mpa).fold(f64::NEG_INFINITY, f64::max);
-    let points: Vec<(f64, f64)> = strokes.iter().map(|of| (of.pressure_mpa, of.speed_rad_per_s)).collect();
+    let point = |of: &Stroke| Weighted { weight: 1.0, x: of.pressure_mpa, y: of.speed_rad_per_s };
+    let points: Vec<Weighted> = strokes.iter().map(point).collect();
     let line = Line::through(&points)?;
     let (first, last) = (line.at(least), line.at(most));
     if (last - first).abs() < CHANGE * first.abs() || line.accounts < ACCOUNTS || line.p_value > CHANCE {
@@ -75,39 +76,6 @@ fn follows(strokes: &[Stroke], direction: &str) -> Option<String> {
         "The speed in the {direction} direction {way} with pressure: {first:.3} rad/s at {least:.2} MPa, {last:.3} rad/s at \
          {most:.2} MPa. Nothing in the model sets that speed; it is the drive's."
     ))
-}
-
-/// A straight line through points.
-struct Line {
-    mean: (f64, f64),
-    slope: f64,
-    /// The share of y's variance that it accounts for, and the probability of such a slope by chance.
-    accounts: f64,
-    p_value: f64,
-}
-
-impl Line {
-    fn through(points: &[(f64, f64)]) -> Option<Self> {
-        let count = points.len() as f64;
-        let sum = points.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0, sum.1 + point.1));
-        let mean = (sum.0 / count, sum.1 / count);
-        let (xx, xy, yy) = points.iter().fold((0.0, 0.0, 0.0), |(xx, xy, yy), point| {
-            let (x, y) = (point.0 - mean.0, point.1 - mean.1);
-            (xx + x * x, xy + x * y, yy + y * y)
-        });
-        if xx <= 0.0 || yy <= 0.0 {
-            return None;
-        }
-        let accounts = (xy * xy / (xx * yy)).min(1.0);
-        let freedom = count - 2.0;
-        let t = (accounts * freedom / (1.0 - accounts).max(1e-12)).sqrt();
-        let p_value = StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |of| 2.0 * (1.0 - of.cdf(t)));
-        Some(Self { mean, slope: xy / xx, accounts, p_value })
-    }
-
-    fn at(&self, x: f64) -> f64 {
-        self.mean.1 + self.slope * (x - self.mean.0)
-    }
 }
 
 /// What a run's residual is on the whole: the same both ways, and against the motion.

@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::driven::Driven;
 use log_data::{Channel, Run};
-use prediction::{Noise, Smoother, motion_at};
+use prediction::{MOMENT_REACH, Noise, Smoother, motion_at};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -16,8 +16,6 @@ use valve_model::{
 const MARGIN: usize = 2048;
 /// After how long the torque of the first sample is taken, s: as good as none.
 const MOMENT_S: f64 = 1e-9;
-/// Samples that an angle's start rests on.
-const FIRST_SAMPLES: f64 = 48.0;
 
 /// A model made ready to predict one of the channels.
 pub(crate) enum Ready {
@@ -96,25 +94,21 @@ impl Piece {
         self.measured.len()
     }
 
-    /// The bristle's deflection (torque logs) that carries the torque measured at the start; 0 for angle logs, whose
-    /// start is a shift of the angle.
+    /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
+    /// a shift of the angle.
     pub fn first_start(&self, ready: &Ready) -> f64 {
         let Ready::Torque(params) = ready else { return 0.0 };
-        let law = params.friction_law();
-        let most_rad = law.break_away_deflection_rad();
-        let most_nm = law.steady_torque(f64::MIN_POSITIVE);
+        let most_nm = params.friction_law().steady_torque(f64::MIN_POSITIVE);
         let count = self.measured.len().clamp(1, 5) as f64;
         let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
-        if most_nm <= 0.0 || !measured_nm.is_finite() {
-            return 0.0;
-        }
-        (measured_nm / most_nm).clamp(-1.0, 1.0) * most_rad
+        if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 }
     }
 
     /// Most that the start may be.
     pub fn start_bound(&self, ready: &Ready) -> f64 {
         match ready {
-            Ready::Torque(params) => 1.2 * params.friction_law().break_away_deflection_rad(),
+            Ready::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
+            Ready::Torque(params) => 1.2 * params.friction_law().steady_torque(f64::MIN_POSITIVE),
             Ready::Angle(_) => 0.01,
         }
     }
@@ -165,7 +159,7 @@ impl Piece {
 
     fn torque(&self, params: &MotionParams, motions: &[Motion], start: f64) -> Vec<f64> {
         let Some(first) = motions.first() else { return Vec::new() };
-        let past = ContactPast { deflection_rad: start, ..self.past };
+        let past = ContactPast { deflection_rad: params.friction_law().deflection_rad(start), ..self.past };
         let mut state = params.at_start_after(first, &past);
         let mut before = *first;
         let mut before_s = f64::NAN;
@@ -216,7 +210,7 @@ impl Piece {
                 (self.torque(params, &self.motions, start), self.torque(params, &again, start))
             }
             Ready::Angle(params) => {
-                let beside = start + self.noise.deviation_rad / FIRST_SAMPLES.sqrt();
+                let beside = start + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
                 (self.angle(params, start), self.angle(params, beside))
             }
         };

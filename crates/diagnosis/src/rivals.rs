@@ -98,7 +98,8 @@ pub(crate) fn fit_rivals(
     Ok(rivals)
 }
 
-/// Fits one of the screening beside the causes that are in; where it is far behind the `best` so far, not to the end.
+/// Fits one of the screening beside the causes that are in; where it is far behind the `best` so far, or does little for
+/// what is left, not to the end.
 pub(crate) fn fit_rival(
     setting: &Setting<'_>,
     screened: &Screened,
@@ -110,7 +111,8 @@ pub(crate) fn fit_rival(
         ..state.fitted.point.clone()
     };
     let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
-    if tried.rms < BEHIND * best {
+    let pays = state.rms - tried.rms > PROMISING * state.least_cut();
+    if pays && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
     }
     let Tried { fitted, held_out, rms } = tried;

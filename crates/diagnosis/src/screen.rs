@@ -1,12 +1,15 @@
 //! Screening: every candidate by what its linearised best cuts on what it was not fitted on.
 
 use crate::DiagnosisError;
+use crate::campaign::Campaign;
 use crate::candidate::{Candidate, Probe};
 use crate::fit::{Fitted, sum};
 use crate::gram::{Gram, leave_out, solve};
 use crate::hypothesis::Member;
 use crate::linear::{Column, Point, Setting, by_group};
+use crate::piece::Piece;
 use crate::rivals::{fitted_pieces, rms};
+use nalgebra::DVector;
 
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
 pub(crate) const ORDER_FLOOR: f64 = 0.004;
@@ -15,6 +18,11 @@ pub(crate) const ORDER_FLOOR: f64 = 0.004;
 /// measured one's, and a small change tells little of a large one: secants over so many steps are looked at too.
 const FAR: f64 = 1.5;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
+
+/// In a log of more samples than this that are fitted the screening looks at some of the folds alone: they hold every kind
+/// of run, and it is the fit that decides.
+const MANY: usize = 16_000;
+const LOOKED_AT: [usize; 2] = [0, 2];
 
 /// A candidate as the screening sees it.
 #[derive(Debug, Clone)]
@@ -52,7 +60,7 @@ pub(crate) fn screen(
             }
         }
     }
-    let equations = setting.equations(point, &columns, fitted_pieces)?;
+    let equations = setting.equations(point, &columns, looked_at(setting.campaign))?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let folds = &setting.campaign.fold_of;
     let base = leave_out(&groups, folds, &own).map_or(f64::INFINITY, |held| rms(&held, &groups));
@@ -68,6 +76,17 @@ pub(crate) fn screen(
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Ok(found)
+}
+
+/// The pieces that the screening looks at.
+fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
+    let fitted = campaign.pieces.iter().filter(|piece| fitted_pieces(piece));
+    let samples: usize = fitted.map(Piece::len).sum();
+    let all = campaign.facts.is_torque() || samples <= MANY;
+    move |piece| {
+        let fold = campaign.fold_of.get(piece.group);
+        fitted_pieces(piece) && (all || fold.is_some_and(|fold| LOOKED_AT.contains(fold)))
+    }
 }
 
 /// Over how many steps a candidate's sensitivity is taken.
@@ -116,6 +135,9 @@ fn screen_plain(
     own: &[usize],
     base: f64,
 ) -> Option<(f64, Member)> {
+    if let Some(begun) = best_jump(candidate, places, groups, base) {
+        return Some(begun);
+    }
     let mut best: Option<(f64, Member)> = None;
     for place in places {
         let Some(probe) = candidate.probes.get(place.probe) else { continue };
@@ -147,6 +169,24 @@ fn screen_plain(
         }
     }
     best
+}
+
+/// The shape that by itself leaves least, if any leaves less than none: nothing is linearised there.
+fn best_jump(candidate: &Candidate, places: &[&Place], groups: &[Gram], base: f64) -> Option<(f64, Member)> {
+    let whole = DVector::from_element(1, 1.0);
+    let total = sum(groups);
+    let mut best: Option<(f64, &Probe)> = None;
+    for place in places {
+        let Some(probe) = candidate.probes.get(place.probe).filter(|probe| probe.jump) else { continue };
+        let left = (total.square_after(&place.columns, &whole) / total.count.max(1.0)).sqrt();
+        if best.is_none_or(|(gain, _)| base - left > gain) {
+            best = Some((base - left, probe));
+        }
+    }
+    let (gain, probe) = best.filter(|(gain, _)| *gain > 0.0)?;
+    let member =
+        Member { candidate: candidate.clone(), numbers: probe.shape.clone(), free: candidate.free.clone() };
+    Some((gain, member))
 }
 
 /// Within its bounds, or near enough for a linear estimate.

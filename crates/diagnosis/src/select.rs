@@ -25,7 +25,7 @@ const SHARE: f64 = 0.02;
 /// Causes whose form leaves nothing open: nothing that they leave is a misfit of theirs.
 const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
 /// ... and by so much of what is left beyond noise: less is picked from what another cause leaves.
-const OF_THE_REST: f64 = 0.1;
+const OF_THE_REST: f64 = 0.25;
 /// A twin that these data can't tell apart is reported beside a cause where it explains this part of what that one does.
 const SIMILAR: f64 = 0.3;
 /// ... and it is fitted for that where its linearised gain is this part of the best.

@@ -1,6 +1,7 @@
 //! Where a residual has structure: by run, kind, angle, speed, and so on, and by order of the angle; with tests corrected
 //! for their number by Holm's method.
 
+use crate::line::{Line, Weighted};
 use crate::linear::Setting;
 use crate::measure::Left;
 use crate::outcome::{Dependence, Order};
@@ -107,20 +108,13 @@ fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f
     if units.len() < LEAST_RUNS {
         return 1.0;
     }
-    let all = units.values().fold((0.0, 0.0, 0.0), |all, of| (all.0 + of.0, all.1 + of.1, all.2 + of.2));
-    let (middle, mean) = (all.1 / all.0, all.2 / all.0);
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for (count, covariates, values) in units.values() {
-        let (x, y) = (covariates / count - middle, values / count - mean);
-        (xx, xy, yy) = (xx + count * x * x, xy + count * x * y, yy + count * y * y);
-    }
-    if xx <= 0.0 || yy <= 0.0 {
-        return 1.0;
-    }
-    let accounts = (xy * xy / (xx * yy)).min(1.0 - 1e-12);
-    let freedom = units.len() as f64 - 2.0;
-    let statistic = accounts * freedom / (1.0 - accounts);
-    FisherSnedecor::new(1.0, freedom).map_or(1.0, |f| 1.0 - f.cdf(statistic))
+    let point = |(count, covariates, values): &(f64, f64, f64)| Weighted {
+        weight: *count,
+        x: covariates / count,
+        y: values / count,
+    };
+    let points: Vec<Weighted> = units.values().map(point).collect();
+    Line::through(&points).map_or(1.0, |line| line.p_value)
 }
 
 /// Corrects probabilities for the number of tests, so that any false one is as rare as a single test's would be.

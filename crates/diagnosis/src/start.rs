@@ -14,7 +14,7 @@ const ENOUGH: f64 = 0.5;
 const POOR: f64 = 1.2;
 const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
 
-/// The start (the bristle's deflection, or the shift of the first angle, rad) near the given ones from which the model
+/// The start (the torque that friction carries, N·m, or the shift of the first angle, rad) near the given ones from which the model
 /// comes closest to what was measured; `zero_rad` is the angle's zero.
 pub(crate) fn best_start(
     setting: &Setting<'_>,

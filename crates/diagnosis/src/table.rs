@@ -336,17 +336,29 @@ fn hysteresis() -> Candidate {
     let ratio = parameter("saturation_ratio", Map::OnePlusExp, straight, ((2e-3f64).ln(), straight), 0.1);
     let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 100f64.ln()), 0.1);
     let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.2f64.ln(), 8f64.ln()), 0.1);
-    let probe = |ratio: f64, exponent: f64, spacing: f64| Probe {
-        shape: vec![(ratio - 1.0).ln(), exponent.ln(), spacing.ln()],
+    let share = parameter("curve_share", Map::Plain, 1.0, (0.0, 1.0), 0.1);
+    // From next to a single spring to a hard edge; the slip torques follow the curve but in the last ones.
+    let shapes = [
+        (5.0, 1.3, 2.0, 1.0),
+        (2.0, 1.7, 2.5, 1.0),
+        (1.5, 2.0, 4.0, 1.0),
+        (1.3, 2.2, 2.5, 1.0),
+        (1.1, 5.0, 2.5, 1.0),
+        (2.0, 4.0, 1.0, 1.0),
+        (1.2, 10.0, 1.0, 0.0),
+        (1.3, 2.2, 2.5, 0.0),
+    ];
+    let probe = |(ratio, exponent, spacing, share): (f64, f64, f64, f64)| Probe {
+        shape: vec![(ratio - 1.0).ln(), exponent.ln(), spacing.ln(), share],
         columns: vec![(0, 1.0)],
         jump: true,
     };
     Candidate {
         id: "presliding-hysteresis",
-        parameters: vec![ratio, transition, spacing],
-        probes: vec![probe(1.2, 10.0, 1.0), probe(2.0, 4.0, 1.0), probe(1.1, 6.0, 2.0), probe(1.1, 6.0, 4.0)],
+        parameters: vec![ratio, transition, spacing, share],
+        probes: shapes.map(probe).to_vec(),
         free: vec![0, 1, 2],
-        optional: Vec::new(),
+        optional: vec![3],
         series: false,
     }
 }

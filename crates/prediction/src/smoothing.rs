@@ -27,8 +27,8 @@ const REST: f64 = 3.0;
 /// Samples on either side that show whether a stretch of `STILL_STRETCH` samples is a rest.
 const STILL_REACH: usize = 128;
 const STILL_STRETCH: usize = 64;
-/// The same of a single sample.
-const MOMENT_REACH: usize = 48;
+/// The same of a single sample: what the start of an angle's prediction rests on.
+pub const MOMENT_REACH: usize = 48;
 /// A rest's samples lie within two steps and so many deviations of the noise beyond quantisation; the means of its halves
 /// differ by no more than so many of their deviations.
 const STILL_NOISE: f64 = 8.0;

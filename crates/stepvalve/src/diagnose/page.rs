@@ -226,8 +226,7 @@ fn ranking(found: &Found) -> Section {
             );
         }
     }
-    let alone =
-        |id: &str| found.ranking.iter().find(|(other, _)| *other == id).map_or(0.0, |(_, gain)| *gain);
+    let alone = |id: &str| alone(found, id).unwrap_or(0.0);
     let (mut some, none): (Vec<&Judged>, Vec<&Judged>) =
         found.diagnosis.rejected.iter().partition(|judged| alone(&judged.id) > OF_NO_USE);
     some.sort_by(|a, b| alone(&b.id).total_cmp(&alone(&a.id)));
@@ -261,11 +260,12 @@ fn causes_table(rows: Vec<Vec<String>>) -> Section {
 }
 
 fn screened(found: &Found, id: &str) -> String {
-    found
-        .ranking
-        .iter()
-        .find(|(other, _)| *other == id)
-        .map_or_else(|| "–".to_owned(), |(_, gain)| format!("{:.3}", gain.max(0.0)))
+    alone(found, id).map_or_else(|| "–".to_owned(), |gain| format!("{:.3}", gain.max(0.0)))
+}
+
+/// By how much a cause alone would cut the error, in parts of the noise; `None` where it was not screened.
+fn alone(found: &Found, id: &str) -> Option<f64> {
+    found.ranking.iter().find(|(other, _)| *other == id).map(|(_, gain)| *gain)
 }
 
 fn parameters(found: &Found) -> Section {
