@@ -199,7 +199,7 @@ impl Judgement<'_> {
         let share = by_run.filter(|of| of.p_value < 0.01).map_or(0.0, |of| of.share);
         let of_others = within.map_or(0.0, |of| of.share);
         // Zeros explain nothing that a covariate within the runs explains better, nor the misfit of a large cause.
-        let explained = self.selection.rms_first.powi(2) - self.selection.rms.powi(2);
+        let explained = self.selection.explained();
         let of_a_cause = share * structure.rms.powi(2) < MISFIT * explained;
         if share < 0.05 || of_others > 0.8 * share || of_a_cause {
             return Ok(0.0);

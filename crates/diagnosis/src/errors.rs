@@ -5,6 +5,7 @@
 use crate::fit::Fitted;
 use crate::fit::sum;
 use crate::gram::{Gram, invert};
+use crate::loss::Loss;
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -15,12 +16,13 @@ pub(crate) struct Spread {
 }
 
 /// The spread of a fit's free numbers.
-pub(crate) fn spread(fitted: &Fitted) -> Option<Spread> {
-    let total = sum(&fitted.groups);
+pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
+    let groups = loss.weighted(&fitted.groups);
+    let total = sum(&groups);
     let columns: Vec<usize> = (0..total.matrix.nrows() - 1).collect();
     let (a, b) = total.part(&columns);
     let white = invert(a.clone())?;
-    let groups: Vec<&Gram> = fitted.groups.iter().filter(|group| group.count > 0.0).collect();
+    let groups: Vec<&Gram> = groups.iter().filter(|group| group.count > 0.0).collect();
     let count = groups.len() as f64;
     let mut clustered = DMatrix::zeros(columns.len(), columns.len());
     for group in &groups {

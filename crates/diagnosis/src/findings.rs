@@ -9,7 +9,8 @@ use crate::facts::Facts;
 use crate::fit::fit;
 use crate::hypothesis::{Free, Hypothesis, Member};
 use crate::linear::Point;
-use crate::measure::{Left, rms_left};
+use crate::loss::Loss;
+use crate::measure::{Left, rms_as_fitted, rms_left};
 use crate::next::next_experiment;
 use crate::observe::{runs_differ, speed_with_pressure};
 use crate::outcome::{
@@ -42,8 +43,6 @@ const ANOTHER: f64 = 0.15;
 const GENERAL: [&str; 5] =
     ["torque-offset", "torque-gain", "pressure-torque", "position-torque", "flow-torque"];
 const LITTLE: f64 = 0.05;
-/// An RMS on held-out runs that is this part of what it was, or more, is no better.
-const HARDLY: f64 = 0.95;
 
 pub(crate) fn conclude(
     judged: &Judgement<'_>,
@@ -51,6 +50,7 @@ pub(crate) fn conclude(
     unable: &[Untestable],
 ) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
+    let loss = Loss::of(&judged.setting);
     let mut undecided: Vec<&'static str> = selection.ambiguous.iter().map(|group| group.0).collect();
     let (_, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_after = structure(&judged.setting, &left_of_all);
@@ -58,9 +58,9 @@ pub(crate) fn conclude(
     let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
         && (on_held_out >= 1.0 && selection.rms_first < RMS_LEFT
             || !is_noise(&structure_after)
-                && (share_explained(selection) < least_share(selection)
+                && (selection.share_explained(loss) < least_share(selection)
                     || another_cause(selection, &structure_after)
-                    || on_held_out > HARDLY));
+                    || on_held_out > loss.hardly_less()));
     if doubtful {
         undecided =
             selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
@@ -153,12 +153,6 @@ fn observations(
     said
 }
 
-/// The part of what is beyond noise that the causes explain, on runs that they were not fitted on.
-fn share_explained(selection: &Selection) -> f64 {
-    let beyond = selection.rms_first.powi(2) - 1.0;
-    if beyond <= 0.0 { 1.0 } else { (selection.rms_first.powi(2) - selection.rms.powi(2)) / beyond }
-}
-
 fn least_share(selection: &Selection) -> f64 {
     if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
 }
@@ -166,7 +160,7 @@ fn least_share(selection: &Selection) -> f64 {
 /// What the causes leave of the RMS on runs that nothing was fitted or chosen on; 0 where there are none.
 fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
     let held_out = |piece: &Piece| piece.hold_out;
-    let rms = |left: &[Left]| rms_left(&judged.setting, left, &held_out);
+    let rms = |left: &[Left]| rms_as_fitted(&judged.setting, left, &held_out);
     let before = rms(&judged.before);
     if before > 0.0 { rms(left) / before } else { 0.0 }
 }
@@ -174,7 +168,7 @@ fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
 /// Whether much is left, and left in order: the causes then stand in for one that the list doesn't have.
 fn another_cause(selection: &Selection, structure: &Structure) -> bool {
     let left = structure.rms.powi(2) - 1.0;
-    let explained = selection.rms_first.powi(2) - selection.rms.powi(2);
+    let explained = selection.explained();
     let telling = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
     let share = telling.map(|of| of.share).fold(0.0, f64::max);
     let general = selection.fitted.point.hypothesis.members.iter();
@@ -233,7 +227,7 @@ fn causes(
     let any_held = judged.setting.campaign.pieces.iter().any(|piece| piece.hold_out);
     let wanted = |piece: &Piece| piece.hold_out || !any_held;
     let all = rms_left(&judged.setting, after, &wanted);
-    let spread = spread(kept);
+    let spread = spread(kept, Loss::of(&judged.setting));
     let free = hypothesis.free();
     let mut causes = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {

@@ -5,6 +5,7 @@ use crate::DiagnosisError;
 use crate::gram::{Gram, invert};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
+use crate::loss::Loss;
 use crate::piece::{Piece, Ready};
 use crate::start::{best_start, better_start};
 use crate::workers::map;
@@ -19,7 +20,9 @@ const ENOUGH: f64 = 2e-5;
 const OF_THE_REST: f64 = 1e-3;
 const OF_THE_REST_REFUSED: f64 = 1e-2;
 /// Where so much is left beyond noise, in parts of it, other starts are tried before a fit ends.
-const POOR: f64 = 0.2;
+pub(crate) const POOR: f64 = 0.2;
+/// There a step that was better is tried so many times as far.
+const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
 /// The damping after a refused step is at least this; less would change nothing.
 const LEAST_DAMPING: f64 = 0.1;
 
@@ -29,8 +32,8 @@ pub(crate) struct Fitted {
     pub point: Point,
     /// By group; the columns are what the hypothesis leaves free.
     pub groups: Vec<Gram>,
-    /// Sum of squares over what was fitted.
-    pub square: f64,
+    /// Over what was fitted.
+    pub loss: f64,
 }
 
 /// Fits on the pieces that `wanted` picks.
@@ -44,18 +47,18 @@ pub(crate) fn fit(
     let (mut at, mut here) = evaluate(setting, begin, wanted)?;
     let mut settled = false;
     for _ in 0..steps.min(STEPS) {
-        let total = sum(&here.groups);
+        let total = sum(&Loss::of(setting).weighted(&here.groups));
         let count = total.count.max(1.0);
-        let rest = (here.square - count).max(0.0);
+        let rest = (here.loss - count).max(0.0);
         let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
         let trial = moved(setting, &here.point, &at, &beta, wanted)?;
-        let (next, there) = evaluate(setting, trial, wanted)?;
-        let accepted = there.square < here.square;
-        let (gain, part) = if accepted {
-            (here.square - there.square, OF_THE_REST)
-        } else {
-            (predicted, OF_THE_REST_REFUSED)
-        };
+        let (mut next, mut there) = evaluate(setting, trial, wanted)?;
+        if rest > POOR * count && there.loss < here.loss {
+            (next, there) = farther(setting, (&here.point, &at, &beta), (next, there), wanted)?;
+        }
+        let accepted = there.loss < here.loss;
+        let (gain, part) =
+            if accepted { (here.loss - there.loss, OF_THE_REST) } else { (predicted, OF_THE_REST_REFUSED) };
         if accepted {
             (at, here) = (next, there);
             settled = false;
@@ -69,16 +72,36 @@ pub(crate) fn fit(
             damping = (damping * 30.0).max(LEAST_DAMPING);
         } else if little || !accepted {
             // What a linear step promises is no better than the starts that it is taken from.
-            let before = here.square;
+            let before = here.loss;
             let point = with_best_starts(setting, &here.point, wanted)?;
             (at, here) = evaluate(setting, point, wanted)?;
             settled = true;
-            if little && before - here.square < part * rest {
+            if little && before - here.loss < part * rest {
                 break;
             }
         }
     }
     Ok(here)
+}
+
+/// The same way again, twice as far each time, as long as that is better: over a rough floor a linear step is as long as its
+/// bumps.
+fn farther(
+    setting: &Setting<'_>,
+    (before, at, beta): (&Point, &[Option<PieceEquations>], &DVector<f64>),
+    reached: (Vec<Option<PieceEquations>>, Fitted),
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<(Vec<Option<PieceEquations>>, Fitted), DiagnosisError> {
+    let mut best = reached;
+    for times in FARTHER {
+        let trial = moved(setting, before, at, &(beta * times), wanted)?;
+        let there = evaluate(setting, trial, wanted)?;
+        if there.1.loss >= best.1.loss {
+            break;
+        }
+        best = there;
+    }
+    Ok(best)
 }
 
 fn evaluate(
@@ -89,8 +112,8 @@ fn evaluate(
     let columns = setting.own_columns(&point.hypothesis)?;
     let equations = setting.equations(&point, &columns, wanted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
-    let square = groups.iter().map(Gram::square).sum();
-    Ok((equations, Fitted { point, groups, square }))
+    let loss = Loss::of(setting).total(&groups);
+    Ok((equations, Fitted { point, groups, loss }))
 }
 
 pub(crate) fn sum(groups: &[Gram]) -> Gram {
@@ -130,6 +153,19 @@ fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<
         return Some((full, predicted.max(0.0)));
     }
     None
+}
+
+/// Another hypothesis, its pieces begun as at `point`; and its loss.
+pub(crate) fn loss_at(
+    setting: &Setting<'_>,
+    point: &Point,
+    hypothesis: Hypothesis,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<(Point, f64), DiagnosisError> {
+    let there = Point { hypothesis, starts: point.starts.clone() };
+    let equations = setting.equations(&there, &[], wanted)?;
+    let groups = by_group(setting.campaign, &equations, 0);
+    Ok((there, Loss::of(setting).total(&groups)))
 }
 
 /// The point that a step leads to; a piece whose start does better as it was keeps it.

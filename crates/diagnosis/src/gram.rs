@@ -43,6 +43,11 @@ impl Gram {
         self.count += other.count;
     }
 
+    /// All products, as if of so many samples for each.
+    pub fn times(&self, weight: f64) -> Self {
+        Self { matrix: weight * &self.matrix, count: self.count }
+    }
+
     /// Sum of squares of the residual as it is.
     pub fn square(&self) -> f64 {
         let last = self.matrix.nrows() - 1;
@@ -104,22 +109,32 @@ impl HeldOut {
     pub fn total(&self) -> f64 {
         self.squares.iter().sum()
     }
+
+    /// Square and count of each group.
+    pub fn each(&self, groups: &[Gram]) -> impl Iterator<Item = (f64, f64)> {
+        self.squares.iter().zip(groups).map(|(square, group)| (*square, group.count))
+    }
 }
 
-/// Fits on all folds but one and looks at that one, in turn. `fold_of` gives each group's fold.
-pub(crate) fn leave_out(groups: &[Gram], fold_of: &[usize], columns: &[usize]) -> Option<HeldOut> {
+/// Fits on all folds but one, groups as `fitted` has them, and looks at that one, in turn. `fold_of` gives each group's fold.
+pub(crate) fn leave_out(
+    fitted: &[Gram],
+    groups: &[Gram],
+    fold_of: &[usize],
+    columns: &[usize],
+) -> Option<HeldOut> {
     let width = groups.first()?.matrix.nrows() - 1;
     if columns.is_empty() {
         return Some(HeldOut { squares: groups.iter().map(Gram::square).collect() });
     }
     let mut all = Gram::zero(width);
-    groups.iter().for_each(|group| all.add(group));
+    fitted.iter().for_each(|group| all.add(group));
     let (a_all, b_all) = all.part(columns);
     let folds = fold_of.iter().copied().max().map_or(0, |most| most + 1);
     let mut squares = vec![0.0; groups.len()];
     for fold in 0..folds {
         let (mut a, mut b) = (a_all.clone(), b_all.clone());
-        for (group, _) in groups.iter().zip(fold_of).filter(|(_, of)| **of == fold) {
+        for (group, _) in fitted.iter().zip(fold_of).filter(|(_, of)| **of == fold) {
             let (own_a, own_b) = group.part(columns);
             a -= own_a;
             b -= own_b;

@@ -4,6 +4,7 @@ use crate::DiagnosisError;
 use crate::fit::{fit, with_best_starts};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{Point, Setting};
+use crate::loss::Loss;
 use crate::outcome::Gain;
 use crate::piece::Piece;
 use crate::workers::map;
@@ -107,6 +108,20 @@ fn rms_of(groups: &[(f64, f64)]) -> f64 {
 /// RMS over the pieces wanted.
 pub(crate) fn rms_left(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
     rms_of(&squares(setting, left, wanted))
+}
+
+/// What is left of the pieces wanted, as the fit counts it, in parts of the noise.
+pub(crate) fn rms_as_fitted(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
+    let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
+        let Some((square, count)) = groups.get_mut(piece.group) else { continue };
+        let samples = left.residual.iter().zip(&piece.weights).filter(|(_, weight)| **weight > 0.0);
+        for (value, weight) in samples {
+            *square += (value * weight).powi(2);
+            *count += 1.0;
+        }
+    }
+    Loss::of(setting).rms(groups.into_iter())
 }
 
 /// The gain on held-out runs.

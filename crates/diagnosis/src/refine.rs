@@ -4,7 +4,8 @@ use crate::DiagnosisError;
 use crate::gram::leave_out;
 use crate::hypothesis::Free;
 use crate::linear::{Point, Setting, by_group};
-use crate::rivals::{Tried, fitted_pieces, rms};
+use crate::loss::Loss;
+use crate::rivals::{Tried, fitted_pieces};
 use crate::screen::ORDER_FLOOR;
 use crate::select::Selection;
 
@@ -59,9 +60,11 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     }
     let equations = setting.equations(&point, &columns, fitted_pieces)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
+    let loss = Loss::of(setting);
+    let weighted = loss.weighted(&groups);
     let left = |columns: &[usize]| {
-        leave_out(&groups, &setting.campaign.fold_of, columns)
-            .map_or(f64::INFINITY, |held| rms(&held, &groups))
+        leave_out(&weighted, &groups, &setting.campaign.fold_of, columns)
+            .map_or(f64::INFINITY, |held| loss.rms(held.each(&groups)))
     };
     let mut reached = left(&taken);
     let mut wider = point.clone();

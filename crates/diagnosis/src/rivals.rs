@@ -5,6 +5,8 @@ use crate::candidate::Candidate;
 use crate::fit::{Fitted, fit};
 use crate::gram::{Gram, HeldOut, leave_out};
 use crate::linear::{Point, Setting};
+use crate::loss::Loss;
+use crate::pattern::search;
 use crate::piece::Piece;
 use crate::screen::Screened;
 use crate::select::Selection;
@@ -42,7 +44,8 @@ pub(crate) fn fitted_pieces(piece: &Piece) -> bool {
 pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
     let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
     let columns: Vec<usize> = (0..width).collect();
-    leave_out(groups, &setting.campaign.fold_of, &columns)
+    let weighted = Loss::of(setting).weighted(groups);
+    leave_out(&weighted, groups, &setting.campaign.fold_of, &columns)
         .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })
 }
 
@@ -59,14 +62,9 @@ impl Tried {
     pub fn from(setting: &Setting<'_>, begin: Point, steps: usize) -> Result<Self, DiagnosisError> {
         let fitted = fit(setting, begin, &fitted_pieces, steps)?;
         let held_out = judge(setting, &fitted.groups);
-        let rms = rms(&held_out, &fitted.groups);
+        let rms = Loss::of(setting).rms(held_out.each(&fitted.groups));
         Ok(Self { fitted, held_out, rms })
     }
-}
-
-pub(crate) fn rms(held_out: &HeldOut, groups: &[Gram]) -> f64 {
-    let count: f64 = groups.iter().map(|group| group.count).sum();
-    (held_out.total() / count.max(1.0)).sqrt()
 }
 
 /// Fits the best of the screening.
@@ -78,7 +76,7 @@ pub(crate) fn fit_rivals(
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
     let mut rivals = Vec::new();
-    if most < PROMISING * state.least_cut() {
+    if most < PROMISING * state.least_cut(Loss::of(setting)) {
         return Ok(rivals);
     }
     let torque = setting.campaign.facts.is_torque();
@@ -111,9 +109,12 @@ pub(crate) fn fit_rival(
         ..state.fitted.point.clone()
     };
     let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
-    let pays = state.rms - tried.rms > PROMISING * state.least_cut();
+    let pays = state.rms - tried.rms > PROMISING * state.least_cut(Loss::of(setting));
     if pays && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
+        if let Some(better) = search(setting, &tried.fitted, &fitted_pieces)? {
+            tried = Tried::from(setting, better, STEPS)?;
+        }
     }
     let Tried { fitted, held_out, rms } = tried;
     Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })

@@ -4,11 +4,12 @@ use crate::DiagnosisError;
 use crate::campaign::Campaign;
 use crate::candidate::{Candidate, Probe};
 use crate::fit::{Fitted, sum};
-use crate::gram::{Gram, leave_out, solve};
+use crate::gram::{Gram, HeldOut, leave_out, solve};
 use crate::hypothesis::Member;
 use crate::linear::{Column, Point, Setting, by_group};
+use crate::loss::Loss;
 use crate::piece::Piece;
-use crate::rivals::{fitted_pieces, rms};
+use crate::rivals::fitted_pieces;
 use nalgebra::DVector;
 
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
@@ -62,15 +63,14 @@ pub(crate) fn screen(
     }
     let equations = setting.equations(point, &columns, looked_at(setting.campaign))?;
     let groups = by_group(setting.campaign, &equations, columns.len());
-    let folds = &setting.campaign.fold_of;
-    let base = leave_out(&groups, folds, &own).map_or(f64::INFINITY, |held| rms(&held, &groups));
+    let tally = Tally::new(setting, groups, own);
     let mut found = Vec::new();
     for (index, candidate) in candidates.iter().enumerate() {
         let probes: Vec<_> = places.iter().filter(|place| place.candidate == index).collect();
         let screened = if candidate.series {
-            screen_series(candidate, &probes, &groups, folds, &own, base)
+            screen_series(candidate, &probes, &tally)
         } else {
-            screen_plain(candidate, &probes, &groups, folds, &own, base)
+            screen_plain(candidate, &probes, &tally)
         };
         found.extend(screened.map(|(gain, member)| Screened { candidate: index, gain, member }));
     }
@@ -119,6 +119,44 @@ fn probe_column(
     Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
 }
 
+/// The equations of all columns, and how they are summed up.
+struct Tally<'a> {
+    loss: Loss,
+    groups: Vec<Gram>,
+    /// As a fit takes the groups.
+    weighted: Vec<Gram>,
+    /// All of those together.
+    total: Gram,
+    folds: &'a [usize],
+    /// The columns of what is in already.
+    own: Vec<usize>,
+    /// RMS with those alone, in parts of the noise.
+    base: f64,
+}
+
+impl<'a> Tally<'a> {
+    fn new(setting: &Setting<'a>, groups: Vec<Gram>, own: Vec<usize>) -> Self {
+        let loss = Loss::of(setting);
+        let weighted = loss.weighted(&groups);
+        let (total, folds) = (sum(&weighted), &setting.campaign.fold_of);
+        let mut tally = Self { loss, groups, weighted, total, folds, own, base: f64::INFINITY };
+        tally.base = tally.left(&tally.own).unwrap_or(f64::INFINITY);
+        tally
+    }
+
+    /// RMS on what these columns were not fitted on, in parts of the noise.
+    fn left(&self, columns: &[usize]) -> Option<f64> {
+        leave_out(&self.weighted, &self.groups, self.folds, columns)
+            .map(|held| self.loss.rms(held.each(&self.groups)))
+    }
+
+    /// RMS once the columns change by `beta`, in parts of the noise.
+    fn after(&self, columns: &[usize], beta: &DVector<f64>) -> f64 {
+        let squares = self.groups.iter().map(|group| group.square_after(columns, beta)).collect();
+        self.loss.rms(HeldOut { squares }.each(&self.groups))
+    }
+}
+
 /// Where the columns of a candidate's probe are, and over how many of its steps they are taken.
 struct Place {
     candidate: usize,
@@ -127,26 +165,19 @@ struct Place {
     columns: Vec<usize>,
 }
 
-fn screen_plain(
-    candidate: &Candidate,
-    places: &[&Place],
-    groups: &[Gram],
-    folds: &[usize],
-    own: &[usize],
-    base: f64,
-) -> Option<(f64, Member)> {
-    if let Some(begun) = best_jump(candidate, places, groups, base) {
+fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
+    if let Some(begun) = best_jump(candidate, places, tally) {
         return Some(begun);
     }
     let mut best: Option<(f64, Member)> = None;
     for place in places {
         let Some(probe) = candidate.probes.get(place.probe) else { continue };
-        let columns: Vec<usize> = own.iter().chain(&place.columns).copied().collect();
-        let Some(held) = leave_out(groups, folds, &columns) else { continue };
-        let Some((beta, _)) = solve(&sum(groups), &columns) else { continue };
+        let columns: Vec<usize> = tally.own.iter().chain(&place.columns).copied().collect();
+        let Some(left) = tally.left(&columns) else { continue };
+        let Some((beta, _)) = solve(&tally.total, &columns) else { continue };
         let mut numbers = probe.shape.clone();
         let mut allowed = true;
-        for ((parameter, step), beta) in probe.columns.iter().zip(beta.iter().skip(own.len())) {
+        for ((parameter, step), beta) in probe.columns.iter().zip(beta.iter().skip(tally.own.len())) {
             let (Some(number), Some(of)) =
                 (numbers.get_mut(*parameter), candidate.parameters.get(*parameter))
             else {
@@ -162,7 +193,7 @@ fn screen_plain(
                 *number = wanted.clamp(of.lower, of.upper);
             }
         }
-        let gain = if allowed { base - rms(&held, groups) } else { -1.0 };
+        let gain = if allowed { tally.base - left } else { -1.0 };
         if best.as_ref().is_none_or(|(most, _)| gain > *most) {
             best =
                 Some((gain, Member { candidate: candidate.clone(), numbers, free: candidate.free.clone() }));
@@ -172,15 +203,14 @@ fn screen_plain(
 }
 
 /// The shape that by itself leaves least, if any leaves less than none: nothing is linearised there.
-fn best_jump(candidate: &Candidate, places: &[&Place], groups: &[Gram], base: f64) -> Option<(f64, Member)> {
+fn best_jump(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
     let whole = DVector::from_element(1, 1.0);
-    let total = sum(groups);
     let mut best: Option<(f64, &Probe)> = None;
     for place in places {
         let Some(probe) = candidate.probes.get(place.probe).filter(|probe| probe.jump) else { continue };
-        let left = (total.square_after(&place.columns, &whole) / total.count.max(1.0)).sqrt();
-        if best.is_none_or(|(gain, _)| base - left > gain) {
-            best = Some((base - left, probe));
+        let gain = tally.base - tally.after(&place.columns, &whole);
+        if best.is_none_or(|(most, _)| gain > most) {
+            best = Some((gain, probe));
         }
     }
     let (gain, probe) = best.filter(|(gain, _)| *gain > 0.0)?;
@@ -195,23 +225,15 @@ fn at_most(wanted: f64, lower: f64, upper: f64, step: f64) -> bool {
 }
 
 /// Harmonics one after the other, each where it pays.
-fn screen_series(
-    candidate: &Candidate,
-    places: &[&Place],
-    groups: &[Gram],
-    folds: &[usize],
-    own: &[usize],
-    base: f64,
-) -> Option<(f64, Member)> {
-    let mut columns = own.to_vec();
-    let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), base);
+fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
+    let mut columns = tally.own.clone();
+    let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), tally.base);
     let mut first_cut = 0.0;
     loop {
         let mut best: Option<(f64, &Place)> = None;
         for place in places.iter().filter(|place| !taken.iter().any(|taken| taken.probe == place.probe)) {
             let wider: Vec<usize> = columns.iter().chain(&place.columns).copied().collect();
-            let Some(held) = leave_out(groups, folds, &wider) else { continue };
-            let left = rms(&held, groups);
+            let Some(left) = tally.left(&wider) else { continue };
             if best.is_none_or(|(least, _)| left < least) {
                 best = Some((left, place));
             }
@@ -229,10 +251,10 @@ fn screen_series(
             break;
         }
     }
-    let (beta, _) = solve(&sum(groups), &columns)?;
+    let (beta, _) = solve(&tally.total, &columns)?;
     let mut numbers = candidate.neutral();
     let mut free: Vec<usize> = Vec::new();
-    let betas: Vec<f64> = beta.iter().skip(own.len()).copied().collect();
+    let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
     for (place, pair) in taken.iter().zip(betas.chunks(2)) {
         for (offset, value) in pair.iter().enumerate() {
             free.push(2 * place.probe + offset);
@@ -242,5 +264,5 @@ fn screen_series(
         }
     }
     free.sort_unstable();
-    Some((base - reached, Member { candidate: candidate.clone(), numbers, free }))
+    Some((tally.base - reached, Member { candidate: candidate.clone(), numbers, free }))
 }

@@ -7,11 +7,10 @@ use crate::fit::Fitted;
 use crate::gram::HeldOut;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
+use crate::loss::Loss;
 use crate::measure::left;
 use crate::refine::refine;
-use crate::rivals::{
-    NEARLY, Rival, Tried, angle_between, as_good, fit_rival, fit_rivals, judge, numbers, rms,
-};
+use crate::rivals::{NEARLY, Rival, Tried, angle_between, as_good, fit_rival, fit_rivals, judge, numbers};
 use crate::screen::{Screened, screen};
 use crate::simplify::simplify;
 use crate::table::is_confounded;
@@ -24,8 +23,6 @@ pub(crate) const FLOOR: f64 = 0.01;
 const SHARE: f64 = 0.02;
 /// Causes whose form leaves nothing open: nothing that they leave is a misfit of theirs.
 const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
-/// ... and by so much of what is left beyond noise: less is picked from what another cause leaves.
-const OF_THE_REST: f64 = 0.25;
 /// A twin that these data can't tell apart is reported beside a cause where it explains this part of what that one does.
 const SIMILAR: f64 = 0.3;
 /// ... and it is fitted for that where its linearised gain is this part of the best.
@@ -51,6 +48,8 @@ pub(crate) struct Selection {
     pub held_out: HeldOut,
     pub rms_first: f64,
     pub rms: f64,
+    /// What was held out at first.
+    pub held_out_first: HeldOut,
     /// What causes of an open form explain, as a mean square in parts of the noise's.
     pub explained_by_form: f64,
     pub rounds: Vec<Round>,
@@ -69,10 +68,24 @@ impl Selection {
         (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
     }
 
+    /// What the causes explain on what they were not fitted on, as a mean square in parts of the noise's.
+    pub fn explained(&self) -> f64 {
+        let count: f64 = self.fitted.groups.iter().map(|group| group.count).sum();
+        (self.held_out_first.total() - self.held_out.total()) / count.max(1.0)
+    }
+
+    /// The part of what is beyond noise that the causes explain on what they were not fitted on.
+    pub fn share_explained(&self, loss: Loss) -> f64 {
+        let groups = &self.fitted.groups;
+        let first = self.held_out_first.each(groups);
+        let pairs = first.zip(&self.held_out.squares).map(|((first, count), now)| (first, *now, count));
+        loss.share_explained(pairs)
+    }
+
     /// By how much a cause must cut the held-out RMS, in parts of the noise.
-    pub fn least_cut(&self) -> f64 {
+    pub fn least_cut(&self, loss: Loss) -> f64 {
         let square = self.rms.powi(2);
-        let least = (SHARE * self.explained_by_form).max(OF_THE_REST * (square - 1.0));
+        let least = (SHARE * self.explained_by_form).max(loss.least_part() * (square - 1.0));
         FLOOR.max(self.rms - (square - least).max(0.0).sqrt())
     }
 }
@@ -89,9 +102,11 @@ pub(crate) fn select(
     tell: &mut Tell<'_>,
 ) -> Result<Selection, DiagnosisError> {
     let held_out = judge(setting, &begin.groups);
-    let rms_first = rms(&held_out, &begin.groups);
+    let loss = Loss::of(setting);
+    let rms_first = loss.rms(held_out.each(&begin.groups));
     let mut state = Selection {
         fitted: begin,
+        held_out_first: held_out.clone(),
         held_out,
         rms_first,
         rms: rms_first,
@@ -188,7 +203,7 @@ fn next_cause(
         let order = |rival: &Rival| (numbers(rival), is_confounded(name(rival), facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let paying = chosen.filter(|rival| state.rms - rival.rms >= state.least_cut()).cloned();
+    let paying = chosen.filter(|rival| state.rms - rival.rms >= state.least_cut(Loss::of(setting))).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);
         return Ok(false);

@@ -11,7 +11,7 @@ const HALVINGS: usize = 4;
 const ENOUGH: f64 = 0.5;
 /// Where a piece is left with more than this many times its noise's mean square, other starts are tried first, so many
 /// deviations of a sample's angle away: a rotor that rests at the edge of breaking away slips or holds by less than that.
-const POOR: f64 = 1.2;
+const UNSETTLED: f64 = 1.2;
 const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
 
 /// The start (the torque that friction carries, N·m, or the shift of the first angle, rad) near the given ones from which the model
@@ -28,7 +28,7 @@ pub(crate) fn best_start(
     let left = |start: f64| left_from(setting, piece, ready, start, zero_rad);
     let [one, two] = [first, fitted].map(|start| (start, left(start)));
     let mut best = if square(&one.1) < square(&two.1) { one } else { two };
-    if setting.campaign.channel == Channel::Angle && square(&best.1) > POOR * piece.len() as f64 {
+    if setting.campaign.channel == Channel::Angle && square(&best.1) > UNSETTLED * piece.len() as f64 {
         for other in OTHERS.map(|part| part * piece.noise.deviation_rad) {
             let there = left(other);
             if square(&there) < square(&best.1) {

@@ -233,7 +233,7 @@ fn ranking(found: &Found) -> Section {
     for judged in some {
         row(&judged.id, "not it", "alone it would explain some".to_owned(), judged.reason.clone());
     }
-    let mut section = causes_table(rows);
+    let mut section = causes_table(rows, found.channel);
     if !none.is_empty() {
         let names: Vec<&str> = none.iter().map(|judged| judged.id.as_str()).collect();
         section = section.with(Block::Text(format!(
@@ -244,18 +244,23 @@ fn ranking(found: &Found) -> Section {
     section
 }
 
-fn causes_table(rows: Vec<Vec<String>>) -> Section {
+fn causes_table(rows: Vec<Vec<String>>, channel: Channel) -> Section {
     let section = Section::new("Causes, and what speaks for and against each");
     if rows.is_empty() {
         return section;
     }
     let header = ["cause", "judgement", "alone would cut the error by, in noises", "for it", "against it"];
+    let mut number = "The number is a first estimate, in parts of the measurement's noise, on runs that were kept aside in turn; \
+                      what speaks for and against comes from fits through the model."
+        .to_owned();
+    if channel == Channel::Angle {
+        number.push_str(
+            " A run that is far off counts by the logarithm of its error in these numbers: a rotor that slips a moment earlier \
+             or later than the model's must not drown the others.",
+        );
+    }
     section
-        .with(Block::Text(
-            "The number is a first estimate, in parts of the measurement's noise, on runs that were kept aside in turn; what \
-             speaks for and against comes from fits through the model."
-                .to_owned(),
-        ))
+        .with(Block::Text(number))
         .with(Block::Table(Table { header: header.map(str::to_owned).to_vec(), rows }))
 }
 
