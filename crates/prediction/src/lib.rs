@@ -18,7 +18,7 @@ pub use angle::encoder_angle_after;
 pub use delay::delay;
 pub use error::PredictionError;
 pub use noise::Noise;
-pub use smoothing::{MOMENT_REACH, Smoother, motion_at};
+pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
 
 use log_data::{Channel, Run};
 use valve_model::Model;

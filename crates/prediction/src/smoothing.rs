@@ -113,6 +113,18 @@ impl<'a> Smoother<'a> {
         self.motions.get(index - first).copied().unwrap_or(unknown)
     }
 
+    /// The motion at sample `index` with a sharper speed, but at the ends of the run and of a block.
+    pub fn sharp_motion(&mut self, index: usize) -> Motion {
+        let motion = self.motion(index);
+        let place = index - self.first;
+        let beside = |place: Option<usize>| place.and_then(|place| self.motions.get(place));
+        let at = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
+        match (beside(place.checked_sub(1)), beside(Some(place + 1))) {
+            (Some(before), Some(after)) => sharper(before, &motion, after, at(index + 1) - at(index - 1)),
+            _ => motion,
+        }
+    }
+
     fn smooth(&mut self, first: usize) {
         let last = (first + BLOCK).min(self.time_s.len());
         let range = first.saturating_sub(MARGIN)..(last + MARGIN).min(self.time_s.len());
@@ -308,6 +320,13 @@ fn usual_step_s(time_s: &[f64]) -> f64 {
         times.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before)).collect();
     let middle = steps.len() / 2;
     if steps.is_empty() { 1.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// The motion with what its speed, a difference over the two samples beside it, `length_s` apart, lacks of the third
+/// derivative; their accelerations tell that.
+pub fn sharper(before: &Motion, at: &Motion, after: &Motion, length_s: f64) -> Motion {
+    let rise = after.acceleration_rad_per_s2 - before.acceleration_rad_per_s2;
+    Motion { speed_rad_per_s: at.speed_rad_per_s - rise * length_s / 24.0, ..*at }
 }
 
 /// Speed and acceleration from three samples; one-sided at the ends.

@@ -73,7 +73,11 @@ struct Path<'a> {
 impl Path<'_> {
     /// Moves the contact from the sample before `index`, whose motion is `start`, to it; the motion and the torque there.
     fn step(&mut self, state: &mut MotionState, start: &Motion, index: usize) -> (Motion, f64) {
-        let end = self.smoother.motion(index);
+        let end = if self.params.is_behind_a_spring() {
+            self.smoother.sharp_motion(index)
+        } else {
+            self.smoother.motion(index)
+        };
         let at = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
         let dt_s = if index == 0 { MOMENT_S } else { at(index) - at(index - 1) };
         let (pressure_drop_pa, oil_temperature_c) = self.conditions.before(index);

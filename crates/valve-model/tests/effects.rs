@@ -6,18 +6,9 @@ mod common;
 use common::*;
 use valve_model::*;
 
-fn effect(id: &str, parameters: &[(&str, f64)]) -> Effect {
-    let parts: Vec<_> = parameters.iter().map(|(key, value)| (*key, EffectValue::Number(*value))).collect();
-    Effect::from_parts(id, &parts).unwrap()
-}
-
 fn series(id: &str, cos: &[f64], sin: &[f64]) -> Effect {
     let list = |values: &[f64]| EffectValue::List(values.to_vec());
     Effect::from_parts(id, &[("cos", list(cos)), ("sin", list(sin))]).unwrap()
-}
-
-fn with(effects: Vec<Effect>) -> Model {
-    Model { effects, ..model(FrictionParams::LuGre(soft())) }
 }
 
 /// Everything that a run of the motor-driven valve shows: rests, reversals, pressure and a warm oil.
@@ -304,59 +295,6 @@ fn friction_lag_delays_the_curve_alone() {
     };
     let lost = torque(&params(0.0)) - torque(&params(0.02));
     assert!((lost - 0.1 * 20.0 * 0.02).abs() < 1e-4, "{lost} N·m");
-}
-
-#[test]
-fn a_spring_between_rotor_and_spool_is_softer_presliding() {
-    let stiffness = |effects: Vec<Effect>| {
-        let params = MotionParams::new(&with(effects)).unwrap();
-        let motion = |k: i32| Motion {
-            angle_rad: f64::from(k) * 1e-7,
-            speed_rad_per_s: 1e-4,
-            acceleration_rad_per_s2: 0.0,
-        };
-        let mut state = params.at_start(&Motion { speed_rad_per_s: 0.0, ..motion(0) });
-        let mut torque = 0.0;
-        for k in 0..2000 {
-            let input = MotionInput {
-                start: motion(k),
-                end: motion(k + 1),
-                pressure_drop_pa: 0.0,
-                oil_temperature_c: 40.0,
-            };
-            torque = motion_step(&params, &mut state, &input, 1e-3).load_torque_nm;
-        }
-        torque / 2e-4
-    };
-    let rigid = stiffness(Vec::new());
-    let soft = stiffness(vec![effect("coupling-compliance", &[("stiffness_nm_per_rad", 2000.0)])]);
-    assert!((1.0 / soft - 1.0 / rigid - 1.0 / 2000.0).abs() < 2e-5, "{rigid}, {soft} N·m/rad");
-}
-
-#[test]
-fn a_spring_between_rotor_and_spool_swings_at_its_own_frequency() {
-    // Without friction to speed of: reduced inertia 0.8e-4 on 2000 N·m/rad, far above the motor's 300.
-    let friction = FrictionParams::Dahl(DahlParams { coulomb_torque_nm: 1e-6, ..dahl(1.0) });
-    let spring = effect("coupling-compliance", &[("stiffness_nm_per_rad", 2000.0)]);
-    let valve = ValveParams::new(&Model { effects: vec![spring], ..model(friction) }).unwrap();
-    let mut state = ValveState::at_rest(0.0);
-    state.angle_rad = 1e-3;
-    let mut crossings = Vec::new();
-    let mut before = 0.0;
-    for k in 0..4000 {
-        step(&valve, &mut state, &input(0.0, 0.0), 2e-5);
-        let twist = state.angle_rad - state.rotor_angle_rad;
-        if before < 0.0 && twist >= 0.0 {
-            crossings.push(2e-5 * (f64::from(k) + before / (before - twist)));
-        }
-        before = twist;
-    }
-    let hertz = (crossings.len() - 1) as f64 / (crossings[crossings.len() - 1] - crossings[0]);
-    // The higher root of the two-mass system.
-    let (k, c, jr, jl) = (2000.0, 300.0, 4e-4, 1e-4);
-    let (sum, product) = ((k + c) / jr + k / jl, k * c / (jr * jl));
-    let expected = ((sum + f64::sqrt(sum * sum - 4.0 * product)) / 2.0).sqrt() / std::f64::consts::TAU;
-    assert!((hertz / expected - 1.0).abs() < 2e-3, "{hertz} Hz, not {expected}");
 }
 
 #[test]

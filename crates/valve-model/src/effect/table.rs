@@ -279,16 +279,26 @@ pub const EFFECTS: &[EffectSpec] = &[
     },
     EffectSpec {
         id: "coupling-compliance",
-        formula: "a spring between encoder (on the motor's side) and spool",
-        keys: "`stiffness_nm_per_rad`",
-        parameters: &[number(
-            "stiffness_nm_per_rad",
-            "N*m/rad",
-            (1.0, 1e12),
-            1e12,
-            "a number, 1 to 1e12",
-            "large: rigid",
-        )],
+        formula: "a spring between encoder (on the motor's side) and spool, and a damper beside it",
+        keys: "`stiffness_nm_per_rad`, `damping_nm_s_per_rad`",
+        parameters: &[
+            number(
+                "stiffness_nm_per_rad",
+                "N*m/rad",
+                (1.0, 1e12),
+                1e12,
+                "a number, 1 to 1e12",
+                "large: rigid",
+            ),
+            number(
+                "damping_nm_s_per_rad",
+                "N*m*s/rad",
+                (0.0, 1e6),
+                0.0,
+                "a number, 0 to 1e6",
+                "of the spring; 0: a spool whose friction falls with speed may squeal",
+            ),
+        ],
     },
     EffectSpec {
         id: "detent-torque",

@@ -79,9 +79,6 @@ fn drive_one_way<L: Law>(law: &L, sweep: &Sweep, levels: &Levels, state: &mut Fr
     let (mut time_s, mut next_s) = (0.0, sweep.dt_s);
     for _ in 0..ATTEMPTS {
         let left_s = sweep.dt_s - time_s;
-        if left_s <= 0.0 {
-            return;
-        }
         let step_s = next_s.min(most_s(law, sweep, time_s)).min(left_s);
         let piece = sweep.part(time_s, time_s + step_s);
         let (z, error) = attempt(law, &piece, state.z, levels, &state.memory);
@@ -89,19 +86,20 @@ fn drive_one_way<L: Law>(law: &L, sweep: &Sweep, levels: &Levels, state: &mut Fr
             state.z = z;
             let end = Point { speed: piece.end, curve_speed: piece.curve_end, z, direction: sign(piece.end) };
             law.remember(end, levels, &mut state.memory);
-            time_s = if step_s == left_s { sweep.dt_s } else { time_s + step_s };
+            if step_s == left_s {
+                return;
+            }
+            time_s += step_s;
         }
         let change = (0.85 / error.max(1e-6).cbrt()).clamp(0.1, 4.0);
         next_s = if error.is_nan() { 0.1 * step_s } else { step_s * change };
     }
-    if time_s < sweep.dt_s {
-        let rest = sweep.part(time_s, sweep.dt_s);
-        let curve_speed = 0.5 * (rest.curve_start + rest.curve_end);
-        let speed = 0.5 * (rest.start + rest.end);
-        let at = Point { speed, curve_speed, z: state.z, direction: sign(speed) };
-        state.z = law.frozen(at, rest.dt_s, levels, &state.memory);
-        law.remember(Point { z: state.z, ..at }, levels, &mut state.memory);
-    }
+    let rest = sweep.part(time_s, sweep.dt_s);
+    let curve_speed = 0.5 * (rest.curve_start + rest.curve_end);
+    let speed = 0.5 * (rest.start + rest.end);
+    let at = Point { speed, curve_speed, z: state.z, direction: sign(speed) };
+    state.z = law.frozen(at, rest.dt_s, levels, &state.memory);
+    law.remember(Point { z: state.z, ..at }, levels, &mut state.memory);
 }
 
 /// The longest sub-step from `time_s` on that the error estimate is asked about: it sees both ends alone, so the speed

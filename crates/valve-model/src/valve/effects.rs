@@ -39,9 +39,28 @@ pub(crate) struct Effects {
     pressure_torque_nm_per_mpa: f64,
     position: Option<Series>,
     pub per_lag_s: f64,
-    pub coupling_nm_per_rad: f64,
+    pub coupling: Coupling,
     pub detent: Option<Series>,
     pub microstep: Option<Series>,
+}
+
+/// The spring between rotor and spool, and the damper beside it; no stiffness: none.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Coupling {
+    pub stiffness_nm_per_rad: f64,
+    pub damping_nm_s_per_rad: f64,
+}
+
+impl Coupling {
+    pub fn is_there(&self) -> bool {
+        self.stiffness_nm_per_rad > 0.0
+    }
+
+    /// The torque that it carries from the rotor to the spool, by how far and how fast the one turns ahead of the other.
+    #[inline]
+    pub fn torque_nm(&self, ahead_rad: f64, ahead_rad_per_s: f64) -> f64 {
+        self.stiffness_nm_per_rad * ahead_rad + self.damping_nm_s_per_rad * ahead_rad_per_s
+    }
 }
 
 /// Other torques on the spool: against the motor, N·m, and their derivative by the angle.
@@ -123,7 +142,12 @@ impl Effects {
             "flow-torque" => self.flow = series(),
             "pressure-torque" => self.pressure_torque_nm_per_mpa = effect.number("gain"),
             "position-torque" => self.position = series(),
-            "coupling-compliance" => self.coupling_nm_per_rad = effect.number("stiffness_nm_per_rad"),
+            "coupling-compliance" => {
+                self.coupling = Coupling {
+                    stiffness_nm_per_rad: effect.number("stiffness_nm_per_rad"),
+                    damping_nm_s_per_rad: effect.number("damping_nm_s_per_rad"),
+                };
+            }
             "detent-torque" => self.detent = series(),
             "microstep-error" => self.microstep = series(),
             // The others are folded into the model's numbers, or belong to the measurement.
@@ -138,7 +162,7 @@ impl Effects {
             || self.flow.is_some()
             || self.position.is_some()
             || self.per_lag_s > 0.0
-            || self.coupling_nm_per_rad > 0.0
+            || self.coupling.is_there()
             || self.detent.is_some()
             || self.microstep.is_some()
     }

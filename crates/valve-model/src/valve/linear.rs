@@ -1,6 +1,7 @@
 //! The linear systems of an implicit step: (s·I − J)·x = r with the Jacobian J of the shaft's equations, eliminated by
 //! hand down to the spool's speed.
 
+use super::effects::Coupling;
 use super::shaft::{MotorTorque, Shaft, ShaftState};
 use crate::friction::{Law, Memory};
 
@@ -26,7 +27,9 @@ struct Extra {
     speed_by_curve_speed: f64,
     z_by_curve_speed: f64,
     speed_by_rotor_angle: f64,
+    speed_by_rotor_speed: f64,
     rotor_by_angle: f64,
+    rotor_by_speed: f64,
     rotor_by_rotor_angle: f64,
     rotor_by_rotor_speed: f64,
 }
@@ -39,8 +42,8 @@ impl<const FULL: bool> Jacobian<FULL> {
         time_s: f64,
         memory: &Memory,
     ) -> Self {
-        if let Some(stiffness) = shaft.coupling() {
-            return Self::compliant(shaft, state, time_s, memory, stiffness);
+        if let Some(coupling) = shaft.coupling() {
+            return Self::compliant(shaft, state, time_s, memory, coupling);
         }
         let (friction, level_per_rad) = shaft.linearised(state, memory);
         let (other_nm, other_by_angle) = shaft.other(state.angle);
@@ -78,8 +81,9 @@ impl<const FULL: bool> Jacobian<FULL> {
         state: &ShaftState<FULL>,
         time_s: f64,
         memory: &Memory,
-        stiffness: f64,
+        coupling: Coupling,
     ) -> Self {
+        let Coupling { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping } = coupling;
         let (friction, level_per_rad) = shaft.linearised(state, memory);
         let (_, other_by_angle) = shaft.other(state.angle);
         let motor = shaft.motor(state.rotor_angle, time_s);
@@ -91,16 +95,18 @@ impl<const FULL: bool> Jacobian<FULL> {
             motor,
             by_time: ShaftState { rotor_speed: motor.by_time * per_rotor, ..ShaftState::default() },
             speed_by_angle: -(stiffness + load_by_angle) * per_load,
-            speed_by_speed: -friction.torque_by_speed * per_load,
+            speed_by_speed: -(damping + friction.torque_by_speed) * per_load,
             speed_by_z: -friction.torque_by_z * per_load,
             z_by_angle: friction.rate_by_level * level_per_rad,
             z_by_speed: friction.rate_by_speed,
             z_by_z: friction.rate_by_z,
             extra: Extra {
                 speed_by_rotor_angle: stiffness * per_load,
+                speed_by_rotor_speed: damping * per_load,
                 rotor_by_angle: stiffness * per_rotor,
+                rotor_by_speed: damping * per_rotor,
                 rotor_by_rotor_angle: (motor.by_angle - stiffness) * per_rotor,
-                rotor_by_rotor_speed: -params.damping_nm_s_per_rad * per_rotor,
+                rotor_by_rotor_speed: -(damping + params.damping_nm_s_per_rad) * per_rotor,
                 ..Extra::default()
             },
         };
@@ -136,6 +142,7 @@ pub(super) struct Solver<const FULL: bool> {
     extra: Extra,
     per_lag_pivot: f64,
     per_rotor_pivot: f64,
+    speed_by_rotor: f64,
 }
 
 impl<const FULL: bool> Solver<FULL> {
@@ -147,7 +154,7 @@ impl<const FULL: bool> Solver<FULL> {
         let extra = jacobian.extra;
         let (mut speed_by_angle, mut speed_by_speed) = (jacobian.speed_by_angle, jacobian.speed_by_speed);
         let mut z_by_speed = jacobian.z_by_speed;
-        let (mut per_lag_pivot, mut per_rotor_pivot) = (0.0, 0.0);
+        let (mut per_lag_pivot, mut per_rotor_pivot, mut speed_by_rotor) = (0.0, 0.0, 0.0);
         if FULL {
             per_lag_pivot = 1.0 / (shift + extra.per_lag_s);
             let lag = extra.per_lag_s * per_lag_pivot;
@@ -155,7 +162,10 @@ impl<const FULL: bool> Solver<FULL> {
             z_by_speed += extra.z_by_curve_speed * lag;
             let rotor_pivot = shift - extra.rotor_by_rotor_speed - extra.rotor_by_rotor_angle * per_shift;
             per_rotor_pivot = 1.0 / rotor_pivot;
-            speed_by_angle += extra.speed_by_rotor_angle * extra.rotor_by_angle * per_rotor_pivot * per_shift;
+            // The spool's speed by the rotor's, which turns the rotor on too.
+            speed_by_rotor = extra.speed_by_rotor_speed + extra.speed_by_rotor_angle * per_shift;
+            speed_by_angle += speed_by_rotor * extra.rotor_by_angle * per_rotor_pivot;
+            speed_by_speed += speed_by_rotor * extra.rotor_by_speed * per_rotor_pivot;
         }
         let pivot = shift
             - speed_by_speed
@@ -173,6 +183,7 @@ impl<const FULL: bool> Solver<FULL> {
             extra,
             per_lag_pivot,
             per_rotor_pivot,
+            speed_by_rotor,
         })
     }
 
@@ -186,13 +197,16 @@ impl<const FULL: bool> Solver<FULL> {
         // What curve speed and rotor would be if the spool stood still; their dependence on it is in the pivots.
         let curve_speed = right.curve_speed * self.per_lag_pivot;
         let rotor_right = right.rotor_speed + extra.rotor_by_rotor_angle * right.rotor_angle * self.per_shift;
-        let rotor_angle = (right.rotor_angle + rotor_right * self.per_rotor_pivot) * self.per_shift;
+        let rotor_speed = rotor_right * self.per_rotor_pivot;
         let mut spool = right;
-        spool.speed += extra.speed_by_curve_speed * curve_speed + extra.speed_by_rotor_angle * rotor_angle;
+        spool.speed += extra.speed_by_curve_speed * curve_speed
+            + extra.speed_by_rotor_angle * right.rotor_angle * self.per_shift
+            + self.speed_by_rotor * rotor_speed;
         spool.z += extra.z_by_curve_speed * curve_speed;
         let mut solved = self.solve_spool(spool);
         solved.curve_speed = curve_speed + extra.per_lag_s * self.per_lag_pivot * solved.speed;
-        solved.rotor_speed = (rotor_right + extra.rotor_by_angle * solved.angle) * self.per_rotor_pivot;
+        let of_spool = extra.rotor_by_angle * solved.angle + extra.rotor_by_speed * solved.speed;
+        solved.rotor_speed = rotor_speed + of_spool * self.per_rotor_pivot;
         solved.rotor_angle = (right.rotor_angle + solved.rotor_speed) * self.per_shift;
         solved
     }

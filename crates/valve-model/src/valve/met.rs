@@ -67,8 +67,8 @@ impl Met<'_> {
         state.speed_rad_per_s = self.speed_rad_per_s;
         state.rotor_speed_rad_per_s = self.speed_rad_per_s;
         state.friction = self.loaded(&shaft, rotor_rad, held.part() * held.most_nm);
-        if let Some(stiffness) = shaft.coupling() {
-            state.angle_rad -= (held.part() * held.most_nm + held.other_nm) / stiffness;
+        if let Some(coupling) = shaft.coupling() {
+            state.angle_rad -= (held.part() * held.most_nm + held.other_nm) / coupling.stiffness_nm_per_rad;
         }
         state
     }

@@ -80,9 +80,10 @@ impl MotionParams {
         let model = model.folded()?;
         let effects = Effects::new(&model);
         let load_inertia_kg_m2 = model.load.map_or(0.0, |load| load.inertia_kg_m2);
-        let stiffness = effects.coupling_nm_per_rad;
-        let spring = (stiffness > 0.0)
-            .then(|| ValveParams::on_a_spring(&model, load_inertia_kg_m2, stiffness))
+        let coupling = effects.coupling;
+        let spring = coupling
+            .is_there()
+            .then(|| ValveParams::on_a_spring(&model, load_inertia_kg_m2, coupling))
             .transpose()?;
         let friction = FrictionLaw::new(&model.friction);
         Ok(Self {
@@ -98,6 +99,11 @@ impl MotionParams {
     /// How late the torque is against the angle (effect `sensor-delay`), s.
     pub fn sensor_delay_s(&self) -> f64 {
         self.measurement.delay_s
+    }
+
+    /// Whether a spring lies between encoder and spool: its torque asks for speeds more exact than friction's.
+    pub fn is_behind_a_spring(&self) -> bool {
+        self.spring.is_some()
     }
 
     /// The friction law with the effects that change its numbers.
@@ -117,7 +123,7 @@ impl MotionParams {
         let mut spool = ValveState::at_rest(motion.angle_rad);
         if self.spring.is_some() {
             let carried_nm = friction.torque(&self.friction, 0.0, 0.0, &Levels::NOMINAL);
-            spool.angle_rad -= carried_nm / self.effects.coupling_nm_per_rad;
+            spool.angle_rad -= carried_nm / self.effects.coupling.stiffness_nm_per_rad;
         }
         spool.speed_rad_per_s = motion.speed_rad_per_s;
         spool.friction = friction;
@@ -180,23 +186,46 @@ impl MotionParams {
     }
 }
 
-/// A piece behind the spring turns its phase by no more than so much, rad: then its straight line is as good as the curve.
+/// A piece behind the spring turns its phase by no more than so much, rad.
 const PHASE: f64 = 1.0;
 const MOST_PIECES: f64 = 8.0;
 
 fn pieces_behind_spring(params: &MotionParams, dt_s: f64) -> u32 {
-    let natural_rad_per_s = (params.effects.coupling_nm_per_rad / params.load_inertia_kg_m2).sqrt();
+    let stiffness = params.effects.coupling.stiffness_nm_per_rad;
+    let natural_rad_per_s = (stiffness / params.load_inertia_kg_m2).sqrt();
     (natural_rad_per_s * dt_s / PHASE).ceil().clamp(1.0, MOST_PIECES) as u32
 }
 
-/// The angle at a part of the way, rad: a cubic with the given angles and speeds at its ends.
-fn between(input: &MotionInput, dt_s: f64, part: f64) -> f64 {
-    let (start, end) = (&input.start, &input.end);
-    let turn_rad = end.angle_rad - start.angle_rad;
-    let beyond_start = start.speed_rad_per_s * dt_s - turn_rad;
-    let beyond_end = end.speed_rad_per_s * dt_s - turn_rad;
-    let rest = 1.0 - part;
-    start.angle_rad + part * turn_rad + part * rest * (rest * beyond_start - part * beyond_end)
+/// The way of the spring's far end between two samples: a cubic with the given angles and speeds at its ends, ahead by what the
+/// damper makes of the speed.
+struct FarEnd<'a> {
+    input: &'a MotionInput,
+    dt_s: f64,
+    /// Damping over stiffness, s.
+    ahead_s: f64,
+}
+
+impl FarEnd<'_> {
+    /// At a part of the way, rad.
+    fn at(&self, part: f64) -> f64 {
+        let (start, end) = (&self.input.start, &self.input.end);
+        let turn_rad = end.angle_rad - start.angle_rad;
+        let beyond_start = start.speed_rad_per_s * self.dt_s - turn_rad;
+        let beyond_end = end.speed_rad_per_s * self.dt_s - turn_rad;
+        let rest = 1.0 - part;
+        let bend = rest * beyond_start - part * beyond_end;
+        let angle_rad = start.angle_rad + part * turn_rad + part * rest * bend;
+        let speed = turn_rad + (rest - part) * bend - part * rest * (beyond_start + beyond_end);
+        angle_rad + self.ahead_s / self.dt_s * speed
+    }
+
+    /// A straight line for the way between two parts of it: its ends, and how far the last lies beside the way. In the mean
+    /// it is where the way is, since a spring makes a torque of inertia's size of what a chord cuts off.
+    fn line(&self, from: f64, to: f64) -> (f64, f64, f64) {
+        let (start_rad, middle_rad, end_rad) = (self.at(from), self.at(0.5 * (from + to)), self.at(to));
+        let beside_rad = 2.0 / 3.0 * (middle_rad - 0.5 * (start_rad + end_rad));
+        (start_rad + beside_rad, end_rad + beside_rad, beside_rad)
+    }
 }
 
 fn step_behind_spring(
@@ -207,27 +236,32 @@ fn step_behind_spring(
     dt_s: f64,
 ) -> MotionOutput {
     let pieces = pieces_behind_spring(params, dt_s);
-    let mut reached_rad = input.start.angle_rad;
-    let mut move_to = |end_rad: f64| {
+    let coupling = params.effects.coupling;
+    let ahead_s = coupling.damping_nm_s_per_rad / coupling.stiffness_nm_per_rad;
+    let way = FarEnd { input, dt_s, ahead_s };
+    let mut move_along = |piece: u32| {
+        let part = |piece: u32| f64::from(piece) / f64::from(pieces);
+        let (command_start_rad, command_end_rad, beside_rad) = way.line(part(piece), part(piece + 1));
         let driven = ValveInput {
-            command_start_rad: reached_rad,
-            command_end_rad: end_rad,
+            command_start_rad,
+            command_end_rad,
             pressure_drop_pa: input.pressure_drop_pa,
             oil_temperature_c: input.oil_temperature_c,
             energised: true,
         };
-        reached_rad = end_rad;
-        step(spring, &mut state.spool, &driven, dt_s / f64::from(pieces))
+        let out = step(spring, &mut state.spool, &driven, dt_s / f64::from(pieces));
+        (out, beside_rad)
     };
-    for piece in 1..pieces {
-        move_to(between(input, dt_s, f64::from(piece) / f64::from(pieces)));
+    for piece in 0..pieces - 1 {
+        move_along(piece);
     }
-    let out = move_to(input.end.angle_rad);
+    let (out, beside_rad) = move_along(pieces - 1);
+    let carried_nm = out.motor_torque_nm - coupling.stiffness_nm_per_rad * beside_rad;
     state.friction = state.spool.friction;
     MotionOutput {
         friction_torque_nm: out.friction_torque_nm,
         other_torque_nm: out.other_torque_nm,
-        load_torque_nm: out.motor_torque_nm,
-        measured_torque_nm: params.measurement.torque_nm(out.motor_torque_nm),
+        load_torque_nm: carried_nm,
+        measured_torque_nm: params.measurement.torque_nm(carried_nm),
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::effects::Effects;
+use super::effects::{Coupling, Effects};
 use super::measurement::Measurement;
 use crate::error::positive;
 use crate::friction::FrictionLaw;
@@ -54,7 +54,7 @@ impl ValveParams {
 
     fn prepare(model: &Model, motor: &MotorParams, load: LoadParams) -> Result<Self, ParamError> {
         let effects = Effects::new(model);
-        if effects.coupling_nm_per_rad > 0.0 && load.inertia_kg_m2 == 0.0 {
+        if effects.coupling.is_there() && load.inertia_kg_m2 == 0.0 {
             let expected = "a number above zero beside the effect `coupling-compliance`";
             return Err(ParamError::new("inertia_kg_m2", load.inertia_kg_m2, expected));
         }
@@ -80,16 +80,17 @@ impl ValveParams {
         })
     }
 
-    /// A spool of `load_inertia_kg_m2` on a linear spring of `stiffness_nm_per_rad`, whose far end is where the command
-    /// is: a motor of so little curvature that its sine is its argument.
+    /// A spool of `load_inertia_kg_m2` on a linear spring, whose far end is where the command is: a motor of so little
+    /// curvature that its sine is its argument. What the spring's damper takes of the far end's speed, who moves it gives
+    /// by moving it ahead.
     pub(super) fn on_a_spring(
         model: &Model,
         load_inertia_kg_m2: f64,
-        stiffness_nm_per_rad: f64,
+        coupling: Coupling,
     ) -> Result<Self, ParamError> {
         const CURVATURE: f64 = 1e-6;
         let mut effects = Effects::new(model);
-        effects.coupling_nm_per_rad = 0.0;
+        effects.coupling = Coupling::default();
         effects.detent = None;
         effects.microstep = None;
         let load = positive("inertia_kg_m2", load_inertia_kg_m2);
@@ -101,9 +102,9 @@ impl ValveParams {
         Ok(Self {
             rotor_teeth: CURVATURE,
             full_steps_per_rev: 0.0,
-            holding_torque_nm: stiffness_nm_per_rad / CURVATURE,
+            holding_torque_nm: coupling.stiffness_nm_per_rad / CURVATURE,
             speed_limit: None,
-            damping_nm_s_per_rad: 0.0,
+            damping_nm_s_per_rad: coupling.damping_nm_s_per_rad,
             per_inertia: 1.0 / load_inertia_kg_m2,
             per_rotor_inertia: 0.0,
             per_load_inertia: 1.0 / load_inertia_kg_m2,

@@ -5,6 +5,7 @@
 //! curve falls. The shaft takes the first one in the direction in which the net torque pushes it: the limit of a fast
 //! motion that the step doesn't resolve.
 
+use super::effects::Coupling;
 use super::shaft::{Shaft, ShaftState};
 use crate::FrictionState;
 use crate::friction::{Law, Memory, Point, sign};
@@ -54,8 +55,8 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
         if FULL {
             let kept = (-self.step_s * self.shaft.params.effects.per_lag_s).exp();
             end.curve_speed = speed + (start.curve_speed - speed) * kept;
-            if let Some(stiffness) = self.shaft.coupling() {
-                end.rotor_speed = self.rotor_speed(end.angle, stiffness);
+            if let Some(coupling) = self.shaft.coupling() {
+                end.rotor_speed = self.rotor_speed(&end, coupling);
                 end.rotor_angle = start.rotor_angle + self.step_s * end.rotor_speed;
             }
         }
@@ -66,14 +67,17 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
     }
 
     /// The rotor behind its spring, by implicit Euler with the motor's greatest stiffness for its present one.
-    fn rotor_speed(&self, angle: f64, stiffness: f64) -> f64 {
+    fn rotor_speed(&self, spool: &ShaftState<FULL>, coupling: Coupling) -> f64 {
         let (start, params) = (self.start, self.shaft.params);
         let motor_nm = self.shaft.motor_nm(start.rotor_angle, self.end_s);
-        let spring_nm = stiffness * (angle - start.rotor_angle);
-        let most_stiffness = stiffness + params.holding_torque_nm * params.rotor_teeth;
+        let spring_nm = -coupling.torque_nm(start.rotor_angle - spool.angle, -spool.speed);
+        let most_stiffness = coupling.stiffness_nm_per_rad + params.holding_torque_nm * params.rotor_teeth;
         let inertia_per_s = 1.0 / (params.per_rotor_inertia * self.step_s);
         (inertia_per_s * start.rotor_speed + motor_nm + spring_nm)
-            / (inertia_per_s + params.damping_nm_s_per_rad + self.step_s * most_stiffness)
+            / (inertia_per_s
+                + params.damping_nm_s_per_rad
+                + coupling.damping_nm_s_per_rad
+                + self.step_s * most_stiffness)
     }
 
     /// R(ω₁), in rad/s².
@@ -84,8 +88,8 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
         let at = Point { direction: sign(speed), ..shaft.point(&end) };
         let friction_nm = shaft.law.torque(at, rate, &levels, self.memory);
         let load_nm = friction_nm + shaft.other(end.angle).0;
-        let acceleration = if let Some(stiffness) = shaft.coupling() {
-            (stiffness * (end.rotor_angle - end.angle) - load_nm) * shaft.params.per_load_inertia
+        let acceleration = if let Some(coupling) = shaft.coupling() {
+            (end.carried_nm(coupling) - load_nm) * shaft.params.per_load_inertia
         } else {
             let damping_nm = shaft.params.damping_nm_s_per_rad * speed;
             (shaft.motor_nm(end.angle, self.end_s) - damping_nm - load_nm) * shaft.params.per_inertia

@@ -4,7 +4,7 @@
 //! With `FULL` there is more: friction that depends on the angle or lags behind the speed, detent torque, micro-step
 //! error, other torques, and a spring between rotor and spool. Without, none of it costs anything.
 
-use super::effects::OtherTorque;
+use super::effects::{Coupling, OtherTorque};
 use super::params::ValveParams;
 use super::step::ValveInput;
 use crate::FrictionState;
@@ -45,6 +45,12 @@ impl<const FULL: bool> ShaftState<FULL> {
             self = self.plus(*weight, **other);
         }
         self
+    }
+
+    /// What the spring between rotor and spool carries, N·m.
+    #[inline]
+    pub fn carried_nm(&self, coupling: Coupling) -> f64 {
+        coupling.torque_nm(self.rotor_angle - self.angle, self.rotor_speed - self.speed)
     }
 
     pub fn is_finite(&self) -> bool {
@@ -185,11 +191,11 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         from.torque_nm * cos + from.quadrature_nm * sin
     }
 
-    /// The spring between rotor and spool, N·m/rad, where there is one.
+    /// The spring between rotor and spool, where there is one.
     #[inline]
-    pub fn coupling(&self) -> Option<f64> {
-        let stiffness = self.params.effects.coupling_nm_per_rad;
-        (FULL && stiffness > 0.0).then_some(stiffness)
+    pub fn coupling(&self) -> Option<Coupling> {
+        let coupling = self.params.effects.coupling;
+        (FULL && coupling.is_there()).then_some(coupling)
     }
 
     /// Other torques: N·m against the motor, and their derivative by the angle; a constant one without `FULL`.
@@ -231,8 +237,8 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         let load_nm = friction.torque_nm + self.other(state.angle).0;
         let damping = self.params.damping_nm_s_per_rad;
         let mut rates = ShaftState { angle: state.speed, z: friction.rate, ..ShaftState::default() };
-        if let Some(stiffness) = self.coupling() {
-            let spring_nm = stiffness * (state.rotor_angle - state.angle);
+        if let Some(coupling) = self.coupling() {
+            let spring_nm = state.carried_nm(coupling);
             let motor_nm = self.motor_near_nm(motor, state.rotor_angle, time_s) - damping * state.rotor_speed;
             rates.speed = (spring_nm - load_nm) * self.params.per_load_inertia;
             rates.rotor_angle = state.rotor_speed;
@@ -253,9 +259,9 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         let friction_nm = self.law.flow(at, &levels, memory).torque_nm;
         let other_nm = self.other(state.angle).0;
         let damping = self.params.damping_nm_s_per_rad;
-        if let Some(stiffness) = self.coupling() {
+        if let Some(coupling) = self.coupling() {
             let motor_nm = self.motor_nm(state.rotor_angle, time_s) - damping * state.rotor_speed;
-            let load_nm = stiffness * (state.rotor_angle - state.angle);
+            let load_nm = state.carried_nm(coupling);
             return Torques { motor_nm, friction_nm, other_nm, load_nm };
         }
         let motor_nm = self.motor_nm(state.angle, time_s) - damping * state.speed;

@@ -160,3 +160,12 @@ pub fn moved(law: &FrictionLaw, state: &mut FrictionState, angles: &[f64], dt_s:
 pub fn line(start: f64, end: f64, count: usize) -> Vec<f64> {
     (0..=count).map(|i| start + (end - start) * i as f64 / count as f64).collect()
 }
+
+pub fn effect(id: &str, parameters: &[(&str, f64)]) -> Effect {
+    let parts: Vec<_> = parameters.iter().map(|(key, value)| (*key, EffectValue::Number(*value))).collect();
+    Effect::from_parts(id, &parts).unwrap()
+}
+
+pub fn with(effects: Vec<Effect>) -> Model {
+    Model { effects, ..model(FrictionParams::LuGre(soft())) }
+}
