@@ -2,7 +2,7 @@
 
 use crate::contact::Contact;
 use crate::effects::Instance;
-use crate::hidden::{Hidden, LogKind, OUTSIDE, twins};
+use crate::hidden::{Gap, Hidden, LogKind, OUTSIDE, twins};
 use crate::nominal::{Nominal, log_uniform};
 use crate::plan::RunPlan;
 use crate::spool::{Outputs, Valve};
@@ -20,6 +20,8 @@ use std::path::Path;
 const ACTS: f64 = 0.25;
 /// Attempts to draw a campaign in which the rotor keeps step.
 const ATTEMPTS: u64 = 20;
+/// Noise of the encoder, rad, above which a shift of the angle over the turn is hard to tell from a torque's.
+const QUIET_RAD: f64 = 1e-5;
 /// Rounds in which an effect's amount is brought to its strength.
 const ROUNDS: usize = 4;
 
@@ -74,6 +76,7 @@ impl Campaign {
                 // Its size is a torque; an angle's is smaller by the motor's stiffness.
                 instance.amount = 1.0 / (nominal.holding_nm * crate::nominal::TEETH);
             }
+            instance.become_a_twin(hidden.without);
         }
         let mut draft = Draft { nominal, runs, instances, kind: hidden.log };
         let plain = draft.measure(&[])?;
@@ -222,11 +225,16 @@ impl Draft {
                 }
             })
             .collect();
-        let twins: Vec<String> = twins(hidden.log)
-            .into_iter()
-            .filter(|(id, _, gap)| hidden.without == Some(*gap) && hidden.effects.iter().any(|e| e == id))
-            .flat_map(|(_, others, _)| others.iter().map(|other| (*other).to_owned()))
-            .collect();
+        let twins_without = |missing: Option<Gap>| -> Vec<String> {
+            twins(hidden.log)
+                .into_iter()
+                .filter(|(id, _, gap)| missing == Some(*gap) && hidden.effects.iter().any(|e| e == id))
+                .flat_map(|(_, others, _)| others.iter().map(|other| (*other).to_owned()))
+                .collect()
+        };
+        let twins = twins_without(hidden.without);
+        let loud = hidden.log == LogKind::Angle && noise > QUIET_RAD && twins.is_empty();
+        let near_twins = if loud { twins_without(Some(Gap::OneWay)) } else { Vec::new() };
         let outside = hidden.effects.iter().any(|id| OUTSIDE.contains(&id.as_str()));
         let verdict = match (hidden.effects.len(), outside, twins.is_empty()) {
             (0, _, _) => "no-discrepancy",
@@ -235,7 +243,16 @@ impl Draft {
             (_, _, false) => "ambiguous",
             _ => "explained",
         };
-        Truth { seed, log: hidden.log, effects, noise, encoder_step_rad: step_rad, twins, verdict }
+        Truth {
+            seed,
+            log: hidden.log,
+            effects,
+            noise,
+            encoder_step_rad: step_rad,
+            twins,
+            near_twins,
+            verdict,
+        }
     }
 
     fn log(&self, seed: u64, outputs: &[Outputs], noise: f64, step_rad: f64, rng: &mut Pcg64) -> Log {

@@ -2,6 +2,7 @@
 
 use crate::contact::Bank;
 use crate::forms::{Growth, Thermal, Wave};
+use crate::hidden::Gap;
 use crate::nominal::Nominal;
 use crate::plan::RunPlan;
 use crate::spool::Valve;
@@ -40,6 +41,17 @@ impl Instance {
             own_form: rng.random_bool(0.5),
             sign: if rng.random_bool(0.5) { 1.0 } else { -1.0 },
             draws: std::array::from_fn(|_| rng.random_range(0.0..1.0)),
+        }
+    }
+
+    /// Where the plan leaves out what separates twins, what separates them by itself is left out too: more inertia would look
+    /// like a lag below zero, stiffer bristles like a coupling stiffer than rigid, and viscous friction that differs by
+    /// direction like no offset.
+    pub fn become_a_twin(&mut self, without: Option<Gap>) {
+        match without {
+            Some(Gap::OneFrequency | Gap::NoShake) => self.sign = -1.0,
+            Some(Gap::SlidingOnly) => self.draws[1] = 0.0,
+            _ => {}
         }
     }
 
@@ -211,8 +223,12 @@ impl Instance {
             }
             "coupling-compliance" => {
                 let stiffness = n.stiffness_nm_per_rad * self.between(0, 1.5, 3.0) / self.amount.max(1e-9);
-                valve.coupling = (self.amount > 0.0).then_some(stiffness);
-                applied(json!({ "stiffness_nm_per_rad": stiffness }), true)
+                // Enough that the falling friction curve doesn't make the spool squeal.
+                let damping = self.between(1, 1.5, 3.0) * n.drive_of_a_squeal();
+                valve.coupling = (self.amount > 0.0).then_some((stiffness, damping));
+                let parameters =
+                    json!({ "stiffness_nm_per_rad": stiffness, "damping_nm_s_per_rad": damping });
+                applied(parameters, true)
             }
             _ => return None,
         })

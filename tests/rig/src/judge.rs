@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 /// What a finding is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// Exactly what is hidden, and where these data can't tell: that they can't.
+    /// Exactly what is hidden, and where these data can't tell: that they can't; where they hardly can, either.
     Right,
     /// Some of what is hidden, and nothing else.
     Part,
@@ -65,6 +65,16 @@ impl Finding {
         }
     }
 
+    /// Whether everything hidden is named, by itself or in a group with its near twins alone.
+    fn names_beside(&self, listed: &BTreeSet<String>, near_twins: &[String]) -> bool {
+        let known = |id: &String| listed.contains(id) || near_twins.contains(id);
+        let named =
+            |id: &String| self.named.contains(id) || self.groups.iter().any(|group| group.contains(id));
+        !near_twins.is_empty()
+            && self.groups.iter().all(|group| group.iter().all(known))
+            && listed.iter().all(named)
+    }
+
     /// Judges it.
     pub fn judge(&self, truth: &Truth) -> Outcome {
         let hidden: BTreeSet<String> = truth.effects.iter().map(|effect| effect.id.clone()).collect();
@@ -92,7 +102,7 @@ impl Finding {
             () if outside && silent && self.verdict == "no-discrepancy" => Outcome::Missed,
             () if outside && silent => Outcome::Right,
             () if outside => Outcome::Ambiguous,
-            () if self.named == listed => Outcome::Right,
+            () if self.named == listed || self.names_beside(&listed, &truth.near_twins) => Outcome::Right,
             () if listed.iter().any(grouped) => Outcome::Ambiguous,
             () if !self.named.is_empty() => Outcome::Part,
             () if !self.groups.is_empty() => Outcome::Wrong,
@@ -158,6 +168,7 @@ mod tests {
             noise: 1.0,
             encoder_step_rad: 0.0,
             twins: twins.iter().map(|id| (*id).to_owned()).collect(),
+            near_twins: Vec::new(),
             verdict: "explained",
         }
     }
@@ -184,6 +195,12 @@ mod tests {
         assert_eq!(outcome(&twin, "ambiguous", &[], &[&["a", "b"]]), Outcome::Right);
         assert_eq!(outcome(&twin, "explained", &["a"], &[]), Outcome::Ambiguous);
         assert_eq!(outcome(&twin, "explained", &["b"], &[]), Outcome::Wrong);
+        let near = Truth { near_twins: vec!["b".to_owned()], ..truth(&["a", "c"], &[]) };
+        assert_eq!(outcome(&near, "partly-explained", &["c"], &[&["a", "b"]]), Outcome::Right);
+        assert_eq!(outcome(&near, "explained", &["a", "c"], &[]), Outcome::Right);
+        assert_eq!(outcome(&near, "partly-explained", &["c"], &[&["a", "b", "d"]]), Outcome::Ambiguous);
+        assert_eq!(outcome(&near, "ambiguous", &[], &[&["a", "b"]]), Outcome::Ambiguous);
+        assert_eq!(outcome(&near, "explained", &["b", "c"], &[]), Outcome::Wrong);
         let outside = truth(&["outside-hum"], &[]);
         assert_eq!(outcome(&outside, "unexplained", &[], &[]), Outcome::Right);
         assert_eq!(outcome(&outside, "explained", &["a"], &[]), Outcome::Wrong);

@@ -60,6 +60,18 @@ impl Nominal {
         }
     }
 
+    /// By how much the falling curve drives the spool's own swinging while it slides, at the worst speed, N·m·s/rad: a
+    /// bristle's damping σ1·dz/dt goes with σ1·v·g'(v)/g(v) there, and is negative.
+    pub fn drive_of_a_squeal(&self) -> f64 {
+        let drive = |speed: f64| {
+            let reached = (speed / self.stribeck_rad_per_s).powf(self.exponent);
+            let fall = (self.static_nm - self.coulomb_nm) * (-reached).exp();
+            self.damping_nm_s_per_rad * self.exponent * reached * fall / (self.coulomb_nm + fall)
+        };
+        let speeds = (0..40).map(|k| self.stribeck_rad_per_s * 0.05 * 1.15_f64.powi(k));
+        speeds.map(drive).fold(0.0, f64::max)
+    }
+
     /// The model file. A torque log needs no motor.
     pub fn toml(&self, name: &str, with_motor: bool) -> String {
         let motor = if with_motor {

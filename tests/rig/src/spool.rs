@@ -17,8 +17,8 @@ pub(crate) struct Valve {
     pub position: Option<Wave>,
     /// Outside the list: amplitude, order (no whole number) and phase of a torque over the angle.
     pub gear: Option<(f64, f64, f64)>,
-    /// The spring between encoder and spool, N·m/rad.
-    pub coupling: Option<f64>,
+    /// The spring between encoder and spool, N·m/rad, and its damping, N·m·s/rad.
+    pub coupling: Option<(f64, f64)>,
     /// Over the rotor's angle times full steps.
     pub detent: Option<Wave>,
     /// Over the command times teeth, rad.
@@ -113,13 +113,13 @@ impl Valve {
         let motion = run.motion.at(time_s);
         let mut at = run.surroundings(time_s);
         let load = self.contact.nominal.load_kg_m2;
-        let Some(stiffness) = self.coupling else {
+        let Some((stiffness, damping)) = self.coupling else {
             (at.angle_rad, at.speed_rad_per_s) = (motion.value, motion.rate);
             return load * motion.second + self.contact.torque(y, &at, out) + self.other_nm(&at);
         };
         (at.angle_rad, at.speed_rad_per_s) = (y[0], y[1]);
         let friction_nm = self.contact.torque(&y[2..], &at, &mut out[2..]);
-        let spring_nm = stiffness * (motion.value - y[0]);
+        let spring_nm = stiffness * (motion.value - y[0]) + damping * (motion.rate - y[1]);
         out[0] = y[1];
         out[1] = (spring_nm - friction_nm - self.other_nm(&at)) / load;
         spring_nm
@@ -146,8 +146,8 @@ impl Valve {
         out[mechanical..].copy_from_slice(&inner[..y.len() - mechanical]);
         let load_nm = friction_nm + self.other_nm(&at);
         out[0] = y[1];
-        if let Some(stiffness) = self.coupling {
-            let spring_nm = stiffness * (y[2] - y[0]);
+        if let Some((stiffness, damping)) = self.coupling {
+            let spring_nm = stiffness * (y[2] - y[0]) + damping * (y[3] - y[1]);
             out[1] = (spring_nm - load_nm) / n.load_kg_m2;
             out[2] = y[3];
             let motor_nm = self.motor_nm(command_rad, y[2]) - n.motor_damping_nm_s_per_rad * y[3];

@@ -33,6 +33,8 @@ pub struct Truth {
     pub encoder_step_rad: f64,
     /// Causes that these data can't tell from the hidden one; empty where they can.
     pub twins: Vec<String>,
+    /// Causes that a noisy encoder hardly tells from the hidden one: by itself or beside these it is named rightly.
+    pub near_twins: Vec<String>,
     /// The verdict that a diagnosis should come to.
     pub verdict: &'static str,
 }
@@ -54,7 +56,7 @@ impl Truth {
             "seed": self.seed,
             "log": match self.log { LogKind::Torque => "torque", LogKind::Angle => "angle" },
             "hidden": effects, "noise": self.noise, "encoder_step_rad": self.encoder_step_rad,
-            "twins": self.twins, "verdict": self.verdict,
+            "twins": self.twins, "near_twins": self.near_twins, "verdict": self.verdict,
         })
     }
 }
