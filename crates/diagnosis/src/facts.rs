@@ -16,6 +16,8 @@ pub(crate) struct Facts {
     pub lugre: bool,
     pub viscous: f64,
     pub load_inertia: Option<f64>,
+    /// The damping, N·m·s/rad, without which a spool behind a spring squeals at the worst speed.
+    pub squeal: f64,
     /// T_hold and rotor teeth.
     pub motor: Option<(f64, f64)>,
     pub fastest_rad_per_s: f64,
@@ -66,6 +68,7 @@ impl Facts {
             stribeck: static_nm.is_some(),
             lugre: matches!(model.friction, FrictionParams::LuGre(_)),
             viscous,
+            squeal: drive_of_a_squeal(&model.friction),
             load_inertia: model.load.map(|load| load.inertia_kg_m2),
             motor: model.motor.map(|motor| (motor.holding_torque_nm, f64::from(motor.rotor_teeth))),
             fastest_rad_per_s: 0.0,
@@ -97,4 +100,12 @@ impl Facts {
     pub fn greatest_pressure_mpa(&self) -> f64 {
         self.pressure_mpa.map_or(0.0, |(_, most)| most)
     }
+}
+
+/// How strongly the falling steady curve drives a sliding spool's swinging: LuGre's σ1·dz/dt goes with σ1·ω·g'(ω)/g(ω)
+/// there, which is least near the Stribeck velocity. The other laws' bristles don't drive it.
+fn drive_of_a_squeal(friction: &FrictionParams) -> f64 {
+    let FrictionParams::LuGre(p) = friction else { return 0.0 };
+    let fall_nm = (p.static_torque_nm - p.coulomb_torque_nm) * (-1.0f64).exp();
+    p.bristle_damping_nm_s_per_rad * p.stribeck_exponent * fall_nm / (p.coulomb_torque_nm + fall_nm)
 }

@@ -3,19 +3,16 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
+use crate::causes::{Accepted, accept};
 use crate::diagnose::{Found, Judgement, Shown};
-use crate::errors::spread;
 use crate::facts::Facts;
-use crate::fit::fit;
-use crate::hypothesis::{Free, Hypothesis, Member};
-use crate::linear::Point;
+use crate::geared::order_of_a_gear;
+use crate::hypothesis::Member;
 use crate::loss::Loss;
-use crate::measure::{Left, rms_as_fitted, rms_left};
+use crate::measure::{Left, rms_as_fitted};
 use crate::next::next_experiment;
 use crate::observe::{runs_differ, speed_with_pressure};
-use crate::outcome::{
-    Ambiguity, Cause, Dependence, Description, Diagnosis, Evidence, Judged, ParameterFound, Verdict,
-};
+use crate::outcome::{Ambiguity, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Verdict};
 use crate::piece::Piece;
 use crate::ripple::phase;
 use crate::select::Selection;
@@ -24,7 +21,7 @@ use crate::spectrum::bands;
 use crate::table::Untestable;
 use crate::twins::missing;
 use crate::whiteness::whiteness;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
 const RMS_LEFT: f64 = 1.1;
@@ -65,16 +62,16 @@ pub(crate) fn conclude(
         undecided =
             selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
     }
+    let geared = geared(judged, &left_of_all);
+    undecided.extend(geared.iter().map(|(id, _)| *id));
     let accepted: Vec<usize> = (0..selection.fitted.point.hypothesis.members.len())
         .filter(|index| {
             let member = selection.fitted.point.hypothesis.members.get(*index);
             member.is_some_and(|member| !undecided.contains(&member.candidate.id))
         })
         .collect();
-    let kept = keep(judged, &accepted)?;
-    let (point, after) = judged.everywhere(&kept)?;
+    let Accepted { point, after, mut causes, harmful } = accept(judged, accepted)?;
     let structure_kept = structure(&judged.setting, &after);
-    let mut causes = causes(judged, &kept, &after)?;
     for cause in &mut causes {
         if let Some(text) = phase(judged.setting.campaign, cause, &after) {
             cause.evidence.insert("phase".to_owned(), Evidence::Text(text));
@@ -82,15 +79,32 @@ pub(crate) fn conclude(
     }
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
-    let ambiguous =
+    let mut ambiguous =
         if doubtful { Vec::new() } else { ambiguities(selection, &judged.setting.campaign.facts) };
+    ambiguous.retain(|group| !group.ids.iter().any(|id| geared.iter().any(|(of, _)| id == of)));
     let verdict = verdict(&causes, &ambiguous, &structure_kept, &structure_after);
-    let rejected = rejected(selection, able, &causes, &ambiguous, doubtful);
+    let mut rejected = rejected(selection, able, &causes, &ambiguous, doubtful);
+    for of in rejected.iter_mut().filter(|of| harmful.contains(&of.id)) {
+        of.reason = "fits, but makes the error larger on runs that nothing was chosen on".to_owned();
+    }
+    for (id, order) in &geared {
+        for of in rejected.iter_mut().filter(|of| of.id == *id) {
+            of.reason = format!(
+                "follows it within the angles of this log, but by one sine of order {order:.2}, no whole number in a turn"
+            );
+        }
+    }
     let untestable: Vec<Judged> = unable
         .iter()
         .filter(|of| !ambiguous.iter().any(|group| group.ids.iter().any(|id| id == of.id)))
         .map(|of| Judged { id: of.id.to_owned(), reason: of.reason.clone() })
         .collect();
+    let mut observations = observations(judged, verdict, &after, &structure_kept);
+    observations.extend(geared.iter().map(|(_, order)| {
+        format!(
+            "A torque goes by the angle {order:.2} times in a turn. What turns with the spool itself would go by a whole number: look for something geared to it."
+        )
+    }));
     let structure_left = telling(&structure_kept);
     let facts = &judged.setting.campaign.facts;
     let next_experiment = next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts);
@@ -110,7 +124,7 @@ pub(crate) fn conclude(
         description_before: description(judged, &judged.before, &judged.structure_before),
         description_after: description(judged, &after, &structure_kept),
         nuisances: judged.nuisances(),
-        observations: observations(judged, verdict, &after, &structure_kept),
+        observations,
     };
     let refused = |source| DiagnosisError::Model { run: String::new(), source };
     let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
@@ -151,6 +165,15 @@ fn observations(
     let mut said = speed_with_pressure(campaign);
     said.extend(runs_differ(campaign, after, zero_nm).filter(|_| differ));
     said
+}
+
+/// Accepted series over the angle that are a gear's, with its order.
+fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(&'static str, f64)> {
+    let members = judged.selection.fitted.point.hypothesis.members.iter();
+    let of = |member: &Member| {
+        Some((member.candidate.id, order_of_a_gear(judged.setting.campaign, member, left)?))
+    };
+    members.filter_map(of).collect()
 }
 
 fn least_share(selection: &Selection) -> f64 {
@@ -194,19 +217,6 @@ fn telling(structure: &Structure) -> Vec<Dependence> {
         .collect()
 }
 
-/// The causes that are accepted, fitted once more where others are left out.
-fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<crate::fit::Fitted, DiagnosisError> {
-    let fitted = &judged.selection.fitted;
-    if accepted.len() == fitted.point.hypothesis.members.len() {
-        return Ok(fitted.clone());
-    }
-    let members: Vec<Member> =
-        accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
-    let hypothesis = Hypothesis { members, ..judged.without_causes() };
-    let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
-    fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 8)
-}
-
 fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], kept: &Structure, all: &Structure) -> Verdict {
     let noise = is_noise(if ambiguous.is_empty() { kept } else { all });
     match (causes.is_empty(), ambiguous.is_empty()) {
@@ -216,95 +226,6 @@ fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], kept: &Structure, all: &St
         (true, true) if noise => Verdict::NoDiscrepancy,
         (true, true) => Verdict::Unexplained,
     }
-}
-
-fn causes(
-    judged: &Judgement<'_>,
-    kept: &crate::fit::Fitted,
-    after: &[Left],
-) -> Result<Vec<Cause>, DiagnosisError> {
-    let hypothesis = &kept.point.hypothesis;
-    let any_held = judged.setting.campaign.pieces.iter().any(|piece| piece.hold_out);
-    let wanted = |piece: &Piece| piece.hold_out || !any_held;
-    let all = rms_left(&judged.setting, after, &wanted);
-    let spread = spread(kept, Loss::of(&judged.setting));
-    let free = hypothesis.free();
-    let mut causes = Vec::new();
-    for (index, member) in hypothesis.members.iter().enumerate() {
-        let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
-        let without = fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 6)?;
-        let (_, left) = judged.everywhere(&without)?;
-        let rms = rms_left(&judged.setting, &left, &wanted);
-        let mut parameters = BTreeMap::new();
-        for (place, number) in free.iter().enumerate() {
-            let Free::Number(of, number) = number else { continue };
-            if *of != index {
-                continue;
-            }
-            let deviation =
-                spread.as_ref().map_or(f64::NAN, |spread| spread.covariance[(place, place)].max(0.0).sqrt());
-            let half_width = spread.as_ref().map_or(f64::NAN, |spread| spread.half_width);
-            parameters.extend(parameter(member, *number, deviation, half_width));
-        }
-        if member.candidate.id == "encoder-eccentricity" {
-            parameters = eccentricity(member, &parameters);
-        }
-        let mut evidence = BTreeMap::new();
-        evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
-        causes.push(Cause {
-            id: member.candidate.id.to_owned(),
-            parameters,
-            evidence,
-            rms_gain: if rms > 0.0 { 1.0 - all / rms } else { 0.0 },
-        });
-    }
-    causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
-    Ok(causes)
-}
-
-fn parameter(
-    member: &Member,
-    number: usize,
-    deviation: f64,
-    half_width: f64,
-) -> Option<(String, ParameterFound)> {
-    let of = member.candidate.parameters.get(number)?;
-    let u = member.numbers.get(number).copied()?;
-    let key = of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1));
-    let value = of.map.value(u);
-    let (one, two) = (of.map.value(u - half_width * deviation), of.map.value(u + half_width * deviation));
-    let found = ParameterFound {
-        value,
-        std_error: of.map.slope(u) * deviation,
-        ci95: [one.min(two), one.max(two)],
-        unit: Candidate::unit(of.key, member.candidate.id).to_owned(),
-    };
-    Some((key, found))
-}
-
-/// Amplitude and phase from the parts along sine and cosine.
-fn eccentricity(
-    member: &Member,
-    parts: &BTreeMap<String, ParameterFound>,
-) -> BTreeMap<String, ParameterFound> {
-    let number = |index: usize| member.numbers.get(index).copied().unwrap_or(0.0);
-    let (along, across) = (number(0), number(1));
-    let amplitude = along.hypot(across);
-    let first = parts.values().next();
-    let error = first.map_or(f64::NAN, |part| part.std_error);
-    let half = first.map_or(f64::NAN, |part| 0.5 * (part.ci95[1] - part.ci95[0]));
-    let phase = across.atan2(along);
-    let per = 1.0 / amplitude.max(f64::MIN_POSITIVE);
-    let found = |value: f64, error: f64, half: f64, unit: &str| ParameterFound {
-        value,
-        std_error: error,
-        ci95: [value - half, value + half],
-        unit: unit.to_owned(),
-    };
-    BTreeMap::from([
-        ("amplitude_rad".to_owned(), found(amplitude, error, half, "rad")),
-        ("phase_rad".to_owned(), found(phase, error * per, half * per, "rad")),
-    ])
 }
 
 fn ambiguities(selection: &Selection, facts: &Facts) -> Vec<Ambiguity> {

@@ -8,6 +8,7 @@
 
 mod campaign;
 mod candidate;
+mod causes;
 mod diagnose;
 mod driven;
 mod error;
@@ -16,6 +17,7 @@ mod excitation;
 mod facts;
 mod findings;
 mod fit;
+mod geared;
 mod gram;
 mod holds;
 mod hypothesis;

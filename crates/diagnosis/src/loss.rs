@@ -37,13 +37,11 @@ impl Loss {
         f64::sqrt(total / f64::max(all, 1.0))
     }
 
-    /// What a cause must explain of what is left beyond noise; less is picked from what another one leaves. Of logarithms
-    /// the first of two equal causes takes a sixth, where it takes half of the squares.
-    pub fn least_part(self) -> f64 {
-        match self {
-            Self::Squares => 0.25,
-            Self::OwnNoise => 0.1,
-        }
+    /// What a cause must explain of what is left beyond noise beside so many that are in; less is picked from what another one
+    /// leaves. Of logarithms the first of two equal causes takes a sixth, where it takes half of the squares; a third one has
+    /// what the forms of two leave to pick from.
+    pub fn least_part(self, causes: usize) -> f64 {
+        if self == Self::OwnNoise && causes < 2 { 0.1 } else { 0.25 }
     }
 
     /// The part of what is beyond noise that has gone, of groups with a square at first, one now, and a count: over all of

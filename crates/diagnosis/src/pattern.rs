@@ -1,5 +1,5 @@
-//! A pattern search (Hooke and Jeeves, J. ACM 8, 1961) over the numbers of the cause that came last: on a floor so rough that
-//! slopes say nothing, as where a rotor sticks and slips, what counts is whether a point is better.
+//! A pattern search (Hooke and Jeeves, J. ACM 8, 1961) over the numbers of one cause: on a floor so rough that slopes say
+//! nothing, as where a rotor sticks and slips, what counts is whether a point is better.
 
 use crate::DiagnosisError;
 use crate::fit::{Fitted, POOR, loss_at};
@@ -15,14 +15,17 @@ const MOST: usize = 3;
 /// Moves of one number in a row.
 const IN_A_ROW: usize = 4;
 
-/// A better point than where a fit ended with much left; `None` where there is none, or little is left.
+/// A point with better numbers of one member than where a fit ended with much left; `None` where there is none, or little is
+/// left.
 pub(crate) fn search(
     setting: &Setting<'_>,
     fitted: &Fitted,
+    member: usize,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
 ) -> Result<Option<Point>, DiagnosisError> {
     let count: f64 = fitted.groups.iter().map(|group| group.count).sum();
-    let numbers = numbers_of_last(&fitted.point);
+    let of_member = |free: &Free| matches!(free, Free::Number(of, _) if *of == member);
+    let numbers: Vec<Free> = fitted.point.hypothesis.free().into_iter().filter(of_member).collect();
     let rough = Loss::of(setting) == Loss::OwnNoise && fitted.loss > (1.0 + POOR) * count;
     if !rough || numbers.is_empty() || numbers.len() > MOST {
         return Ok(None);
@@ -47,12 +50,6 @@ pub(crate) fn search(
         }
     }
     Ok((least < fitted.loss).then_some(best))
-}
-
-fn numbers_of_last(point: &Point) -> Vec<Free> {
-    let last = point.hypothesis.members.len().checked_sub(1);
-    let of_last = |free: &Free| matches!(free, Free::Number(member, _) if Some(*member) == last);
-    point.hypothesis.free().into_iter().filter(of_last).collect()
 }
 
 /// The hypothesis with one number moved by so many of its steps; `None` where its bound is in the way.

@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::driven::Driven;
 use log_data::{Channel, Run};
-use prediction::{MOMENT_REACH, Noise, Smoother, motion_at};
+use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -164,7 +164,10 @@ impl Piece {
         let mut before = *first;
         let mut before_s = f64::NAN;
         let mut torque = Vec::with_capacity(self.len());
-        for (index, (motion, time_s)) in motions.iter().zip(self.driven.time_s()).enumerate() {
+        let times_s = self.driven.time_s();
+        for (index, (motion, time_s)) in motions.iter().zip(times_s).enumerate() {
+            let sharp = if params.is_behind_a_spring() { sharper_at(motions, times_s, index) } else { None };
+            let motion = sharp.as_ref().unwrap_or(motion);
             let dt_s = if index == 0 { MOMENT_S } else { time_s - before_s };
             let (pressure_drop_pa, oil_temperature_c) = self.driven.conditions(index);
             let input = MotionInput { start: before, end: *motion, pressure_drop_pa, oil_temperature_c };
@@ -228,6 +231,17 @@ impl Piece {
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
     }
+}
+
+/// A sample's motion with a sharper speed; `None` at the ends.
+fn sharper_at(motions: &[Motion], time_s: &[f64], index: usize) -> Option<Motion> {
+    let first = index.checked_sub(1)?;
+    let (&[from_s, _, to_s], [before, at, after]) =
+        (time_s.get(first..index + 2)?, motions.get(first..index + 2)?)
+    else {
+        return None;
+    };
+    Some(sharper(before, at, after, to_s - from_s))
 }
 
 fn smoothed(time_s: &[f64], angle_rad: &[f64], noise: Noise, first: usize, count: usize) -> Vec<Motion> {

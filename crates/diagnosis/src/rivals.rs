@@ -18,7 +18,7 @@ const SHORT_LIST: usize = 6;
 /// A rival is fitted where its linearised gain is at least this part of what it would have to be.
 const PROMISING: f64 = 0.3;
 /// Steps of its fit, and after how many of them one that leaves so many times what the best does is given up.
-const STEPS: usize = 8;
+pub(crate) const STEPS: usize = 8;
 const FIRST_STEPS: usize = 3;
 const BEHIND: f64 = 1.5;
 /// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
@@ -112,7 +112,8 @@ pub(crate) fn fit_rival(
     let pays = state.rms - tried.rms > PROMISING * state.least_cut(Loss::of(setting));
     if pays && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
-        if let Some(better) = search(setting, &tried.fitted, &fitted_pieces)? {
+        let last = tried.fitted.point.hypothesis.members.len() - 1;
+        if let Some(better) = search(setting, &tried.fitted, last, &fitted_pieces)? {
             tried = Tried::from(setting, better, STEPS)?;
         }
     }

@@ -20,9 +20,10 @@ pub(crate) const ORDER_FLOOR: f64 = 0.004;
 const FAR: f64 = 1.5;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
 
-/// In a log of more samples than this that are fitted the screening looks at some of the folds alone: they hold every kind
-/// of run, and it is the fit that decides.
-const MANY: usize = 16_000;
+/// In a log of more samples than this that are fitted (of torques, and of angles, which cost more) the screening looks at some
+/// of the folds alone: they hold every kind of run, and it is the fit that decides.
+const MANY_TORQUES: usize = 60_000;
+const MANY_ANGLES: usize = 16_000;
 const LOOKED_AT: [usize; 2] = [0, 2];
 
 /// A candidate as the screening sees it.
@@ -82,7 +83,7 @@ pub(crate) fn screen(
 fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
     let fitted = campaign.pieces.iter().filter(|piece| fitted_pieces(piece));
     let samples: usize = fitted.map(Piece::len).sum();
-    let all = campaign.facts.is_torque() || samples <= MANY;
+    let all = samples <= if campaign.facts.is_torque() { MANY_TORQUES } else { MANY_ANGLES };
     move |piece| {
         let fold = campaign.fold_of.get(piece.group);
         fitted_pieces(piece) && (all || fold.is_some_and(|fold| LOOKED_AT.contains(fold)))

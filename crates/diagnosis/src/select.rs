@@ -9,8 +9,11 @@ use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
 use crate::measure::left;
+use crate::pattern::search;
 use crate::refine::refine;
-use crate::rivals::{NEARLY, Rival, Tried, angle_between, as_good, fit_rival, fit_rivals, judge, numbers};
+use crate::rivals::{
+    NEARLY, Rival, STEPS, Tried, angle_between, as_good, fit_rival, fit_rivals, fitted_pieces, judge, numbers,
+};
 use crate::screen::{Screened, screen};
 use crate::simplify::simplify;
 use crate::table::is_confounded;
@@ -82,10 +85,20 @@ impl Selection {
         loss.share_explained(pairs)
     }
 
+    /// Whether a third cause or a further one cuts the plain squares by more than the forms of those that are in leave of
+    /// them; logarithms hide how little that is.
+    pub fn is_no_misfit(&self, rival: &Rival) -> bool {
+        let few = self.fitted.point.hypothesis.members.len() < 2;
+        let count: f64 = self.fitted.groups.iter().map(|group| group.count).sum();
+        let cut = (self.held_out.total() - rival.held_out.total()) / count.max(1.0);
+        few || self.explained_by_form == 0.0 || cut >= SHARE * self.explained()
+    }
+
     /// By how much a cause must cut the held-out RMS, in parts of the noise.
     pub fn least_cut(&self, loss: Loss) -> f64 {
         let square = self.rms.powi(2);
-        let least = (SHARE * self.explained_by_form).max(loss.least_part() * (square - 1.0));
+        let least = (SHARE * self.explained_by_form)
+            .max(loss.least_part(self.fitted.point.hypothesis.members.len()) * (square - 1.0));
         FLOOR.max(self.rms - (square - least).max(0.0).sqrt())
     }
 }
@@ -135,29 +148,46 @@ pub(crate) fn select(
         }
         refine(setting, &mut state)?;
         tell_asymmetry_from_offset(&mut state);
+        fit_earlier_ones(setting, &mut state)?;
         drop_idle(setting, &mut state)?;
         simplify(setting, candidates, &mut state)?;
     }
     Ok(state)
 }
 
-/// An asymmetry whose viscous part pays grows with speed; where a constant torque fitted worse, it is no twin.
+/// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
+/// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
+fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
+        if let Some(better) = search(setting, &state.fitted, member, &fitted_pieces)? {
+            let tried = Tried::from(setting, better, STEPS)?;
+            if tried.fitted.loss < state.fitted.loss {
+                state.take(tried);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// An asymmetry whose viscous part pays grows with speed; a torque of one sign that fitted worse is no twin then.
 fn tell_asymmetry_from_offset(state: &mut Selection) {
     const VISCOUS: usize = 1;
-    let (asymmetry, offset) = ("direction-asymmetry", "torque-offset");
+    let asymmetry = "direction-asymmetry";
     let viscous = |member: &Member| member.candidate.id == asymmetry && member.free.contains(&VISCOUS);
     if !state.fitted.point.hypothesis.members.last().is_some_and(viscous) {
         return;
     }
     let Some(round) = state.rounds.last_mut() else { return };
     let rms_of = |id: &str| round.rivals.iter().find(|rival| rival.0 == id).map(|rival| rival.1);
-    if rms_of(offset).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY) {
-        round.equals.retain(|id| *id != offset);
-        for (_, others) in state.ambiguous.iter_mut().filter(|(id, _)| *id == asymmetry) {
-            others.retain(|id| *id != offset);
+    let worse =
+        |id: &&str| rms_of(id).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY);
+    for id in ["torque-offset", "pressure-torque"].iter().filter(|id| worse(id)) {
+        round.equals.retain(|of| of != id);
+        for (_, others) in state.ambiguous.iter_mut().filter(|(of, _)| *of == asymmetry) {
+            others.retain(|of| of != id);
         }
-        state.ambiguous.retain(|(_, others)| !others.is_empty());
     }
+    state.ambiguous.retain(|(_, others)| !others.is_empty());
 }
 
 /// Begins with causes that were found before, fitted anew.
@@ -203,7 +233,10 @@ fn next_cause(
         let order = |rival: &Rival| (numbers(rival), is_confounded(name(rival), facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let paying = chosen.filter(|rival| state.rms - rival.rms >= state.least_cut(Loss::of(setting))).cloned();
+    let pays = |rival: &&Rival| {
+        state.rms - rival.rms >= state.least_cut(Loss::of(setting)) && state.is_no_misfit(rival)
+    };
+    let paying = chosen.filter(pays).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);
         return Ok(false);

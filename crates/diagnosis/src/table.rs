@@ -28,6 +28,9 @@ const ON_TEMPERATURE: [&str; 2] = ["temperature-dependent-viscosity", "temperatu
 const POSITION_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
 const FRICTION_ORDERS: usize = 6;
+/// A coupling's damping to begin with, in parts of what a squeal takes, and the least of that, N·m·s/rad.
+const QUIET: f64 = 2.0;
+const LEAST_DAMPING: f64 = 1e-3;
 /// Below it a pressure drop is none, MPa.
 const SOME_PRESSURE: f64 = 0.02;
 
@@ -363,13 +366,19 @@ fn hysteresis() -> Candidate {
     }
 }
 
+/// A coupling that damps as much as keeps the spool from squealing, twice; how much it does where the data say so.
 fn compliance(facts: &Facts) -> Candidate {
     let usual = 1.0 / facts.stiffness.unwrap_or(1e3);
     let compliance = parameter("stiffness_nm_per_rad", Map::Inverse, 0.0, (1e-12, 1.0), 0.02 * usual);
-    let probe = |part: f64| Probe { shape: vec![0.0], columns: vec![(0, part * usual)], jump: false };
+    let quiet = QUIET * facts.squeal.max(LEAST_DAMPING);
+    let most = 1e3 * quiet;
+    let damping =
+        parameter("damping_nm_s_per_rad", Map::Exp, quiet.ln(), ((0.25 * quiet).ln(), most.ln()), 0.1);
+    let probe =
+        |part: f64| Probe { shape: vec![0.0, quiet.ln()], columns: vec![(0, part * usual)], jump: false };
     Candidate {
         id: "coupling-compliance",
-        parameters: vec![compliance],
+        parameters: vec![compliance, damping],
         probes: [0.05, 0.3].map(probe).to_vec(),
         free: vec![0],
         optional: Vec::new(),

@@ -2,7 +2,7 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{Cause, Found};
+use diagnosis::{Cause, Evidence, Found};
 use valve_model::Model;
 
 use super::words::short;
@@ -100,6 +100,9 @@ fn about(cause: &Cause) -> String {
             short(of.ci95[0]),
             short(of.ci95[1])
         ));
+    }
+    if let Some(Evidence::Text(taken)) = cause.evidence.get("taken") {
+        lines.push(taken.clone());
     }
     lines.join("\n")
 }

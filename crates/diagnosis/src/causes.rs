@@ -1,0 +1,163 @@
+//! The causes that are accepted, with their numbers, how well these are known, and what each is worth.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::DiagnosisError;
+use crate::candidate::Candidate;
+use crate::diagnose::Judgement;
+use crate::errors::spread;
+use crate::fit::{Fitted, fit};
+use crate::hypothesis::{Free, Hypothesis, Member};
+use crate::linear::Point;
+use crate::loss::Loss;
+use crate::measure::{Left, rms_as_fitted, rms_left};
+use crate::outcome::{Cause, Evidence, ParameterFound};
+use crate::piece::Piece;
+use std::collections::BTreeMap;
+
+/// A cause beside others that makes the runs held out worse by this part is none.
+const HARMFUL: f64 = -0.02;
+
+/// What is left of a selection.
+pub(crate) struct Accepted {
+    pub point: Point,
+    /// What it leaves, by piece.
+    pub after: Vec<Left>,
+    pub causes: Vec<Cause>,
+    /// Names of those that were harmful.
+    pub harmful: Vec<String>,
+}
+
+/// Fits the members that are accepted, by place, without those that are harmful beside the others.
+pub(crate) fn accept(judged: &Judgement<'_>, mut members: Vec<usize>) -> Result<Accepted, DiagnosisError> {
+    let mut harmful = Vec::new();
+    loop {
+        let kept = keep(judged, &members)?;
+        let (point, after) = judged.everywhere(&kept)?;
+        let causes = causes(judged, &kept, &after)?;
+        let worst = (0..causes.len()).min_by(|a, b| causes[*a].1.total_cmp(&causes[*b].1));
+        let Some(worst) = worst.filter(|worst| causes.len() > 1 && causes[*worst].1 < HARMFUL) else {
+            let causes = causes.into_iter().map(|(cause, _)| cause).collect();
+            return Ok(Accepted { point, after, causes, harmful });
+        };
+        harmful.push(causes[worst].0.id.clone());
+        members.remove(worst);
+    }
+}
+
+/// The causes that are accepted, fitted once more where others are left out.
+fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisError> {
+    let fitted = &judged.selection.fitted;
+    if accepted.len() == fitted.point.hypothesis.members.len() {
+        return Ok(fitted.clone());
+    }
+    let members: Vec<Member> =
+        accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
+    let hypothesis = Hypothesis { members, ..judged.without_causes() };
+    let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
+    fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 8)
+}
+
+/// In the order of the members: each cause, and which part of the error without it, as the fit counts it, it takes away on
+/// runs that nothing was fitted or chosen on.
+fn causes(
+    judged: &Judgement<'_>,
+    kept: &Fitted,
+    after: &[Left],
+) -> Result<Vec<(Cause, f64)>, DiagnosisError> {
+    let hypothesis = &kept.point.hypothesis;
+    let any_held = judged.setting.campaign.pieces.iter().any(|piece| piece.hold_out);
+    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let all = rms_left(&judged.setting, after, &wanted);
+    let all_as_fitted = rms_as_fitted(&judged.setting, after, &wanted);
+    let spread = spread(kept, Loss::of(&judged.setting));
+    let free = hypothesis.free();
+    let mut causes = Vec::new();
+    for (index, member) in hypothesis.members.iter().enumerate() {
+        let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
+        let without = fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 6)?;
+        let (_, left) = judged.everywhere(&without)?;
+        let rms = rms_left(&judged.setting, &left, &wanted);
+        let mut parameters = BTreeMap::new();
+        for (place, number) in free.iter().enumerate() {
+            let Free::Number(of, number) = number else { continue };
+            if *of != index {
+                continue;
+            }
+            let deviation =
+                spread.as_ref().map_or(f64::NAN, |spread| spread.covariance[(place, place)].max(0.0).sqrt());
+            let half_width = spread.as_ref().map_or(f64::NAN, |spread| spread.half_width);
+            parameters.extend(parameter(member, *number, deviation, half_width));
+        }
+        if member.candidate.id == "encoder-eccentricity" {
+            parameters = eccentricity(member, &parameters);
+        }
+        let mut evidence = BTreeMap::new();
+        evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
+        if let Some(text) = taken(member) {
+            evidence.insert("taken".to_owned(), Evidence::Text(text));
+        }
+        let cause = Cause {
+            id: member.candidate.id.to_owned(),
+            parameters,
+            evidence,
+            rms_gain: if rms > 0.0 { 1.0 - all / rms } else { 0.0 },
+        };
+        let as_fitted = rms_as_fitted(&judged.setting, &left, &wanted);
+        causes.push((cause, if as_fitted > 0.0 { 1.0 - all_as_fitted / as_fitted } else { 0.0 }));
+    }
+    Ok(causes)
+}
+
+/// The numbers of a cause that the data don't ask to be anything but what they were at the beginning; harmonics are none then.
+fn taken(member: &Member) -> Option<String> {
+    let parameters = member.candidate.parameters.iter().zip(&member.numbers).enumerate();
+    let held = parameters.filter(|(number, (of, _))| of.slot.is_none() && !member.free.contains(number));
+    let told: Vec<String> =
+        held.map(|(_, (of, u))| format!("{} = {:.4}", of.key, of.map.value(*u))).collect();
+    (!told.is_empty()).then(|| format!("taken as it usually is, not fitted: {}", told.join(", ")))
+}
+
+fn parameter(
+    member: &Member,
+    number: usize,
+    deviation: f64,
+    half_width: f64,
+) -> Option<(String, ParameterFound)> {
+    let of = member.candidate.parameters.get(number)?;
+    let u = member.numbers.get(number).copied()?;
+    let key = of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1));
+    let value = of.map.value(u);
+    let (one, two) = (of.map.value(u - half_width * deviation), of.map.value(u + half_width * deviation));
+    let found = ParameterFound {
+        value,
+        std_error: of.map.slope(u) * deviation,
+        ci95: [one.min(two), one.max(two)],
+        unit: Candidate::unit(of.key, member.candidate.id).to_owned(),
+    };
+    Some((key, found))
+}
+
+/// Amplitude and phase from the parts along sine and cosine.
+fn eccentricity(
+    member: &Member,
+    parts: &BTreeMap<String, ParameterFound>,
+) -> BTreeMap<String, ParameterFound> {
+    let number = |index: usize| member.numbers.get(index).copied().unwrap_or(0.0);
+    let (along, across) = (number(0), number(1));
+    let amplitude = along.hypot(across);
+    let first = parts.values().next();
+    let error = first.map_or(f64::NAN, |part| part.std_error);
+    let half = first.map_or(f64::NAN, |part| 0.5 * (part.ci95[1] - part.ci95[0]));
+    let phase = across.atan2(along);
+    let per = 1.0 / amplitude.max(f64::MIN_POSITIVE);
+    let found = |value: f64, error: f64, half: f64, unit: &str| ParameterFound {
+        value,
+        std_error: error,
+        ci95: [value - half, value + half],
+        unit: unit.to_owned(),
+    };
+    BTreeMap::from([
+        ("amplitude_rad".to_owned(), found(amplitude, error, half, "rad")),
+        ("phase_rad".to_owned(), found(phase, error * per, half * per, "rad")),
+    ])
+}
