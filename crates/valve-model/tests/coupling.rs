@@ -26,18 +26,8 @@ fn a_spring_between_rotor_and_spool_is_softer_presliding() {
             speed_rad_per_s: 1e-4,
             acceleration_rad_per_s2: 0.0,
         };
-        let mut state = params.at_start(&Motion { speed_rad_per_s: 0.0, ..motion(0) });
-        let mut torque = 0.0;
-        for k in 0..2000 {
-            let input = MotionInput {
-                start: motion(k),
-                end: motion(k + 1),
-                pressure_drop_pa: 0.0,
-                oil_temperature_c: 40.0,
-            };
-            torque = motion_step(&params, &mut state, &input, 1e-3).load_torque_nm;
-        }
-        torque / 2e-4
+        let rest = Motion { speed_rad_per_s: 0.0, ..motion(0) };
+        along(&params, &rest, motion, 2000).last().unwrap().load_torque_nm / 2e-4
     };
     let rigid = stiffness(Vec::new());
     let soft = stiffness(vec![spring(0.0)]);
@@ -108,21 +98,11 @@ fn a_driven_spool_behind_a_damped_spring_takes_the_torque_of_its_transfer_functi
                 acceleration_rad_per_s2: -0.01 * omega * omega * turned.sin(),
             }
         };
-        let mut state = params.at_start(&motion(0));
         let (mut sine, mut cosine) = (0.0, 0.0);
-        for k in 0..2000 {
-            let input = MotionInput {
-                start: motion(k),
-                end: motion(k + 1),
-                pressure_drop_pa: 0.0,
-                oil_temperature_c: 40.0,
-            };
-            let torque_nm = motion_step(&params, &mut state, &input, 1e-3).load_torque_nm;
-            if k >= 1000 {
-                let turned = omega * f64::from(k + 1) * 1e-3;
-                sine += torque_nm * turned.sin() / 500.0;
-                cosine += torque_nm * turned.cos() / 500.0;
-            }
+        for (k, output) in along(&params, &motion(0), motion, 2000).iter().enumerate().skip(1000) {
+            let turned = omega * (k + 1) as f64 * 1e-3;
+            sine += output.load_torque_nm * turned.sin() / 500.0;
+            cosine += output.load_torque_nm * turned.cos() / 500.0;
         }
         // −J·ω²·(K + iωc)/(K − J·ω² + iωc)·θ
         let (real, imaginary) = (stiffness - inertia * omega * omega, omega * damping);

@@ -280,18 +280,7 @@ fn friction_lag_delays_the_curve_alone() {
             let t = f64::from(k) * 1e-3;
             Motion { angle_rad: 10.0 * t * t, speed_rad_per_s: 20.0 * t, acceleration_rad_per_s2: 20.0 }
         };
-        let mut state = params.at_start(&motion(0));
-        let mut friction_nm = 0.0;
-        for k in 0..500 {
-            let input = MotionInput {
-                start: motion(k),
-                end: motion(k + 1),
-                pressure_drop_pa: 0.0,
-                oil_temperature_c: 40.0,
-            };
-            friction_nm = motion_step(params, &mut state, &input, 1e-3).friction_torque_nm;
-        }
-        friction_nm
+        along(params, &motion(0), motion, 500).last().unwrap().friction_torque_nm
     };
     let lost = torque(&params(0.0)) - torque(&params(0.02));
     assert!((lost - 0.1 * 20.0 * 0.02).abs() < 1e-4, "{lost} N·m");

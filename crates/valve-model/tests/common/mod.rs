@@ -169,3 +169,20 @@ pub fn effect(id: &str, parameters: &[(&str, f64)]) -> Effect {
 pub fn with(effects: Vec<Effect>) -> Model {
     Model { effects, ..model(FrictionParams::LuGre(soft())) }
 }
+
+/// The torques at the end of each of `count` milliseconds of a motion without pressure, begun as `begin` has it.
+pub fn along(
+    params: &MotionParams,
+    begin: &Motion,
+    motion: impl Fn(i32) -> Motion,
+    count: i32,
+) -> Vec<MotionOutput> {
+    let mut state = params.at_start(begin);
+    (0..count)
+        .map(|k| {
+            let (start, end) = (motion(k), motion(k + 1));
+            let input = MotionInput { start, end, pressure_drop_pa: 0.0, oil_temperature_c: 40.0 };
+            motion_step(params, &mut state, &input, 1e-3)
+        })
+        .collect()
+}
