@@ -111,7 +111,7 @@ pub fn diagnose(
     find_missed_steps(&mut campaign, &ready, &first, model);
     check_finite(&campaign, &ready, &first, workers)?;
     tell(Event::Step("estimating the noise"));
-    let noise = estimate(&mut campaign, &ready, &first.starts, options.seed, workers);
+    let noise = estimate(&mut campaign, &ready, &first, options.seed, workers);
     campaign.facts.excitation = excitation(&campaign, noise.channel);
     let (able, unable) = candidates(&campaign.facts, model);
     let nuisances = Nuisances {
@@ -299,7 +299,7 @@ fn check_finite(
 ) -> Result<(), DiagnosisError> {
     let bad = map(workers, campaign.pieces.len(), |index| {
         let piece = campaign.pieces.get(index)?;
-        let predicted = piece.predict(ready, first.starts.get(index).copied().unwrap_or(0.0));
+        let predicted = piece.predict(ready, first.start(index));
         let row = predicted.iter().position(|value| !value.is_finite())?;
         Some((piece.run, piece.rows.start + row + 1, predicted.get(row).copied().unwrap_or(f64::NAN)))
     });

@@ -7,7 +7,7 @@ use crate::hypothesis::Hypothesis;
 use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
 use crate::loss::Loss;
 use crate::piece::{Piece, Ready};
-use crate::start::{best_start, better_start};
+use crate::start::{Begun, best_start, better_start};
 use crate::workers::map;
 use nalgebra::DVector;
 
@@ -184,7 +184,8 @@ fn moved(
     let starts = each_start(setting, point, &hypothesis, wanted, |index, piece, ready, start| {
         let own = equations.get(index).and_then(Option::as_ref);
         let bound = piece.start_bound(ready);
-        let shifted = (start + own.map_or(0.0, |own| start_change(own, beta))).clamp(-bound, bound);
+        let shift = start.shift + own.map_or(0.0, |own| start_change(own, beta));
+        let shifted = start.shifted(shift.clamp(-bound, bound));
         better_start(setting, piece, ready, (shifted, start), zero_rad)
     })?;
     Ok(Point { starts, hypothesis })
@@ -210,12 +211,12 @@ fn each_start(
     point: &Point,
     hypothesis: &Hypothesis,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
-    new: impl Fn(usize, &Piece, &Ready, f64) -> f64 + Sync,
-) -> Result<Vec<f64>, DiagnosisError> {
+    new: impl Fn(usize, &Piece, &Ready, Begun) -> Begun + Sync,
+) -> Result<Vec<Begun>, DiagnosisError> {
     let ready = setting.ready(hypothesis)?;
     let pieces = &setting.campaign.pieces;
     Ok(map(setting.workers, pieces.len(), |index| {
-        let start = point.starts.get(index).copied().unwrap_or(0.0);
+        let start = point.start(index);
         let piece = pieces.get(index).filter(|piece| wanted(piece));
         piece.map_or(start, |piece| new(index, piece, &ready, start))
     }))

@@ -6,6 +6,7 @@ use crate::campaign::Campaign;
 use crate::gram::Gram;
 use crate::hypothesis::{Free, Hypothesis};
 use crate::piece::{Piece, Ready};
+use crate::start::Begun;
 use crate::workers::{Workers, map};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use valve_model::Model;
@@ -46,8 +47,15 @@ pub(crate) struct PieceEquations {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Point {
     pub hypothesis: Hypothesis,
-    /// By piece: the torque that friction carries, N·m, or the shift of the first angle, rad.
-    pub starts: Vec<f64>,
+    /// By piece.
+    pub starts: Vec<Begun>,
+}
+
+impl Point {
+    /// How a piece begins.
+    pub fn start(&self, piece: usize) -> Begun {
+        self.starts.get(piece).copied().unwrap_or_default()
+    }
 }
 
 /// What all evaluations share.
@@ -119,7 +127,7 @@ impl Setting<'_> {
         let ready = self.ready(&point.hypothesis)?;
         let job = |index: usize| {
             let piece = self.campaign.pieces.get(index).filter(|piece| wanted(piece))?;
-            let start = point.starts.get(index).copied().unwrap_or(0.0);
+            let start = point.start(index);
             let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
             Some(self.piece_equations(piece, &ready, start, zero, columns))
         };
@@ -130,7 +138,7 @@ impl Setting<'_> {
         &self,
         piece: &Piece,
         ready: &Ready,
-        start: f64,
+        start: Begun,
         zero: f64,
         columns: &[Column],
     ) -> PieceEquations {
@@ -152,8 +160,8 @@ impl Setting<'_> {
             match shift {
                 None => put(index, &mut std::iter::repeat_n(1.0, piece.len())),
                 Some(size) => {
-                    let size = if start > 0.0 { -size } else { *size };
-                    let moved = piece.predict(ready, start + size);
+                    let size = if start.shift > 0.0 { -size } else { *size };
+                    let moved = piece.predict(ready, start.shifted(start.shift + size));
                     put(index, &mut moved.iter().zip(&base).map(|(moved, base)| (moved - base) / size));
                 }
             }

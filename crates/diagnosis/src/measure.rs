@@ -64,7 +64,7 @@ pub(crate) fn left_with(
         let Some(piece) = setting.campaign.pieces.get(index) else {
             return Left { predicted: Vec::new(), residual: Vec::new() };
         };
-        let mut predicted = piece.predict(&ready, point.starts.get(index).copied().unwrap_or(0.0));
+        let mut predicted = piece.predict(&ready, point.start(index));
         let mut residual: Vec<f64> =
             piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model - zero).collect();
         if jumps == Jumps::Seen {

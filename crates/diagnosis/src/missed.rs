@@ -1,6 +1,7 @@
 //! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
 
 use crate::piece::{Piece, Ready};
+use crate::start::Begun;
 
 /// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
 const LEAST: f64 = 0.6;
@@ -10,7 +11,7 @@ const WHOLE: f64 = 0.2;
 const AFTER: usize = 20;
 
 /// The sample and the jump, rad, of a piece that loses steps.
-pub(crate) fn find(piece: &Piece, ready: &Ready, start: f64, pitch_rad: f64) -> Option<(usize, f64)> {
+pub(crate) fn find(piece: &Piece, ready: &Ready, start: Begun, pitch_rad: f64) -> Option<(usize, f64)> {
     let predicted = piece.predict(ready, start);
     let residual: Vec<f64> =
         piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();

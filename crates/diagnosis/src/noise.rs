@@ -6,7 +6,9 @@
 
 use crate::campaign::Campaign;
 use crate::holds;
+use crate::linear::Point;
 use crate::piece::{Piece, Ready};
+use crate::start::Begun;
 use crate::workers::{Workers, map};
 use log_data::Channel;
 
@@ -43,13 +45,13 @@ pub(crate) struct NoiseLevel {
 pub(crate) fn estimate(
     campaign: &mut Campaign,
     ready: &Ready,
-    starts: &[f64],
+    first: &Point,
     seed: u64,
     workers: &dyn Workers,
 ) -> NoiseLevel {
     let (pieces, measured) = (&campaign.pieces, campaign.channel);
     let found = map(workers, pieces.len(), |index| {
-        let start = starts.get(index).copied().unwrap_or(0.0);
+        let start = first.start(index);
         pieces.get(index).map(|piece| look(piece, ready, start, seed, measured)).unwrap_or_default()
     });
     let pool = |blocks: &mut dyn Iterator<Item = f64>| {
@@ -109,7 +111,7 @@ impl Look {
     }
 }
 
-fn look(piece: &Piece, ready: &Ready, start: f64, seed: u64, measured: Channel) -> Look {
+fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, measured: Channel) -> Look {
     let predicted = piece.predict(ready, start);
     let residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::driven::Driven;
+use crate::start::Begun;
 use log_data::{Channel, Run};
 use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
 use rand::SeedableRng;
@@ -96,12 +97,12 @@ impl Piece {
 
     /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
     /// a shift of the angle.
-    pub fn first_start(&self, ready: &Ready) -> f64 {
-        let Ready::Torque(params) = ready else { return 0.0 };
+    pub fn first_start(&self, ready: &Ready) -> Begun {
+        let Ready::Torque(params) = ready else { return Begun::default() };
         let most_nm = params.friction_law().steady_torque(f64::MIN_POSITIVE);
         let count = self.measured.len().clamp(1, 5) as f64;
         let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
-        if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 }
+        Begun::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
     }
 
     /// Most that the start may be.
@@ -111,6 +112,11 @@ impl Piece {
             Ready::Torque(params) => 1.2 * params.friction_law().steady_torque(f64::MIN_POSITIVE),
             Ready::Angle(_) => 0.01,
         }
+    }
+
+    /// Whether the encoder's shaft has play.
+    pub fn has_play(&self, ready: &Ready) -> bool {
+        matches!(ready, Ready::Angle(params) if params.backlash_half_width_rad() > 0.0)
     }
 
     /// A change of the start that tells how the prediction follows it.
@@ -124,9 +130,9 @@ impl Piece {
     }
 
     /// What the model has for the piece.
-    pub fn predict(&self, ready: &Ready, start: f64) -> Vec<f64> {
+    pub fn predict(&self, ready: &Ready, start: Begun) -> Vec<f64> {
         let mut predicted = match ready {
-            Ready::Torque(params) => self.torque(params, &self.motions, start),
+            Ready::Torque(params) => self.torque(params, &self.motions, start.shift),
             Ready::Angle(params) => self.angle(params, start),
         };
         for (from, jump) in &self.jumps {
@@ -157,9 +163,10 @@ impl Piece {
         }
     }
 
-    fn torque(&self, params: &MotionParams, motions: &[Motion], start: f64) -> Vec<f64> {
+    fn torque(&self, params: &MotionParams, motions: &[Motion], carried_nm: f64) -> Vec<f64> {
         let Some(first) = motions.first() else { return Vec::new() };
-        let past = ContactPast { deflection_rad: params.friction_law().deflection_rad(start), ..self.past };
+        let past =
+            ContactPast { deflection_rad: params.friction_law().deflection_rad(carried_nm), ..self.past };
         let mut state = params.at_start_after(first, &past);
         let mut before = *first;
         let mut before_s = f64::NAN;
@@ -178,10 +185,10 @@ impl Piece {
         torque
     }
 
-    fn angle(&self, params: &ValveParams, start: f64) -> Vec<f64> {
+    fn angle(&self, params: &ValveParams, start: Begun) -> Vec<f64> {
         let Some(first) = self.motions.first() else { return Vec::new() };
         let driven = &self.driven;
-        let met_rad = first.angle_rad + start;
+        let met_rad = first.angle_rad + start.shift;
         let input = |index: usize| {
             let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index + 1);
             ValveInput {
@@ -192,7 +199,7 @@ impl Piece {
                 energised: true,
             }
         };
-        let mut state = params.met_at(met_rad, first.speed_rad_per_s, &input(0), &self.past);
+        let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &self.past);
         let mut angle = Vec::with_capacity(driven.all_times_s().len());
         angle.push(met_rad);
         for (index, times) in driven.all_times_s().windows(2).enumerate() {
@@ -206,15 +213,15 @@ impl Piece {
     /// What the encoder's steps and noise make of the prediction: that of a torque less the one from the same motion measured
     /// once more; that of an angle less the one from a start as uncertain as the mean of a few samples. A rotor that sticks
     /// and slips by itself makes much of that.
-    pub fn error_of_motion(&self, ready: &Ready, start: f64, seed: u64) -> Vec<f64> {
+    pub fn error_of_motion(&self, ready: &Ready, start: Begun, seed: u64) -> Vec<f64> {
         let (once, twice) = match ready {
             Ready::Torque(params) => {
                 let again = self.measured_again(seed);
-                (self.torque(params, &self.motions, start), self.torque(params, &again, start))
+                (self.torque(params, &self.motions, start.shift), self.torque(params, &again, start.shift))
             }
             Ready::Angle(params) => {
-                let beside = start + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
-                (self.angle(params, start), self.angle(params, beside))
+                let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
+                (self.angle(params, start), self.angle(params, start.shifted(shift)))
             }
         };
         once.iter().zip(twice).map(|(one, two)| two - one).collect()

@@ -12,6 +12,7 @@ use crate::screen::Screened;
 use crate::select::Selection;
 use crate::twins::are_twins;
 use crate::workers::map;
+use crate::worth::least_cut;
 
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
@@ -76,7 +77,7 @@ pub(crate) fn fit_rivals(
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
     let mut rivals = Vec::new();
-    if most < PROMISING * state.least_cut(Loss::of(setting)) {
+    if most < PROMISING * least_cut(state, Loss::of(setting)) {
         return Ok(rivals);
     }
     let torque = setting.campaign.facts.is_torque();
@@ -109,7 +110,7 @@ pub(crate) fn fit_rival(
         ..state.fitted.point.clone()
     };
     let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
-    let pays = state.rms - tried.rms > PROMISING * state.least_cut(Loss::of(setting));
+    let pays = state.rms - tried.rms > PROMISING * least_cut(state, Loss::of(setting));
     if pays && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;
@@ -159,7 +160,7 @@ pub(crate) fn angle_between(
     let (base_ready, one_ready, two_ready) = (base_ready?, one_ready?, two_ready?);
     let products = map(setting.workers, setting.campaign.pieces.len(), |index| {
         let piece = setting.campaign.pieces.get(index).filter(|piece| !piece.hold_out)?;
-        let start = base.starts.get(index).copied().unwrap_or(0.0);
+        let start = base.start(index);
         let [none, one, two] = [&base_ready, &one_ready, &two_ready].map(|ready| piece.predict(ready, start));
         let samples = none.iter().zip(&one).zip(&two).zip(&piece.weights);
         Some(samples.fold((0.0, 0.0, 0.0), |(aa, ab, bb), (((none, one), two), weight)| {

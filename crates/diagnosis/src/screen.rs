@@ -35,12 +35,27 @@ pub(crate) struct Screened {
     pub member: Member,
 }
 
-/// Every candidate by what its linearised best cuts, best first.
-pub(crate) fn screen(
-    setting: &Setting<'_>,
+/// A screening: the ranking, and what it was made from.
+pub(crate) struct Screening<'a> {
+    /// Best first.
+    pub ranked: Vec<Screened>,
+    pub tally: Tally<'a>,
+    pub places: Vec<Place>,
+}
+
+impl Screening<'_> {
+    /// Names and gains, best first.
+    pub fn ranking(&self, candidates: &[Candidate]) -> Vec<(&'static str, f64)> {
+        self.ranked.iter().filter_map(|of| candidates.get(of.candidate).map(|c| (c.id, of.gain))).collect()
+    }
+}
+
+/// Every candidate by what its linearised best cuts.
+pub(crate) fn screen<'a>(
+    setting: &Setting<'a>,
     candidates: &[Candidate],
     state: &Fitted,
-) -> Result<Vec<Screened>, DiagnosisError> {
+) -> Result<Screening<'a>, DiagnosisError> {
     let point = &state.point;
     let hypothesis = &point.hypothesis;
     let mut columns = setting.own_columns(hypothesis)?;
@@ -65,7 +80,7 @@ pub(crate) fn screen(
     let equations = setting.equations(point, &columns, looked_at(setting.campaign))?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let tally = Tally::new(setting, groups, own);
-    let mut found = Vec::new();
+    let mut ranked = Vec::new();
     for (index, candidate) in candidates.iter().enumerate() {
         let probes: Vec<_> = places.iter().filter(|place| place.candidate == index).collect();
         let screened = if candidate.series {
@@ -73,10 +88,10 @@ pub(crate) fn screen(
         } else {
             screen_plain(candidate, &probes, &tally)
         };
-        found.extend(screened.map(|(gain, member)| Screened { candidate: index, gain, member }));
+        ranked.extend(screened.map(|(gain, member)| Screened { candidate: index, gain, member }));
     }
-    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    Ok(found)
+    ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(Screening { ranked, tally, places })
 }
 
 /// The pieces that the screening looks at.
@@ -121,18 +136,18 @@ fn probe_column(
 }
 
 /// The equations of all columns, and how they are summed up.
-struct Tally<'a> {
+pub(crate) struct Tally<'a> {
     loss: Loss,
     groups: Vec<Gram>,
     /// As a fit takes the groups.
     weighted: Vec<Gram>,
     /// All of those together.
-    total: Gram,
+    pub total: Gram,
     folds: &'a [usize],
     /// The columns of what is in already.
-    own: Vec<usize>,
+    pub own: Vec<usize>,
     /// RMS with those alone, in parts of the noise.
-    base: f64,
+    pub base: f64,
 }
 
 impl<'a> Tally<'a> {
@@ -146,7 +161,7 @@ impl<'a> Tally<'a> {
     }
 
     /// RMS on what these columns were not fitted on, in parts of the noise.
-    fn left(&self, columns: &[usize]) -> Option<f64> {
+    pub fn left(&self, columns: &[usize]) -> Option<f64> {
         leave_out(&self.weighted, &self.groups, self.folds, columns)
             .map(|held| self.loss.rms(held.each(&self.groups)))
     }
@@ -159,11 +174,37 @@ impl<'a> Tally<'a> {
 }
 
 /// Where the columns of a candidate's probe are, and over how many of its steps they are taken.
-struct Place {
-    candidate: usize,
-    probe: usize,
-    part: f64,
-    columns: Vec<usize>,
+pub(crate) struct Place {
+    pub candidate: usize,
+    pub probe: usize,
+    pub part: f64,
+    pub columns: Vec<usize>,
+}
+
+impl Place {
+    /// The candidate's numbers once its columns change by `betas`, in their order; `None` where that is impossible, or beyond
+    /// what was looked at.
+    pub fn numbers(&self, candidate: &Candidate, betas: &[f64]) -> Option<Vec<f64>> {
+        let probe = candidate.probes.get(self.probe)?;
+        let mut numbers = probe.shape.clone();
+        for ((parameter, step), beta) in probe.columns.iter().zip(betas) {
+            let of = candidate.parameters.get(*parameter)?;
+            if probe.jump {
+                if *beta <= 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let wanted = of.neutral + beta;
+            // A secant speaks of its own side alone.
+            let ahead = self.part == 1.0 || beta * self.part * step > 0.0;
+            if !ahead || !at_most(wanted, of.lower, of.upper, of.step) {
+                return None;
+            }
+            *numbers.get_mut(*parameter)? = wanted.clamp(of.lower, of.upper);
+        }
+        Some(numbers)
+    }
 }
 
 fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
@@ -172,30 +213,14 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
     }
     let mut best: Option<(f64, Member)> = None;
     for place in places {
-        let Some(probe) = candidate.probes.get(place.probe) else { continue };
         let columns: Vec<usize> = tally.own.iter().chain(&place.columns).copied().collect();
         let Some(left) = tally.left(&columns) else { continue };
         let Some((beta, _)) = solve(&tally.total, &columns) else { continue };
-        let mut numbers = probe.shape.clone();
-        let mut allowed = true;
-        for ((parameter, step), beta) in probe.columns.iter().zip(beta.iter().skip(tally.own.len())) {
-            let (Some(number), Some(of)) =
-                (numbers.get_mut(*parameter), candidate.parameters.get(*parameter))
-            else {
-                continue;
-            };
-            if probe.jump {
-                allowed = *beta > 0.0;
-            } else {
-                let wanted = of.neutral + beta;
-                // A secant speaks of its own side alone.
-                let ahead = place.part == 1.0 || beta * place.part * step > 0.0;
-                allowed &= ahead && at_most(wanted, of.lower, of.upper, of.step);
-                *number = wanted.clamp(of.lower, of.upper);
-            }
-        }
-        let gain = if allowed { tally.base - left } else { -1.0 };
+        let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
+        let numbers = place.numbers(candidate, &betas);
+        let gain = if numbers.is_some() { tally.base - left } else { -1.0 };
         if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+            let numbers = numbers.unwrap_or_else(|| candidate.neutral());
             best =
                 Some((gain, Member { candidate: candidate.clone(), numbers, free: candidate.free.clone() }));
         }

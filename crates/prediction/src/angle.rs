@@ -57,7 +57,7 @@ pub(crate) fn predict(
             energised: true,
         }
     };
-    let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, &input(0), &contact);
+    let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, None, &input(0), &contact);
     let deflection_rad = state.friction.bristle_deflection_rad();
     let predicted = angle_rad
         .iter_mut()

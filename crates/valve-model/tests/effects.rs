@@ -317,7 +317,7 @@ fn a_valve_met_under_load_stays_where_it_was_met() {
         let valve = ValveParams::new(&with(effects.clone())).unwrap();
         let command_rad = met_rad + ahead_rad;
         let hold = ValveInput { pressure_drop_pa: 5e6, ..input(command_rad, command_rad) };
-        let mut state = valve.met_at(met_rad, 0.0, &hold, &ContactPast::default());
+        let mut state = valve.met_at(met_rad, 0.0, None, &hold, &ContactPast::default());
         let rotor_rad = state.rotor_angle_rad;
         let mut most_rad: f64 = 0.0;
         for _ in 0..200 {

@@ -12,16 +12,17 @@ const HELD: f64 = 0.25;
 impl ValveParams {
     /// A valve whose encoder reads `encoder_rad` at a speed (rad/s) under the beginning of `input`: its bristles, and the
     /// spring of a compliant coupling, hold against the motor and the other torques, as far as they can; the rotor lies at
-    /// the side of the encoder's play towards which it turned, or is drawn. How long the contact has rested and how far
-    /// it has travelled is in `past`.
+    /// `side` of the encoder's play (−1 to 1), or without one where it turned to, or is drawn to. How long the contact has
+    /// rested and how far it has travelled is in `past`.
     pub fn met_at(
         &self,
         encoder_rad: f64,
         speed_rad_per_s: f64,
+        side: Option<f64>,
         input: &ValveInput,
         past: &ContactPast,
     ) -> ValveState {
-        let seen = Met { encoder_rad, speed_rad_per_s, input, past };
+        let seen = Met { encoder_rad, speed_rad_per_s, side, input, past };
         match &self.friction.law {
             AnyLaw::Stribeck(law) => seen.state(self, law),
             AnyLaw::Dahl(law) => seen.state(self, law),
@@ -34,6 +35,7 @@ impl ValveParams {
 struct Met<'a> {
     encoder_rad: f64,
     speed_rad_per_s: f64,
+    side: Option<f64>,
     input: &'a ValveInput,
     past: &'a ContactPast,
 }
@@ -58,7 +60,9 @@ impl Met<'_> {
         let shaft = Shaft::<L, true>::new(params, law, &input, 1.0, &friction);
         let encoder_shaft_rad = params.measurement.shaft_under(self.encoder_rad);
         let seen = self.held(&shaft, encoder_shaft_rad);
-        let side = if self.speed_rad_per_s == 0.0 { seen.part() / HELD } else { sign(self.speed_rad_per_s) };
+        let likely =
+            if self.speed_rad_per_s == 0.0 { seen.part() / HELD } else { sign(self.speed_rad_per_s) };
+        let side = self.side.unwrap_or(likely);
         let rotor_rad =
             encoder_shaft_rad + side.clamp(-1.0, 1.0) * params.measurement.backlash_half_width_rad;
         let held = self.held(&shaft, rotor_rad);

@@ -131,4 +131,9 @@ impl ValveParams {
     pub fn sensor_delay_s(&self) -> f64 {
         self.measurement.delay_s
     }
+
+    /// Half the play between the rotor and the encoder's shaft, rad.
+    pub fn backlash_half_width_rad(&self) -> f64 {
+        self.measurement.backlash_half_width_rad
+    }
 }

@@ -1,0 +1,181 @@
+//! Two causes that hide each other: more friction and more holding torque leave the lag as it is, and a third cause may look
+//! better than either of two. What one after the other misses is looked for in pairs, all of them linearised at once.
+
+use crate::DiagnosisError;
+use crate::candidate::Candidate;
+use crate::gram::solve;
+use crate::hypothesis::Member;
+use crate::linear::{Point, Setting};
+use crate::measure::left;
+use crate::pattern::search;
+use crate::refine::refine;
+use crate::rivals::{STEPS, Tried, fitted_pieces};
+use crate::round::next_cause;
+use crate::screen::{Place, Screening, screen};
+use crate::select::Selection;
+use crate::whiteness::is_white;
+
+/// Pairs, by what they cut where they are fitted, that are judged on what they were not fitted on.
+const SHORT_LIST: usize = 12;
+/// A pair is fitted through the model where its linearised gain is so many times that of any that greed would have come to.
+const MORE: f64 = 1.1;
+/// ... and taken where it leaves no more than this part of what one cause after the other leaves beyond noise.
+const HALF: f64 = 0.5;
+
+/// From where the search `begun`, two causes at once, where they leave much less than `found`, one after the other.
+pub(crate) fn hidden_pair(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    first: &Screening<'_>,
+    begun: &Selection,
+    found: &Selection,
+) -> Result<Option<Selection>, DiagnosisError> {
+    if is_white(setting, &left(setting, &found.fitted.point)?) {
+        return Ok(None);
+    }
+    let greedy = found.rounds.first().and_then(|round| round.accepted);
+    let Some(pair) = best_pair(candidates, first, greedy) else { return Ok(None) };
+    let enough = |rms: f64| rms.powi(2) - 1.0 <= HALF * (found.rms.powi(2) - 1.0);
+    let Some(together) = fit_pair(setting, begun, &pair)?.filter(|tried| enough(tried.rms)) else {
+        return Ok(None);
+    };
+    let Some(mut state) = judged(setting, candidates, begun, &together)?.filter(|state| enough(state.rms))
+    else {
+        return Ok(None);
+    };
+    let gone = found.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id);
+    let named: Vec<&str> =
+        state.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
+    let reason = format!("explains less than {} together", named.join(" and "));
+    let gone: Vec<_> = gone.filter(|id| !named.contains(id)).map(|id| (id, reason.clone())).collect();
+    state.dropped.extend(gone);
+    Ok(Some(state))
+}
+
+/// The pair with the greatest linearised gain, where that is more than what the pairs with the cause promise that was found
+/// by itself.
+fn best_pair(candidates: &[Candidate], first: &Screening<'_>, greedy: Option<&str>) -> Option<[Member; 2]> {
+    let tally = &first.tally;
+    let (square, _) = explained(first, &[])?;
+    let mut pairs: Vec<(f64, &Place, &Place)> = Vec::new();
+    for (index, one) in first.places.iter().enumerate() {
+        let others = first.places.iter().skip(index + 1).filter(|two| two.candidate != one.candidate);
+        for two in others {
+            let Some((more, _)) = explained(first, &[one, two]) else { continue };
+            if members(candidates, first, one, two).is_some() {
+                pairs.push((more - square, one, two));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let is_greedy =
+        |place: &Place| candidates.get(place.candidate).is_some_and(|candidate| Some(candidate.id) == greedy);
+    let gain = |(_, one, two): &(f64, &Place, &Place)| {
+        let columns: Vec<usize> = tally.own.iter().chain(&one.columns).chain(&two.columns).copied().collect();
+        tally.left(&columns).map_or(f64::NEG_INFINITY, |left| tally.base - left)
+    };
+    let (with, without): (Vec<_>, Vec<_>) =
+        pairs.into_iter().partition(|(_, one, two)| is_greedy(one) || is_greedy(two));
+    let alone = first.ranked.first().map_or(0.0, |best| best.gain);
+    let known = with.iter().take(SHORT_LIST).map(gain).fold(alone, f64::max);
+    let judged = without.iter().take(SHORT_LIST).map(|pair| (gain(pair), pair.1, pair.2));
+    let (gain, one, two) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    if gain < MORE * known {
+        return None;
+    }
+    members(candidates, first, one, two)
+}
+
+/// What the columns of these places explain beside those that are in, of the squares as a fit takes them; and their changes.
+fn explained(first: &Screening<'_>, places: &[&Place]) -> Option<(f64, Vec<f64>)> {
+    let of_places = places.iter().flat_map(|place| &place.columns);
+    let columns: Vec<usize> = first.tally.own.iter().chain(of_places).copied().collect();
+    if columns.is_empty() {
+        return Some((0.0, Vec::new()));
+    }
+    let (beta, _) = solve(&first.tally.total, &columns)?;
+    let (_, by_residual) = first.tally.total.part(&columns);
+    Some((beta.dot(&by_residual), beta.iter().skip(first.tally.own.len()).copied().collect()))
+}
+
+/// Both with the numbers that they have beside each other; `None` where one's are impossible.
+fn members(candidates: &[Candidate], first: &Screening<'_>, one: &Place, two: &Place) -> Option<[Member; 2]> {
+    let (_, betas) = explained(first, &[one, two])?;
+    let (of_one, of_two) = betas.split_at_checked(one.columns.len())?;
+    let member = |place: &Place, betas: &[f64]| {
+        let candidate = candidates.get(place.candidate)?;
+        let numbers = place.numbers(candidate, betas)?;
+        let free = if candidate.series {
+            candidate.probes.get(place.probe)?.columns.iter().map(|(parameter, _)| *parameter).collect()
+        } else {
+            candidate.free.clone()
+        };
+        Some(Member { candidate: candidate.clone(), numbers, free })
+    };
+    Some([member(one, of_one)?, member(two, of_two)?])
+}
+
+/// Both fitted through the model, together.
+fn fit_pair(
+    setting: &Setting<'_>,
+    begun: &Selection,
+    pair: &[Member; 2],
+) -> Result<Option<Tried>, DiagnosisError> {
+    let mut point = begun.fitted.point.clone();
+    for member in pair {
+        point.hypothesis = point.hypothesis.with(member.clone());
+    }
+    if setting.ready(&point.hypothesis).is_err() {
+        return Ok(None);
+    }
+    let mut tried = Tried::from(setting, point, STEPS)?;
+    let count = tried.fitted.point.hypothesis.members.len();
+    for member in count - 2..count {
+        if let Some(better) = search(setting, &tried.fitted, member, &fitted_pieces)? {
+            tried = Tried::from(setting, better, STEPS)?;
+        }
+    }
+    Ok(Some(tried))
+}
+
+/// Each of the two beside the other, as if it were the next cause: its rivals and the twins that it can't be told from.
+fn judged(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    begun: &Selection,
+    together: &Tried,
+) -> Result<Option<Selection>, DiagnosisError> {
+    let count = together.fitted.point.hypothesis.members.len();
+    let Some(mut state) = beside(setting, candidates, begun, &together.fitted.point, count - 1)? else {
+        return Ok(None);
+    };
+    let (ambiguous, angles, rounds) = (state.ambiguous, state.angles, state.rounds);
+    // The one that was taken is the last; now it is there, and the other one is looked for.
+    let Some(mut turned) = beside(setting, candidates, begun, &state.fitted.point, count - 2)? else {
+        return Ok(None);
+    };
+    turned.ambiguous.extend(ambiguous);
+    turned.angles.extend(angles);
+    state.rounds = rounds;
+    turned.rounds.splice(0..0, state.rounds);
+    Ok(Some(turned))
+}
+
+/// The next cause beside what is at `point`, without the member at `index`, its numbers as they are there.
+fn beside(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    begun: &Selection,
+    point: &Point,
+    index: usize,
+) -> Result<Option<Selection>, DiagnosisError> {
+    let alone = Point { hypothesis: point.hypothesis.without(index), starts: point.starts.clone() };
+    let Tried { fitted, .. } = Tried::from(setting, alone, 0)?;
+    let mut state = Selection { fitted, ..begun.clone() };
+    let screening = screen(setting, candidates, &state.fitted)?;
+    if !next_cause(setting, candidates, &screening.ranked, &mut state)? {
+        return Ok(None);
+    }
+    refine(setting, &mut state)?;
+    Ok(Some(state))
+}

@@ -1,0 +1,74 @@
+//! What a new cause changes for those that were in before: they are fitted once more, and dropped where they no longer pay.
+
+use crate::DiagnosisError;
+use crate::hypothesis::Member;
+use crate::linear::{Point, Setting};
+use crate::pattern::search;
+use crate::rivals::{NEARLY, STEPS, Tried, fitted_pieces};
+use crate::select::Selection;
+use crate::worth::{FLOOR, SHARE};
+
+/// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
+/// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
+pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
+        if let Some(better) = search(setting, &state.fitted, member, &fitted_pieces)? {
+            let tried = Tried::from(setting, better, STEPS)?;
+            if tried.fitted.loss < state.fitted.loss {
+                state.take(tried);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// An asymmetry whose viscous part pays grows with speed; a torque of one sign that fitted worse is no twin then.
+pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
+    const VISCOUS: usize = 1;
+    let asymmetry = "direction-asymmetry";
+    let viscous = |member: &Member| member.candidate.id == asymmetry && member.free.contains(&VISCOUS);
+    if !state.fitted.point.hypothesis.members.last().is_some_and(viscous) {
+        return;
+    }
+    let Some(round) = state.rounds.last_mut() else { return };
+    let rms_of = |id: &str| round.rivals.iter().find(|rival| rival.0 == id).map(|rival| rival.1);
+    let worse =
+        |id: &&str| rms_of(id).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY);
+    for id in ["torque-offset", "pressure-torque"].iter().filter(|id| worse(id)) {
+        round.equals.retain(|of| of != id);
+        for (_, others) in state.ambiguous.iter_mut().filter(|(of, _)| *of == asymmetry) {
+            others.retain(|of| of != id);
+        }
+    }
+    state.ambiguous.retain(|(_, others)| !others.is_empty());
+}
+
+/// Drops causes that no longer pay beside the others.
+pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    while state.fitted.point.hypothesis.members.len() > 1 {
+        let mut idlest: Option<(usize, Tried)> = None;
+        for index in 0..state.fitted.point.hypothesis.members.len() {
+            let begin = Point {
+                hypothesis: state.fitted.point.hypothesis.without(index),
+                starts: state.fitted.point.starts.clone(),
+            };
+            let without = Tried::from(setting, begin, 6)?;
+            if idlest.as_ref().is_none_or(|(_, least)| without.rms < least.rms) {
+                idlest = Some((index, without));
+            }
+        }
+        let Some((index, without)) = idlest else { break };
+        let worth = without.rms.powi(2) - state.rms.powi(2);
+        if without.rms - state.rms >= FLOOR && worth >= SHARE * state.forms.open {
+            break;
+        }
+        if let Some(member) = state.fitted.point.hypothesis.members.get(index) {
+            let id = member.candidate.id;
+            let reason = "no longer cuts the error on held-out runs once the other causes are in".to_owned();
+            state.dropped.push((id, reason));
+            state.ambiguous.retain(|(representative, _)| *representative != id);
+        }
+        state.take(without);
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! What a cause must be worth beside those that are in: more than their forms leave to pick from.
+
+use crate::loss::Loss;
+use crate::rivals::Rival;
+use crate::select::Selection;
+
+/// A cause must cut the held-out RMS by so much, in parts of the noise.
+pub(crate) const FLOOR: f64 = 0.01;
+/// ... and by so much of what all causes of an open form explain, as a mean square: below it lies the misfit of a form.
+pub(crate) const SHARE: f64 = 0.02;
+/// Causes whose form leaves nothing open: nothing that they leave is a misfit of theirs.
+const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
+/// A cause whose form is one of many: no bank of elements is the other's. In an angle log the rotor then slips at other
+/// moments, and so much of what that cause explains of the plain squares may be another's gain by chance.
+const LOOSE: &str = "presliding-hysteresis";
+const SHARE_OF_LOOSE: f64 = 0.3;
+
+/// What the causes that are in explain, as a mean square in parts of the noise's, and may leave a part of.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Forms {
+    /// Those of an open form, as the loss counts it.
+    pub open: f64,
+    /// Those of a loose form, in plain squares; of angle logs alone.
+    pub loose: f64,
+}
+
+impl Forms {
+    /// Whether a cause's form is open.
+    pub fn is_open(id: &str) -> bool {
+        !EXACT.contains(&id)
+    }
+
+    /// One more cause is in, on top of `before`.
+    pub fn add(&mut self, id: &str, before: &Selection, chosen: &Rival, loss: Loss) {
+        if Self::is_open(id) {
+            self.open += before.rms.powi(2) - chosen.rms.powi(2);
+        }
+        if id == LOOSE && loss == Loss::OwnNoise {
+            self.loose += cut_of_squares(before, chosen);
+        }
+    }
+}
+
+/// By how much a rival cuts the plain squares, as a mean in parts of the noise's.
+fn cut_of_squares(state: &Selection, rival: &Rival) -> f64 {
+    (state.held_out.total() - rival.held_out.total()) / state.samples()
+}
+
+/// Whether a rival cuts more than the floor, and more than the forms of those that are in leave.
+pub(crate) fn pays(state: &Selection, rival: &Rival, loss: Loss) -> bool {
+    state.rms - rival.rms >= least_cut(state, loss)
+        && cut_of_squares(state, rival) >= least_cut_of_squares(state)
+}
+
+/// By how much a cause must cut the held-out RMS, in parts of the noise.
+pub(crate) fn least_cut(state: &Selection, loss: Loss) -> f64 {
+    let square = state.rms.powi(2);
+    let causes = state.fitted.point.hypothesis.members.len();
+    let least = (SHARE * state.forms.open).max(loss.least_part(causes) * (square - 1.0));
+    FLOOR.max(state.rms - (square - least).max(0.0).sqrt())
+}
+
+/// ... and the plain squares; logarithms hide how little a third cause or a further one, or one beside a loose form, cuts.
+fn least_cut_of_squares(state: &Selection) -> f64 {
+    let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.open > 0.0;
+    let of_many = if many { SHARE * state.explained() } else { f64::NEG_INFINITY };
+    let loose = state.fitted.point.hypothesis.has(LOOSE);
+    let of_loose = if loose { SHARE_OF_LOOSE * state.forms.loose } else { f64::NEG_INFINITY };
+    of_many.max(of_loose)
+}
