@@ -95,6 +95,19 @@ fn two_at_once_and_what_is_outside_the_list() {
     assert!(count(&outside, Outcome::Wrong) <= 1, "{outside:?}");
 }
 
+/// More friction and more holding torque leave the lag as it is: alone, neither explains anything.
+#[test]
+fn two_that_hide_each_other() {
+    let pair = ["pressure-dependent-friction", "holding-torque-level"];
+    assert_eq!(found(70_438, &Hidden::with(LogKind::Angle, &pair, STRONG)), Outcome::Right);
+}
+
+/// A tone that is there at rest too counts as noise, but is none.
+#[test]
+fn a_hum_is_heard() {
+    assert_eq!(found(80_208, &Hidden::with(LogKind::Torque, &["outside-hum"], STRONG)), Outcome::Right);
+}
+
 /// The rig with nothing hidden is the nominal model, computed in another way: the prediction leaves its noise alone.
 #[test]
 fn rig_and_prediction_agree_where_nothing_is_hidden() {

@@ -4,7 +4,7 @@
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::diagnose::Judgement;
-use crate::errors::spread;
+use crate::errors::{Spread, spread};
 use crate::fit::{Fitted, fit};
 use crate::hypothesis::{Free, Hypothesis, Member};
 use crate::linear::Point;
@@ -27,19 +27,26 @@ pub(crate) struct Accepted {
     pub harmful: Vec<String>,
 }
 
+/// A cause, and what it is worth.
+struct Weighed {
+    cause: Cause,
+    /// The part of the error without it, as the fit counts it, that it takes away on runs that nothing was fitted or chosen on.
+    worth: f64,
+}
+
 /// Fits the members that are accepted, by place, without those that are harmful beside the others.
 pub(crate) fn accept(judged: &Judgement<'_>, mut members: Vec<usize>) -> Result<Accepted, DiagnosisError> {
     let mut harmful = Vec::new();
     loop {
         let kept = keep(judged, &members)?;
         let (point, after) = judged.everywhere(&kept)?;
-        let causes = causes(judged, &kept, &after)?;
-        let worst = (0..causes.len()).min_by(|a, b| causes[*a].1.total_cmp(&causes[*b].1));
-        let Some(worst) = worst.filter(|worst| causes.len() > 1 && causes[*worst].1 < HARMFUL) else {
-            let causes = causes.into_iter().map(|(cause, _)| cause).collect();
+        let weighed = weigh(judged, &kept, &after)?;
+        let worst = (0..weighed.len()).min_by(|a, b| weighed[*a].worth.total_cmp(&weighed[*b].worth));
+        let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
+            let causes = weighed.into_iter().map(|of| of.cause).collect();
             return Ok(Accepted { point, after, causes, harmful });
         };
-        harmful.push(causes[worst].0.id.clone());
+        harmful.push(weighed[worst].cause.id.clone());
         members.remove(worst);
     }
 }
@@ -57,40 +64,21 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 8)
 }
 
-/// In the order of the members: each cause, and which part of the error without it, as the fit counts it, it takes away on
-/// runs that nothing was fitted or chosen on.
-fn causes(
-    judged: &Judgement<'_>,
-    kept: &Fitted,
-    after: &[Left],
-) -> Result<Vec<(Cause, f64)>, DiagnosisError> {
-    let hypothesis = &kept.point.hypothesis;
-    let any_held = judged.setting.campaign.pieces.iter().any(|piece| piece.hold_out);
+/// Each cause, in the order of the members.
+fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<Weighed>, DiagnosisError> {
+    let setting = &judged.setting;
+    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
     let wanted = |piece: &Piece| piece.hold_out || !any_held;
-    let all = rms_left(&judged.setting, after, &wanted);
-    let all_as_fitted = rms_as_fitted(&judged.setting, after, &wanted);
-    let spread = spread(kept, Loss::of(&judged.setting));
-    let free = hypothesis.free();
-    let mut causes = Vec::new();
+    let all = rms_left(setting, after, &wanted);
+    let all_as_fitted = rms_as_fitted(setting, after, &wanted);
+    let spread = spread(kept, Loss::of(setting));
+    let hypothesis = &kept.point.hypothesis;
+    let mut weighed = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
         let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
-        let without = fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 6)?;
+        let without = fit(setting, begin, &|piece: &Piece| !piece.hold_out, 6)?;
         let (_, left) = judged.everywhere(&without)?;
-        let rms = rms_left(&judged.setting, &left, &wanted);
-        let mut parameters = BTreeMap::new();
-        for (place, number) in free.iter().enumerate() {
-            let Free::Number(of, number) = number else { continue };
-            if *of != index {
-                continue;
-            }
-            let deviation =
-                spread.as_ref().map_or(f64::NAN, |spread| spread.covariance[(place, place)].max(0.0).sqrt());
-            let half_width = spread.as_ref().map_or(f64::NAN, |spread| spread.half_width);
-            parameters.extend(parameter(member, *number, deviation, half_width));
-        }
-        if member.candidate.id == "encoder-eccentricity" {
-            parameters = eccentricity(member, &parameters);
-        }
+        let rms = rms_left(setting, &left, &wanted);
         let mut evidence = BTreeMap::new();
         evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
         if let Some(text) = taken(member) {
@@ -98,14 +86,42 @@ fn causes(
         }
         let cause = Cause {
             id: member.candidate.id.to_owned(),
-            parameters,
+            parameters: parameters(hypothesis, index, spread.as_ref()),
             evidence,
-            rms_gain: if rms > 0.0 { 1.0 - all / rms } else { 0.0 },
+            rms_gain: part_taken(all, rms),
         };
-        let as_fitted = rms_as_fitted(&judged.setting, &left, &wanted);
-        causes.push((cause, if as_fitted > 0.0 { 1.0 - all_as_fitted / as_fitted } else { 0.0 }));
+        let worth = part_taken(all_as_fitted, rms_as_fitted(setting, &left, &wanted));
+        weighed.push(Weighed { cause, worth });
     }
-    Ok(causes)
+    Ok(weighed)
+}
+
+/// The part that is gone of what was left without.
+fn part_taken(left: f64, without: f64) -> f64 {
+    if without > 0.0 { 1.0 - left / without } else { 0.0 }
+}
+
+/// A member's numbers that were fitted, by key.
+fn parameters(
+    hypothesis: &Hypothesis,
+    index: usize,
+    spread: Option<&Spread>,
+) -> BTreeMap<String, ParameterFound> {
+    let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
+    let free = hypothesis.free().into_iter().enumerate();
+    let own = free.filter_map(|(place, free)| match free {
+        Free::Number(of, number) if of == index => Some((place, number)),
+        _ => None,
+    });
+    let found = own.filter_map(|(place, number)| {
+        let deviation = spread.map_or(f64::NAN, |spread| spread.covariance[(place, place)].max(0.0).sqrt());
+        parameter(member, number, deviation, spread.map_or(f64::NAN, |spread| spread.half_width))
+    });
+    let parameters = found.collect();
+    if member.candidate.id == "encoder-eccentricity" {
+        return eccentricity(member, &parameters);
+    }
+    parameters
 }
 
 /// The numbers of a cause that the data don't ask to be anything but what they were at the beginning; harmonics are none then.

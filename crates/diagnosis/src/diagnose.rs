@@ -71,9 +71,6 @@ pub struct Shown {
     pub after: Vec<f64>,
 }
 
-/// A round of selection: who was accepted, the held-out RMS before in parts of the noise, and each rival's.
-pub type Rivals = (Option<&'static str>, f64, Vec<(&'static str, f64)>);
-
 /// The diagnosis, and what goes with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
@@ -83,8 +80,6 @@ pub struct Found {
     pub extended: Model,
     /// The channel that the model predicts.
     pub channel: Channel,
-    /// The rivals of each round with their held-out RMS in parts of the noise, and who was accepted.
-    pub rounds: Vec<Rivals>,
     /// The first screening: cut of the held-out RMS in parts of the noise.
     pub ranking: Vec<(&'static str, f64)>,
     /// The pieces, for plots.

@@ -1,11 +1,9 @@
 //! From a selection to the verdict, the causes with their numbers, and what to do next.
-#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::causes::{Accepted, accept};
 use crate::diagnose::{Found, Judgement, Shown};
-use crate::facts::Facts;
 use crate::geared::order_of_a_gear;
 use crate::hypothesis::Member;
 use crate::loss::Loss;
@@ -14,14 +12,14 @@ use crate::next::next_experiment;
 use crate::observe::{runs_differ, speed_with_pressure};
 use crate::outcome::{Ambiguity, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Verdict};
 use crate::piece::Piece;
+use crate::reasons::{Against, ambiguities, rejected};
 use crate::ripple::phase;
 use crate::select::Selection;
 use crate::show::{Structure, structure};
-use crate::spectrum::bands;
+use crate::spectrum::{Tone, spectrum};
 use crate::table::Untestable;
-use crate::twins::missing;
 use crate::whiteness::whiteness;
-use std::collections::BTreeSet;
+use log_data::Channel;
 
 /// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
 const RMS_LEFT: f64 = 1.1;
@@ -47,30 +45,16 @@ pub(crate) fn conclude(
     unable: &[Untestable],
 ) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
-    let loss = Loss::of(&judged.setting);
-    let mut undecided: Vec<&'static str> = selection.ambiguous.iter().map(|group| group.0).collect();
+    let facts = &judged.setting.campaign.facts;
     let (_, left_of_all) = judged.everywhere(&selection.fitted)?;
-    let structure_after = structure(&judged.setting, &left_of_all);
-    let on_held_out = part_left_on_held_out(judged, &left_of_all);
-    let doubtful = !selection.fitted.point.hypothesis.members.is_empty()
-        && (on_held_out >= 1.0 && selection.rms_first < RMS_LEFT
-            || !is_noise(&structure_after)
-                && (selection.share_explained(loss) < least_share(selection)
-                    || another_cause(selection, &structure_after)
-                    || on_held_out > loss.hardly_less()));
-    if doubtful {
-        undecided =
-            selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
-    }
-    let geared = geared(judged, &left_of_all);
-    undecided.extend(geared.iter().map(|(id, _)| *id));
-    let accepted: Vec<usize> = (0..selection.fitted.point.hypothesis.members.len())
-        .filter(|index| {
-            let member = selection.fitted.point.hypothesis.members.get(*index);
-            member.is_some_and(|member| !undecided.contains(&member.candidate.id))
-        })
-        .collect();
-    let Accepted { point, after, mut causes, harmful } = accept(judged, accepted)?;
+    let structure_of_all = structure(&judged.setting, &left_of_all);
+    let mut against = Against {
+        doubtful: is_doubtful(judged, &left_of_all, &structure_of_all),
+        geared: geared(judged, &left_of_all),
+        harmful: Vec::new(),
+    };
+    let Accepted { point, after, mut causes, harmful } = accept(judged, undisputed(selection, &against))?;
+    against.harmful = harmful;
     let structure_kept = structure(&judged.setting, &after);
     for cause in &mut causes {
         if let Some(text) = phase(judged.setting.campaign, cause, &after) {
@@ -79,34 +63,24 @@ pub(crate) fn conclude(
     }
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
-    let mut ambiguous =
-        if doubtful { Vec::new() } else { ambiguities(selection, &judged.setting.campaign.facts) };
-    ambiguous.retain(|group| !group.ids.iter().any(|id| geared.iter().any(|(of, _)| id == of)));
-    let verdict = verdict(&causes, &ambiguous, &structure_kept, &structure_after);
-    let mut rejected = rejected(selection, able, &causes, &ambiguous, doubtful);
-    for of in rejected.iter_mut().filter(|of| harmful.contains(&of.id)) {
-        of.reason = "fits, but makes the error larger on runs that nothing was chosen on".to_owned();
-    }
-    for (id, order) in &geared {
-        for of in rejected.iter_mut().filter(|of| of.id == *id) {
-            of.reason = format!(
-                "follows it within the angles of this log, but by one sine of order {order:.2}, no whole number in a turn"
-            );
-        }
-    }
+    let ambiguous = ambiguities(selection, &against, facts);
+    let tone = spectrum(&judged.setting, &after).tone();
+    let of_all = if ambiguous.is_empty() { &structure_kept } else { &structure_of_all };
+    let verdict = verdict(&causes, &ambiguous, is_noise(of_all) && tone.is_none());
+    let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable
         .iter()
         .filter(|of| !ambiguous.iter().any(|group| group.ids.iter().any(|id| id == of.id)))
         .map(|of| Judged { id: of.id.to_owned(), reason: of.reason.clone() })
         .collect();
     let mut observations = observations(judged, verdict, &after, &structure_kept);
-    observations.extend(geared.iter().map(|(_, order)| {
+    observations.extend(tone.map(|tone| hum(judged, tone)));
+    observations.extend(against.geared.iter().map(|(_, order)| {
         format!(
             "A torque goes by the angle {order:.2} times in a turn. What turns with the spool itself would go by a whole number: look for something geared to it."
         )
     }));
     let structure_left = telling(&structure_kept);
-    let facts = &judged.setting.campaign.facts;
     let next_experiment = next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts);
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),
@@ -131,6 +105,34 @@ pub(crate) fn conclude(
     Ok(found(judged, diagnosis, extended, &after))
 }
 
+/// Whether what was selected leaves too much to be the cause.
+fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> bool {
+    let selection = &judged.selection;
+    if selection.fitted.point.hypothesis.members.is_empty() {
+        return false;
+    }
+    let loss = Loss::of(&judged.setting);
+    let on_held_out = part_left_on_held_out(judged, left);
+    let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
+    let too_little = || {
+        selection.share_explained(loss) < least_share(selection)
+            || another_cause(selection, structure)
+            || on_held_out > loss.hardly_less()
+    };
+    no_better || !is_noise(structure) && too_little()
+}
+
+/// The members, by place, that nothing speaks against and that stand alone.
+fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
+    let disputed = |id: &str| {
+        against.doubtful
+            || selection.ambiguous.iter().any(|(of, _)| *of == id)
+            || against.geared.iter().any(|(of, _)| *of == id)
+    };
+    let members = selection.fitted.point.hypothesis.members.iter().enumerate();
+    members.filter(|(_, member)| !disputed(member.candidate.id)).map(|(index, _)| index).collect()
+}
+
 fn description(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> Description {
     let noise = judged.noise_where_it_counts();
     let mut orders = structure.orders.clone();
@@ -141,7 +143,7 @@ fn description(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
     Description {
         rms_over_noise: structure.rms,
         whiteness: whiteness(&judged.setting, left),
-        bands: bands(&judged.setting, left, noise),
+        bands: spectrum(&judged.setting, left).bands(noise),
         orders,
     }
 }
@@ -174,6 +176,20 @@ fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(&'static str, f64)> {
         Some((member.candidate.id, order_of_a_gear(judged.setting.campaign, member, left)?))
     };
     members.filter_map(of).collect()
+}
+
+/// A tone may be as loud at rest, where it counts as the measurement's noise.
+fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
+    let amplitude = tone.amplitude * judged.noise_where_it_counts();
+    let amplitude = match judged.setting.campaign.channel {
+        Channel::Torque => format!("{amplitude:.3} N·m"),
+        _ => format!("{amplitude:.1e} rad"),
+    };
+    format!(
+        "What is left is mostly a tone of {:.1} Hz, amplitude {amplitude}: {:.0} % of it. No cause of the list hums: look for mains, a pump, or a structure that rings.",
+        tone.hz,
+        100.0 * tone.share
+    )
 }
 
 fn least_share(selection: &Selection) -> f64 {
@@ -217,8 +233,7 @@ fn telling(structure: &Structure) -> Vec<Dependence> {
         .collect()
 }
 
-fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], kept: &Structure, all: &Structure) -> Verdict {
-    let noise = is_noise(if ambiguous.is_empty() { kept } else { all });
+fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], noise: bool) -> Verdict {
     match (causes.is_empty(), ambiguous.is_empty()) {
         (false, true) if noise => Verdict::Explained,
         (false, _) => Verdict::PartlyExplained,
@@ -226,77 +241,6 @@ fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], kept: &Structure, all: &St
         (true, true) if noise => Verdict::NoDiscrepancy,
         (true, true) => Verdict::Unexplained,
     }
-}
-
-fn ambiguities(selection: &Selection, facts: &Facts) -> Vec<Ambiguity> {
-    selection
-        .ambiguous
-        .iter()
-        .map(|(best, others)| {
-            let mut ids = vec![(*best).to_owned()];
-            ids.extend(others.iter().map(|id| (*id).to_owned()));
-            Ambiguity { ids, reason: why_alike(selection, best, others, facts) }
-        })
-        .collect()
-}
-
-/// What the data lack, and the angle between what the causes change.
-fn why_alike(selection: &Selection, best: &str, others: &[&'static str], facts: &Facts) -> String {
-    let lacking: BTreeSet<&str> = others.iter().filter_map(|other| missing(best, other, facts)).collect();
-    let first = match lacking.into_iter().collect::<Vec<_>>().join(", and ") {
-        none if none.is_empty() => "they fit the runs that they were not fitted on equally well".to_owned(),
-        lacking => format!("in these data {lacking}"),
-    };
-    let angles = selection.angles.iter().filter(|(one, two, _)| *one == best && others.contains(two));
-    let angles: Vec<String> = angles.map(|(_, other, angle)| format!("{angle:.1}° ({other})")).collect();
-    format!(
-        "{first}; the angle between what {best} and the other would change in the prediction: {}",
-        angles.join(", ")
-    )
-}
-
-fn rejected(
-    selection: &Selection,
-    able: &[Candidate],
-    causes: &[Cause],
-    ambiguous: &[Ambiguity],
-    doubtful: bool,
-) -> Vec<Judged> {
-    let mut rejected = Vec::new();
-    let named = |id: &str| {
-        causes.iter().any(|cause| cause.id == id)
-            || ambiguous.iter().any(|group| group.ids.iter().any(|other| other == id))
-    };
-    for candidate in able.iter().filter(|candidate| !named(candidate.id)) {
-        let fits = selection.rounds.iter().flat_map(|round| {
-            let best = round.rivals.first().map_or(round.rms_before, |best| best.1);
-            round
-                .rivals
-                .iter()
-                .filter(|rival| rival.0 == candidate.id)
-                .map(move |rival| (rival.1, best, round.rms_before))
-        });
-        let reason = if doubtful && selection.fitted.point.hypothesis.has(candidate.id) {
-            "fits part of it, but leaves too much to be the cause".to_owned()
-        } else if let Some((_, reason)) = selection.dropped.iter().find(|(id, _)| *id == candidate.id) {
-            reason.clone()
-        } else if let Some((own, best, before)) = fits.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            format!(
-                "fitted: error on held-out runs {own:.3} times the noise, against {best:.3} for the best and {before:.3} without"
-            )
-        } else {
-            match selection.first_ranking.iter().find(|(id, _)| *id == candidate.id) {
-                Some((_, gain)) if *gain > -0.5 => format!(
-                    "would cut the error on held-out runs by {:.2} % of the noise at best",
-                    100.0 * gain.max(0.0)
-                ),
-                Some(_) => "the sign or size that the data ask for is impossible".to_owned(),
-                None => "shows nowhere in these data".to_owned(),
-            }
-        };
-        rejected.push(Judged { id: candidate.id.to_owned(), reason });
-    }
-    rejected
 }
 
 fn found(
@@ -308,17 +252,10 @@ fn found(
     let campaign = judged.setting.campaign;
     let pieces = campaign.pieces.iter().zip(&judged.before).zip(after);
     let shown = pieces.map(|((piece, before), after)| shown(judged, piece, before, after)).collect();
-    let rounds = judged
-        .selection
-        .rounds
-        .iter()
-        .map(|round| (round.accepted, round.rms_before, round.rivals.clone()))
-        .collect();
     Found {
         diagnosis,
         extended,
         channel: campaign.channel,
-        rounds,
         ranking: judged.selection.first_ranking.clone(),
         shown,
         samples: (campaign.samples, campaign.pieces.iter().map(Piece::len).sum()),

@@ -35,6 +35,7 @@ mod past;
 mod pattern;
 mod piece;
 mod prune;
+mod reasons;
 mod refine;
 mod ripple;
 mod rivals;
@@ -51,7 +52,7 @@ mod whiteness;
 mod workers;
 mod worth;
 
-pub use diagnose::{Event, Found, Options, Rivals, Shown, diagnose};
+pub use diagnose::{Event, Found, Options, Shown, diagnose};
 pub use error::DiagnosisError;
 pub use outcome::{
     Ambiguity, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain, Judged, Order,

@@ -1,4 +1,6 @@
-//! At which frequencies a residual is larger than the measurement's noise: its mean periodogram in bands of half an octave.
+//! At which frequencies a residual is larger than the measurement's noise: its mean periodogram in bands of half an octave,
+//! and whether it is one tone.
+#![allow(clippy::indexing_slicing, reason = "a spectrum is indexed by its own size")]
 
 use crate::linear::Setting;
 use crate::measure::Left;
@@ -29,18 +31,42 @@ pub struct Band {
     pub p_value: f64,
 }
 
-/// What is left by frequency; `noise` is its unit. Empty where all pieces are short.
-pub(crate) fn bands(setting: &Setting<'_>, left: &[Left], noise: f64) -> Vec<Band> {
+/// A tone's main lobe reaches so many bins to either side of its peak, as the window has it, ...
+const LOBE: usize = 2;
+/// ... which hold at least this part of the power; and in as many bins beyond it on either side no more than this part of that.
+const MOSTLY: f64 = 0.3;
+const BESIDE: f64 = 0.05;
+
+/// What is left, as a mean periodogram.
+pub(crate) struct Spectrum {
+    /// Of each bin, such that the sum over bins is the mean square in parts of the noise's.
+    power: Vec<f64>,
+    segments: usize,
+    bin_hz: f64,
+}
+
+/// A residual that is mostly one tone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tone {
+    pub hz: f64,
+    /// In parts of the noise.
+    pub amplitude: f64,
+    /// Of the mean square.
+    pub share: f64,
+}
+
+/// The spectrum of what is left; without bins where all pieces are short.
+pub(crate) fn spectrum(setting: &Setting<'_>, left: &[Left]) -> Spectrum {
     let longest = setting.campaign.pieces.iter().map(|piece| piece.len()).max().unwrap_or(0);
     let length = if longest >= SEGMENT { SEGMENT } else { (longest + 1).next_power_of_two() / 2 };
     if length < LEAST_SEGMENT {
-        return Vec::new();
+        return Spectrum { power: Vec::new(), segments: 0, bin_hz: 0.0 };
     }
     let weighted = setting.campaign.pieces.iter().zip(left).map(|(piece, left)| {
         left.residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect()
     });
     let (power, segments) = periodogram(weighted, length);
-    in_bands(&power, segments, 1.0 / (length as f64 * setting.campaign.facts.step_s), noise)
+    Spectrum { power, segments, bin_hz: 1.0 / (length as f64 * setting.campaign.facts.step_s) }
 }
 
 /// The mean power of each frequency bin over the segments, such that the sum over bins is the mean square.
@@ -63,6 +89,27 @@ fn periodogram(pieces: impl Iterator<Item = Vec<f64>>, length: usize) -> (Vec<f6
     }
     power.iter_mut().for_each(|sum| *sum /= f64::from(segments.max(1)));
     (power, segments as usize)
+}
+
+impl Spectrum {
+    /// In bands; `noise` is the residual's unit.
+    pub fn bands(&self, noise: f64) -> Vec<Band> {
+        in_bands(&self.power, self.segments, self.bin_hz, noise)
+    }
+
+    /// The tone that most of it is.
+    pub fn tone(&self) -> Option<Tone> {
+        let all: f64 = self.power.iter().sum();
+        let whole = LOBE + 1..self.power.len().saturating_sub(LOBE);
+        let peak = whole.max_by(|a, b| self.power[*a].total_cmp(&self.power[*b]))?;
+        let lobe = peak - LOBE..=peak + LOBE;
+        let inside: f64 = self.power[lobe.clone()].iter().sum();
+        let around = peak.saturating_sub(2 * LOBE)..self.power.len().min(peak + 2 * LOBE + 1);
+        let beside = self.power[around].iter().sum::<f64>() - inside;
+        let clear = inside > MOSTLY * all && beside < BESIDE * inside;
+        let bin = lobe.map(|bin| bin as f64 * self.power[bin]).sum::<f64>() / inside;
+        clear.then(|| Tone { hz: bin * self.bin_hz, amplitude: f64::sqrt(2.0 * inside), share: inside / all })
+    }
 }
 
 fn in_bands(power: &[f64], segments: usize, bin_hz: f64, noise: f64) -> Vec<Band> {
@@ -116,5 +163,26 @@ mod tests {
             with.iter().partition(|band| (band.from_hz..band.to_hz).contains(&50.0));
         assert!(inside.iter().all(|band| band.p_value < 1e-6), "{inside:?}");
         assert!(outside.iter().filter(|band| band.p_value < 0.01).count() <= 1, "{outside:?}");
+    }
+
+    #[test]
+    fn a_tone_is_told_from_noise_that_is_merely_slow() {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(2);
+        let white: Vec<f64> = (0..16_384).map(|_| StandardNormal.sample(&mut random)).collect();
+        let found = |values: Vec<f64>| {
+            let (power, segments) = periodogram(std::iter::once(values), 1024);
+            Spectrum { power, segments, bin_hz: 1000.0 / 1024.0 }.tone()
+        };
+        let tone = |k: usize| 3.0 * (TAU * 0.0437 * k as f64).sin();
+        let tone = found(white.iter().enumerate().map(|(k, value)| value + tone(k)).collect()).unwrap();
+        assert!((tone.hz - 43.7).abs() < 0.2 && (tone.amplitude - 3.0).abs() < 0.1, "{tone:?}");
+        assert!((tone.share - 4.5 / 5.5).abs() < 0.05, "{tone:?}");
+        let mut low = 0.0;
+        let slow = white.iter().map(|value| {
+            low += 0.05 * (value - low);
+            low
+        });
+        assert_eq!(found(slow.collect()), None);
+        assert_eq!(found(white.clone()), None);
     }
 }

@@ -3,6 +3,9 @@
 use diagnosis::{Cause, Found, Verdict};
 use log_data::Channel;
 
+/// An error of so many times the noise is more than that.
+const LOUDER: f64 = 1.1;
+
 /// The answer in one sentence, or two where causes have numbers.
 pub fn headline(found: &Found) -> String {
     let diagnosis = &found.diagnosis;
@@ -29,11 +32,16 @@ pub fn headline(found: &Found) -> String {
             )
         }
         Verdict::Unexplained => {
-            let mut says = format!(
-                "The model is wrong by {} {unit} where the measurement scatters by {}, and none of the known causes explains it.",
-                short(rms),
-                short(noise)
-            );
+            let (rms, noise, louder) = (short(rms), short(noise), rms > LOUDER * noise);
+            let mut says = if louder {
+                format!(
+                    "The model is wrong by {rms} {unit} where the measurement scatters by {noise}, and none of the known causes explains it."
+                )
+            } else {
+                format!(
+                    "The model is wrong by {rms} {unit}, no more than the measurement scatters by, but not all of that is noise."
+                )
+            };
             for seen in &diagnosis.observations {
                 says.push(' ');
                 says.push_str(seen);
