@@ -6,7 +6,9 @@
 //! of chance, so what is required is how many of a score are right.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use hidden_effect_rig::{Campaign, Finding, Hidden, LogKind, OUTSIDE, Outcome, STRONG, choose, effects_of};
+use hidden_effect_rig::{
+    Campaign, Finding, Hidden, Interval, LogKind, OUTSIDE, Outcome, STRONG, choose, effects_of, intervals,
+};
 use serde_json::Value;
 use stepvalve_tests::{TestPlace, repository};
 
@@ -28,10 +30,9 @@ fn first_seed() -> u64 {
     seed
 }
 
-/// Has a campaign diagnosed and judges the finding; what is not right is printed.
-fn found(seed: u64, hidden: &Hidden) -> Outcome {
-    let hidden = Hidden { samples: SAMPLES, ..hidden.clone() };
-    let campaign = Campaign::draw(seed, &hidden);
+/// Draws a campaign and has it diagnosed.
+fn diagnosed(seed: u64, hidden: &Hidden) -> (Campaign, Value) {
+    let campaign = Campaign::draw(seed, &Hidden { samples: SAMPLES, ..hidden.clone() });
     let place = TestPlace::new();
     let given = place.path("given");
     campaign.write(&given).unwrap();
@@ -42,7 +43,12 @@ fn found(seed: u64, hidden: &Hidden) -> Outcome {
     let arguments = ["diagnose", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2]];
     place.stepvalve(&arguments).expect_code(0);
     let text = std::fs::read(out.join("diagnosis.json")).unwrap();
-    let diagnosis: Value = serde_json::from_slice(&text).unwrap();
+    (campaign, serde_json::from_slice(&text).unwrap())
+}
+
+/// Has a campaign diagnosed and judges the finding, which is printed.
+fn found(seed: u64, hidden: &Hidden) -> Outcome {
+    let (campaign, diagnosis) = diagnosed(seed, hidden);
     let finding = Finding::of(&diagnosis);
     let outcome = finding.judge(&campaign.truth);
     eprintln!(
@@ -106,6 +112,14 @@ fn two_that_hide_each_other() {
 #[test]
 fn a_hum_is_heard() {
     assert_eq!(found(80_208, &Hidden::with(LogKind::Torque, &["outside-hum"], STRONG)), Outcome::Right);
+}
+
+/// What the encoder makes of a number is part of its interval.
+#[test]
+fn an_interval_knows_of_the_encoder() {
+    let (campaign, diagnosis) = diagnosed(92_002, &Hidden::with(LogKind::Torque, &["static-level"], STRONG));
+    let intervals = intervals(&campaign.truth, &diagnosis, true);
+    assert!(!intervals.is_empty() && intervals.iter().all(Interval::holds), "{intervals:?}");
 }
 
 /// The rig with nothing hidden is the nominal model, computed in another way: the prediction leaves its noise alone.

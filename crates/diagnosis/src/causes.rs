@@ -71,8 +71,13 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
     let wanted = |piece: &Piece| piece.hold_out || !any_held;
     let all = rms_left(setting, after, &wanted);
     let all_as_fitted = rms_as_fitted(setting, after, &wanted);
-    let spread = spread(kept, Loss::of(setting));
     let hypothesis = &kept.point.hypothesis;
+    let spread = match spread(kept, Loss::of(setting)) {
+        Some(spread) if !hypothesis.members.is_empty() => {
+            Some(spread.with_motion(setting, kept, judged.seed)?)
+        }
+        spread => spread,
+    };
     let mut weighed = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
         let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };

@@ -1,18 +1,66 @@
 //! How well the numbers of a fit are known: the jackknife over groups, so that what noise, runs and the model's misfit
-//! have in common within a run counts once.
+//! have in common within a run counts once; and what the encoder and the smoothing make of them, which all runs have in
+//! common.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
-use crate::fit::Fitted;
-use crate::fit::sum;
+use crate::DiagnosisError;
+use crate::fit::{Fitted, sum};
 use crate::gram::{Gram, invert};
+use crate::linear::{Setting, by_group};
 use crate::loss::Loss;
-use nalgebra::DMatrix;
+use crate::piece::Piece;
+use crate::rivals::fitted_pieces;
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Covariance of the free numbers, and the factor from standard error to the 95 % half width.
 pub(crate) struct Spread {
     pub covariance: DMatrix<f64>,
     pub half_width: f64,
+}
+
+/// How often the motion is measured once more.
+const AGAIN: u64 = 2;
+
+impl Spread {
+    /// With what the motion's own errors make of the numbers. Measured and smoothed once more, a motion is about as far from the
+    /// measured one as that is from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994),
+    /// and the numbers follow. Angle logs predict from the command, which has no such errors.
+    pub fn with_motion(
+        mut self,
+        setting: &Setting<'_>,
+        fitted: &Fitted,
+        seed: u64,
+    ) -> Result<Self, DiagnosisError> {
+        if !setting.campaign.facts.is_torque() {
+            return Ok(self);
+        }
+        for turn in 0..AGAIN {
+            let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
+                continue;
+            };
+            for (place, change) in change.iter().enumerate() {
+                self.covariance[(place, place)] += change * change / AGAIN as f64;
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// How far the numbers go where the motion is measured once more, in one step of the fit.
+fn change_with_motion(
+    setting: &Setting<'_>,
+    fitted: &Fitted,
+    seed: u64,
+) -> Result<Option<DVector<f64>>, DiagnosisError> {
+    let columns = setting.own_columns(&fitted.point.hypothesis)?;
+    let again = |piece: &Piece| Some(piece.again(seed));
+    let equations = setting.equations_as_seen(&fitted.point, &columns, fitted_pieces, again)?;
+    let there = sum(&by_group(setting.campaign, &equations, columns.len()));
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let (_, left_here) = sum(&fitted.groups).part(&all);
+    let (a, left_there) = there.part(&all);
+    Ok(invert(a).map(|inverse| inverse * (left_there - left_here)))
 }
 
 /// The spread of a fit's free numbers.

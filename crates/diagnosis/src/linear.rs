@@ -124,12 +124,24 @@ impl Setting<'_> {
         columns: &[Column],
         wanted: impl Fn(&Piece) -> bool + Sync,
     ) -> Result<Vec<Option<PieceEquations>>, DiagnosisError> {
+        self.equations_as_seen(point, columns, wanted, |_| None)
+    }
+
+    /// ... of the pieces as `seen` has them, where it has another one.
+    pub fn equations_as_seen(
+        &self,
+        point: &Point,
+        columns: &[Column],
+        wanted: impl Fn(&Piece) -> bool + Sync,
+        seen: impl Fn(&Piece) -> Option<Piece> + Sync,
+    ) -> Result<Vec<Option<PieceEquations>>, DiagnosisError> {
         let ready = self.ready(&point.hypothesis)?;
         let job = |index: usize| {
             let piece = self.campaign.pieces.get(index).filter(|piece| wanted(piece))?;
             let start = point.start(index);
             let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
-            Some(self.piece_equations(piece, &ready, start, zero, columns))
+            let other = seen(piece);
+            Some(self.piece_equations(other.as_ref().unwrap_or(piece), &ready, start, zero, columns))
         };
         Ok(map(self.workers, self.campaign.pieces.len(), job))
     }

@@ -227,6 +227,11 @@ impl Piece {
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
 
+    /// The piece as if its motion had been measured once more; of a torque log.
+    pub fn again(&self, seed: u64) -> Self {
+        Self { motions: self.measured_again(seed), ..self.clone() }
+    }
+
     fn measured_again(&self, seed: u64) -> Vec<Motion> {
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
         let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());

@@ -1,8 +1,10 @@
-//! The shape of the cause that was accepted last, where the data ask for another one.
+//! The shape of the cause that was accepted last, where the data ask for another one, and the harmonics of those before it.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
+use crate::errors::spread;
 use crate::gram::leave_out;
-use crate::hypothesis::Free;
+use crate::hypothesis::{Free, Member};
 use crate::linear::{Point, Setting, by_group};
 use crate::loss::Loss;
 use crate::rivals::{Tried, fitted_pieces};
@@ -11,6 +13,8 @@ use crate::select::Selection;
 
 /// A shape is freed where it cuts the RMS by so much, in parts of the noise.
 const REFINED: f64 = 0.003;
+/// A harmonic's squares in parts of their variances, both parts together, that chance alone exceeds in one of twenty.
+const CLEAR: f64 = 6.0;
 
 /// The last cause's shape, where the data ask for another; its numbers that don't pay are left at rest.
 pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
@@ -23,8 +27,12 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
         }
         take_if(setting, state, point, |now, then| then < now - REFINED)?;
     }
-    if member.candidate.series {
-        more_orders(setting, state, index)?;
+    // Beside a new cause the series that are in may need other harmonics too: they were chosen without it.
+    for series in (0..=index).rev() {
+        if state.fitted.point.hypothesis.members.get(series).is_some_and(|of| of.candidate.series) {
+            more_orders(setting, state, series)?;
+            fewer_orders(setting, state, series)?;
+        }
     }
     if member.candidate.id == "direction-asymmetry" {
         for number in 0..member.numbers.len() {
@@ -88,6 +96,38 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
         return Ok(());
     }
     take_if(setting, state, wider, |now, then| then < now - REFINED)
+}
+
+/// Harmonics that are no more than their own errors go, where the others do as well without them.
+fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+    let Some(spread) = spread(&state.fitted, Loss::of(setting)) else { return Ok(()) };
+    let mut fewer = state.fitted.point.clone();
+    let places = fewer.hypothesis.free();
+    // Its way from neutral, squared, in parts of the variance; 0 where it isn't fitted.
+    let clear = |member: &Member, number: usize| {
+        let place = places.iter().position(|free| *free == Free::Number(index, number));
+        let variance = place.map(|place| spread.covariance[(place, place)]);
+        let away = member.numbers.get(number).zip(member.candidate.parameters.get(number));
+        let square = away.map_or(0.0, |(value, of)| (value - of.neutral).powi(2));
+        variance.filter(|variance| *variance > 0.0).map_or(0.0, |variance| square / variance)
+    };
+    let Some(member) = fewer.hypothesis.members.get_mut(index) else { return Ok(()) };
+    let orders = (0..member.numbers.len() / 2).map(|order| [2 * order, 2 * order + 1]);
+    let fitted = orders.filter(|pair| pair.iter().any(|number| member.free.contains(number)));
+    let (weak, strong): (Vec<_>, Vec<_>) =
+        fitted.partition(|pair| pair.iter().map(|number| clear(member, *number)).sum::<f64>() < CLEAR);
+    if weak.is_empty() || strong.is_empty() {
+        return Ok(());
+    }
+    for number in weak.into_iter().flatten() {
+        member.free.retain(|free| *free != number);
+        if let (Some(value), Some(of)) =
+            (member.numbers.get_mut(number), member.candidate.parameters.get(number))
+        {
+            *value = of.neutral;
+        }
+    }
+    take_if(setting, state, fewer, |now, then| then < now + REFINED)
 }
 
 fn take_if(

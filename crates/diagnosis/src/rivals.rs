@@ -12,7 +12,7 @@ use crate::screen::Screened;
 use crate::select::Selection;
 use crate::twins::are_twins;
 use crate::workers::map;
-use crate::worth::least_cut;
+use crate::worth::{cuts, least_cut};
 
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
@@ -110,8 +110,8 @@ pub(crate) fn fit_rival(
         ..state.fitted.point.clone()
     };
     let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
-    let pays = state.rms - tried.rms > PROMISING * least_cut(state, Loss::of(setting));
-    if pays && tried.rms < BEHIND * best {
+    let promises = cuts(state, (tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
+    if promises && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;
         if let Some(better) = search(setting, &tried.fitted, last, &fitted_pieces)? {

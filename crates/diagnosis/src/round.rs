@@ -10,7 +10,7 @@ use crate::screen::Screened;
 use crate::select::Selection;
 use crate::table::is_confounded;
 use crate::twins::missing;
-use crate::worth::pays;
+use crate::worth::cuts;
 
 /// A twin that these data can't tell apart is reported beside a cause where it explains this part of what that one does.
 const SIMILAR: f64 = 0.3;
@@ -51,7 +51,8 @@ pub(crate) fn next_cause(
         let order = |rival: &Rival| (numbers(rival), is_confounded(name(rival), facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let paying = chosen.filter(|rival| pays(state, rival, Loss::of(setting))).cloned();
+    let pays = |rival: &&Rival| cuts(state, (rival.rms, &rival.held_out), 1.0, Loss::of(setting));
+    let paying = chosen.filter(pays).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);
         return Ok(false);

@@ -1,5 +1,6 @@
 //! What a cause must be worth beside those that are in: more than their forms leave to pick from.
 
+use crate::gram::HeldOut;
 use crate::loss::Loss;
 use crate::rivals::Rival;
 use crate::select::Selection;
@@ -36,20 +37,21 @@ impl Forms {
             self.open += before.rms.powi(2) - chosen.rms.powi(2);
         }
         if id == LOOSE && loss == Loss::OwnNoise {
-            self.loose += cut_of_squares(before, chosen);
+            self.loose += cut_of_squares(before, &chosen.held_out);
         }
     }
 }
 
 /// By how much a rival cuts the plain squares, as a mean in parts of the noise's.
-fn cut_of_squares(state: &Selection, rival: &Rival) -> f64 {
-    (state.held_out.total() - rival.held_out.total()) / state.samples()
+fn cut_of_squares(state: &Selection, held_out: &HeldOut) -> f64 {
+    (state.held_out.total() - held_out.total()) / state.samples()
 }
 
-/// Whether a rival cuts more than the floor, and more than the forms of those that are in leave.
-pub(crate) fn pays(state: &Selection, rival: &Rival, loss: Loss) -> bool {
-    state.rms - rival.rms >= least_cut(state, loss)
-        && cut_of_squares(state, rival) >= least_cut_of_squares(state)
+/// Whether a rival with this RMS and these squares cuts at least a part of what it has to: more than the floor, and more than
+/// the forms of those that are in leave.
+pub(crate) fn cuts(state: &Selection, (rms, held_out): (f64, &HeldOut), part: f64, loss: Loss) -> bool {
+    state.rms - rms >= part * least_cut(state, loss)
+        && cut_of_squares(state, held_out) >= part * least_cut_of_squares(state)
 }
 
 /// By how much a cause must cut the held-out RMS, in parts of the noise.
