@@ -43,17 +43,18 @@ pub(crate) fn hidden_pair(
     else {
         return Ok(None);
     };
-    let gone = found.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id);
-    let named: Vec<&str> =
-        state.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
-    let reason = format!("explains less than {} together", named.join(" and "));
-    let gone: Vec<_> = gone.filter(|id| !named.contains(id)).map(|id| (id, reason.clone())).collect();
-    state.dropped.extend(gone);
+    let named = |of: &Selection| -> Vec<&'static str> {
+        of.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect()
+    };
+    let taken = named(&state);
+    let reason = format!("explains less than {} together", taken.join(" and "));
+    let gone = named(found).into_iter().filter(|id| !taken.contains(id));
+    state.dropped.extend(gone.map(|id| (id, reason.clone())));
     Ok(Some(state))
 }
 
 /// The pair with the greatest linearised gain, where that is more than what the pairs with the cause promise that was found
-/// by itself.
+/// by itself. All pairs are solved, but of sums over the samples: that costs little beside the screening.
 fn best_pair(candidates: &[Candidate], first: &Screening<'_>, greedy: Option<&str>) -> Option<[Member; 2]> {
     let tally = &first.tally;
     let (square, _) = explained(first, &[])?;
@@ -146,19 +147,17 @@ fn judged(
     together: &Tried,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let count = together.fitted.point.hypothesis.members.len();
-    let Some(mut state) = beside(setting, candidates, begun, &together.fitted.point, count - 1)? else {
+    let Some(one) = beside(setting, candidates, begun, &together.fitted.point, count - 1)? else {
         return Ok(None);
     };
-    let (ambiguous, angles, rounds) = (state.ambiguous, state.angles, state.rounds);
     // The one that was taken is the last; now it is there, and the other one is looked for.
-    let Some(mut turned) = beside(setting, candidates, begun, &state.fitted.point, count - 2)? else {
+    let Some(mut both) = beside(setting, candidates, begun, &one.fitted.point, count - 2)? else {
         return Ok(None);
     };
-    turned.ambiguous.extend(ambiguous);
-    turned.angles.extend(angles);
-    state.rounds = rounds;
-    turned.rounds.splice(0..0, state.rounds);
-    Ok(Some(turned))
+    both.ambiguous.extend(one.ambiguous);
+    both.angles.extend(one.angles);
+    both.rounds.splice(0..0, one.rounds);
+    Ok(Some(both))
 }
 
 /// The next cause beside what is at `point`, without the member at `index`, its numbers as they are there.

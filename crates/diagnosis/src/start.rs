@@ -1,4 +1,4 @@
-//! How a piece begins, found by itself: one number, along which the prediction bends too much for a linear estimate.
+//! How a piece begins, found by itself: the prediction bends too much along it for a linear estimate.
 
 use crate::linear::Setting;
 use crate::piece::{Piece, Ready};
@@ -47,63 +47,86 @@ pub(crate) fn best_start(
     (first, fitted): (Begun, Begun),
     zero_rad: f64,
 ) -> Begun {
-    let bound = piece.start_bound(ready);
-    let step = piece.start_step(ready);
-    let left = |start: Begun| left_from(setting, piece, ready, start, zero_rad);
-    let [one, two] = [first, fitted].map(|start| (start, left(start)));
-    let mut best = if square(&one.1) < square(&two.1) { one } else { two };
-    let unsettled = |left: &[f64]| square(left) > UNSETTLED * piece.len() as f64;
-    let try_all = |others: &mut dyn Iterator<Item = Begun>, best: &mut (Begun, Vec<f64>)| {
+    let mut search = Search { setting, piece, ready, zero_rad, best: (fitted, Vec::new()) };
+    search.best.1 = search.left(fitted);
+    search.try_all([first]);
+    if setting.campaign.channel == Channel::Angle && search.is_unsettled() {
+        search.try_all(OTHERS.map(|part| Begun::at(part * piece.noise.deviation_rad)));
+    }
+    if piece.has_play(ready) && search.is_unsettled() {
+        search.try_sides();
+    }
+    search.descend();
+    search.best.0
+}
+
+/// A search for the best start.
+struct Search<'a> {
+    setting: &'a Setting<'a>,
+    piece: &'a Piece,
+    ready: &'a Ready,
+    zero_rad: f64,
+    /// The best so far, and what it leaves.
+    best: (Begun, Vec<f64>),
+}
+
+impl Search<'_> {
+    fn left(&self, start: Begun) -> Vec<f64> {
+        left_from(self.setting, self.piece, self.ready, start, self.zero_rad)
+    }
+
+    fn is_unsettled(&self) -> bool {
+        square(&self.best.1) > UNSETTLED * self.piece.len() as f64
+    }
+
+    fn try_all<const N: usize>(&mut self, others: [Begun; N]) {
         for other in others {
-            let there = left(other);
-            if square(&there) < square(&best.1) {
-                *best = (other, there);
+            let there = self.left(other);
+            if square(&there) < square(&self.best.1) {
+                self.best = (other, there);
             }
         }
-    };
-    if setting.campaign.channel == Channel::Angle && unsettled(&best.1) {
-        let beside = OTHERS.map(|part| Begun::at(part * piece.noise.deviation_rad));
-        try_all(&mut beside.into_iter(), &mut best);
     }
-    if piece.has_play(ready) && unsettled(&best.1) {
-        let shift = best.0.shift;
+
+    fn try_sides(&mut self) {
+        let shift = self.best.0.shift;
         let on = |side: f64| Begun { shift, side: Some(side.clamp(-1.0, 1.0)) };
-        try_all(&mut SIDES.into_iter().map(on), &mut best);
+        self.try_all(SIDES.map(on));
         for step in BESIDE {
-            if let Some(side) = best.0.side {
-                try_all(&mut [side - step, side + step].into_iter().map(on), &mut best);
+            if let Some(side) = self.best.0.side {
+                self.try_all([side - step, side + step].map(on));
             }
         }
     }
-    for _ in 0..STEPS {
-        if step <= 0.0 {
-            break;
-        }
-        let (start, here) = &best;
-        let size = if start.shift > 0.0 { -step } else { step };
-        let beside = left(start.shifted(start.shift + size));
-        let slope: Vec<f64> = here.iter().zip(&beside).map(|(here, beside)| (here - beside) / size).collect();
-        let steepness = square(&slope);
-        let downhill: f64 = slope.iter().zip(here).map(|(slope, left)| slope * left).sum();
-        let mut change = if steepness > 0.0 { downhill / steepness } else { break };
-        let mut better = None;
-        for _ in 0..HALVINGS {
-            let trial = start.shifted((start.shift + change).clamp(-bound, bound));
-            let there = left(trial);
-            if square(&there) < square(here) {
-                better = Some((trial, there));
+
+    /// Downhill along the shift.
+    fn descend(&mut self) {
+        let bound = self.piece.start_bound(self.ready);
+        let step = self.piece.start_step(self.ready);
+        for _ in 0..if step > 0.0 { STEPS } else { 0 } {
+            let (start, here) = &self.best;
+            let size = if start.shift > 0.0 { -step } else { step };
+            let beside = self.left(start.shifted(start.shift + size));
+            let slope: Vec<f64> =
+                here.iter().zip(&beside).map(|(here, beside)| (here - beside) / size).collect();
+            let steepness = square(&slope);
+            if steepness <= 0.0 {
                 break;
             }
-            change *= 0.5;
-        }
-        let Some(better) = better else { break };
-        let gained = square(here) - square(&better.1);
-        best = better;
-        if gained < ENOUGH {
-            break;
+            let downhill: f64 = slope.iter().zip(here).map(|(slope, left)| slope * left).sum();
+            let trial = |halvings: usize| {
+                let change = downhill / steepness * 0.5f64.powi(halvings as i32);
+                let there = start.shifted((start.shift + change).clamp(-bound, bound));
+                Some((there, self.left(there))).filter(|(_, left)| square(left) < square(here))
+            };
+            let Some(better) = (0..HALVINGS).find_map(trial) else { break };
+            let gained = square(here) - square(&better.1);
+            self.best = better;
+            if gained < ENOUGH {
+                break;
+            }
         }
     }
-    best.0
 }
 
 /// The better of two starts.
