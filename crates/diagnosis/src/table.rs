@@ -335,9 +335,10 @@ fn wear(travel_rad: f64) -> Candidate {
 }
 
 fn hysteresis() -> Candidate {
-    let straight = 99f64.ln();
+    // Below what the model takes at most, which a logarithm and back may exceed.
+    let straight = 98f64.ln();
     let ratio = parameter("saturation_ratio", Map::OnePlusExp, straight, ((2e-3f64).ln(), straight), 0.1);
-    let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 100f64.ln()), 0.1);
+    let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 99f64.ln()), 0.1);
     let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.2f64.ln(), 8f64.ln()), 0.1);
     let share = parameter("curve_share", Map::Plain, 1.0, (0.0, 1.0), 0.1);
     // From next to a single spring to a hard edge; the slip torques follow the curve but in the last ones.
@@ -410,5 +411,50 @@ fn eccentricity() -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use valve_model::{FrictionParams, LuGreParams, Model};
+
+    /// A fit goes as far as a bound, and the model has to take what it finds there.
+    #[test]
+    fn the_model_takes_every_number_up_to_its_bounds() {
+        let friction = FrictionParams::LuGre(LuGreParams {
+            coulomb_torque_nm: 1.5,
+            static_torque_nm: 3.0,
+            stribeck_velocity_rad_per_s: 0.05,
+            stribeck_exponent: 2.0,
+            bristle_stiffness_nm_per_rad: 1000.0,
+            bristle_damping_nm_s_per_rad: 1.0,
+            viscous_nm_s_per_rad: 2e-4,
+        });
+        let model = Model {
+            name: String::new(),
+            motor: None,
+            load: None,
+            friction,
+            orifice: None,
+            oil: None,
+            clearance: None,
+            seals: None,
+            effects: Vec::new(),
+        };
+        for channel in [Channel::Torque, Channel::Angle] {
+            let facts = Facts::of_model(&model, channel);
+            for candidate in EFFECTS.iter().filter_map(|spec| candidate(spec.id, &facts)) {
+                for (number, parameter) in candidate.parameters.iter().enumerate() {
+                    for bound in [parameter.lower, parameter.upper] {
+                        let mut numbers = candidate.neutral();
+                        *numbers.get_mut(number).unwrap() = bound;
+                        let effect = candidate.effect(&model, &numbers);
+                        assert!(effect.is_ok(), "{} {}: {effect:?}", candidate.id, parameter.key);
+                    }
+                }
+            }
+        }
     }
 }
