@@ -148,7 +148,9 @@ fn parameter(
     let u = member.numbers.get(number).copied()?;
     let key = of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1));
     let value = of.map.value(u);
-    let (one, two) = (of.map.value(u - half_width * deviation), of.map.value(u + half_width * deviation));
+    // Beyond its bounds a number is none that the data were asked about.
+    let end = |u: f64| of.map.value(u.clamp(of.lower, of.upper));
+    let (one, two) = (end(u - half_width * deviation), end(u + half_width * deviation));
     let found = ParameterFound {
         value,
         std_error: of.map.slope(u) * deviation,

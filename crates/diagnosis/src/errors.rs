@@ -35,7 +35,8 @@ impl Spread {
         if !setting.campaign.facts.is_torque() {
             return Ok(self);
         }
-        for turn in 0..AGAIN {
+        // Not the draw that the weights were made from.
+        for turn in 1..=AGAIN {
             let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
                 continue;
             };

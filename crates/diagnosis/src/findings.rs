@@ -16,8 +16,9 @@ use crate::reasons::{Against, ambiguities, rejected};
 use crate::ripple::phase;
 use crate::select::Selection;
 use crate::show::{Structure, structure};
-use crate::spectrum::{Tone, spectrum};
+use crate::spectrum::spectrum;
 use crate::table::Untestable;
+use crate::tone::{Tone, tone};
 use crate::whiteness::whiteness;
 use log_data::Channel;
 
@@ -64,9 +65,8 @@ pub(crate) fn conclude(
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     let ambiguous = ambiguities(selection, &against, facts);
-    let tone = spectrum(&judged.setting, &after).tone();
-    let of_all = if ambiguous.is_empty() { &structure_kept } else { &structure_of_all };
-    let verdict = verdict(&causes, &ambiguous, is_noise(of_all) && tone.is_none());
+    let tone = tone(&judged.setting, &left_of_all);
+    let verdict = verdict(&causes, &ambiguous, is_noise(&structure_kept) && tone.is_none());
     let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable
         .iter()

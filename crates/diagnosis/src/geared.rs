@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 const OVER_THE_ANGLE: [&str; 3] = ["position-torque", "flow-torque", "angle-dependent-friction"];
 /// One sine of any order is a gear's where it leaves no more than this part of the series' variance beyond what the series
 /// leaves, and the best of whole order so many times as much, and that part at least.
-const LEFT: f64 = 0.01;
+const LEFT: f64 = 0.04;
 const TIMES: f64 = 4.0;
 const LEFT_BY_WHOLE: f64 = 0.03;
 /// ... its order is that far from a whole number, and so many of its periods lie within the angles visited.

@@ -47,6 +47,7 @@ mod simplify;
 mod spectrum;
 mod start;
 mod table;
+mod tone;
 mod twins;
 mod whiteness;
 mod workers;

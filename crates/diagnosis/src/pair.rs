@@ -6,6 +6,7 @@ use crate::candidate::Candidate;
 use crate::gram::solve;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
+use crate::loss::Loss;
 use crate::measure::left;
 use crate::pattern::search;
 use crate::refine::refine;
@@ -35,14 +36,10 @@ pub(crate) fn hidden_pair(
     }
     let greedy = found.rounds.first().and_then(|round| round.accepted);
     let Some(pair) = best_pair(candidates, first, greedy) else { return Ok(None) };
-    let enough = |rms: f64| rms.powi(2) - 1.0 <= HALF * (found.rms.powi(2) - 1.0);
-    let Some(together) = fit_pair(setting, begun, &pair)?.filter(|tried| enough(tried.rms)) else {
-        return Ok(None);
-    };
-    let Some(mut state) = judged(setting, candidates, begun, &together)?.filter(|state| enough(state.rms))
-    else {
-        return Ok(None);
-    };
+    let together = fit_pair(setting, begun, &pair)?.filter(|tried| leaves_less(tried.rms, found.rms));
+    let Some(together) = together else { return Ok(None) };
+    let state = judged(setting, candidates, begun, &together)?;
+    let Some(mut state) = state.filter(|state| leaves_less(state.rms, found.rms)) else { return Ok(None) };
     let named = |of: &Selection| -> Vec<&'static str> {
         of.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect()
     };
@@ -51,6 +48,11 @@ pub(crate) fn hidden_pair(
     let gone = named(found).into_iter().filter(|id| !taken.contains(id));
     state.dropped.extend(gone.map(|id| (id, reason.clone())));
     Ok(Some(state))
+}
+
+/// Whether one RMS, in parts of the noise, leaves much less beyond it than another.
+pub(crate) fn leaves_less(rms: f64, other: f64) -> bool {
+    other > 1.0 && rms.powi(2) - 1.0 <= HALF * (other.powi(2) - 1.0)
 }
 
 /// The pair with the greatest linearised gain, where that is more than what the pairs with the cause promise that was found
@@ -160,7 +162,8 @@ fn judged(
     Ok(Some(both))
 }
 
-/// The next cause beside what is at `point`, without the member at `index`, its numbers as they are there.
+/// The next cause beside what is at `point`, without the member at `index`, where that one is it again. What it is worth is told
+/// from the others fitted alone; its rivals begin beside them as they are in the pair.
 fn beside(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -168,11 +171,22 @@ fn beside(
     point: &Point,
     index: usize,
 ) -> Result<Option<Selection>, DiagnosisError> {
-    let alone = Point { hypothesis: point.hypothesis.without(index), starts: point.starts.clone() };
-    let Tried { fitted, .. } = Tried::from(setting, alone, 0)?;
-    let mut state = Selection { fitted, ..begun.clone() };
+    let members = &point.hypothesis.members;
+    let Some(removed) = members.get(index).map(|member| member.candidate.id) else { return Ok(None) };
+    let without = Point { hypothesis: point.hypothesis.without(index), starts: point.starts.clone() };
+    let Tried { fitted, .. } = Tried::from(setting, without.clone(), 0)?;
+    let Tried { held_out, rms, .. } = Tried::from(setting, without, STEPS)?;
+    let mut state = Selection { fitted, held_out, rms, ..begun.clone() };
+    if let Some(other) = state.fitted.point.hypothesis.members.last() {
+        state.forms.add(other.candidate.id, begun, (rms, &state.held_out), Loss::of(setting));
+    }
     let screening = screen(setting, candidates, &state.fitted)?;
-    if !next_cause(setting, candidates, &screening.ranked, &mut state)? {
+    let found = next_cause(setting, candidates, &screening.ranked, &mut state)?;
+    let again = state
+        .rounds
+        .last()
+        .is_some_and(|round| round.accepted == Some(removed) || round.equals.contains(&removed));
+    if !found || !again {
         return Ok(None);
     }
     refine(setting, &mut state)?;

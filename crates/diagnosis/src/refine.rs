@@ -20,7 +20,7 @@ const CLEAR: f64 = 6.0;
 pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
     let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
-    for number in &member.candidate.optional {
+    for number in member.candidate.optional.iter().filter(|number| !member.free.contains(number)) {
         let mut point = state.fitted.point.clone();
         if let Some(of) = point.hypothesis.members.get_mut(index) {
             of.free.push(*number);

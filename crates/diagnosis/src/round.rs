@@ -69,7 +69,7 @@ pub(crate) fn next_cause(
         state.ambiguous.push((name(chosen), equals));
     }
     let mut forms = state.forms;
-    forms.add(name(chosen), state, chosen, Loss::of(setting));
+    forms.add(name(chosen), state, (chosen.rms, &chosen.held_out), Loss::of(setting));
     state.forms = forms;
     state.fitted = chosen.fitted.clone();
     state.held_out = chosen.held_out.clone();

@@ -284,8 +284,9 @@ fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) ->
     for (place, pair) in taken.iter().zip(betas.chunks(2)) {
         for (offset, value) in pair.iter().enumerate() {
             free.push(2 * place.probe + offset);
-            if let Some(number) = numbers.get_mut(2 * place.probe + offset) {
-                *number = *value;
+            let at = 2 * place.probe + offset;
+            if let (Some(number), Some(of)) = (numbers.get_mut(at), candidate.parameters.get(at)) {
+                *number = (of.neutral + value).clamp(of.lower, of.upper);
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::gram::HeldOut;
 use crate::linear::Setting;
 use crate::loss::Loss;
 use crate::measure::left;
-use crate::pair::hidden_pair;
+use crate::pair::{hidden_pair, leaves_less};
 use crate::prune::{drop_idle, fit_earlier_ones, tell_asymmetry_from_offset};
 use crate::refine::refine;
 use crate::rivals::{Tried, judge};
@@ -94,7 +94,10 @@ pub(crate) fn select(
     {
         settle(setting, candidates, &mut pair)?;
         grow_on(setting, candidates, &mut pair)?;
-        return Ok(pair);
+        // Once all is settled one of the two may have gone.
+        if leaves_less(pair.rms, state.rms) {
+            return Ok(pair);
+        }
     }
     Ok(state)
 }
@@ -138,7 +141,8 @@ fn grow_on(
     state: &mut Selection,
 ) -> Result<(), DiagnosisError> {
     for _ in 1..MOST {
-        if is_white(setting, &left(setting, &state.fitted.point)?) {
+        let enough = state.fitted.point.hypothesis.members.len() >= MOST;
+        if enough || is_white(setting, &left(setting, &state.fitted.point)?) {
             break;
         }
         let screening = screen(setting, candidates, &state.fitted)?;

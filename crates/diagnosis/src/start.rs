@@ -51,7 +51,8 @@ pub(crate) fn best_start(
     search.best.1 = search.left(fitted);
     search.try_all([first]);
     if setting.campaign.channel == Channel::Angle && search.is_unsettled() {
-        search.try_all(OTHERS.map(|part| Begun::at(part * piece.noise.deviation_rad)));
+        let near = search.best.0;
+        search.try_all(OTHERS.map(|part| near.shifted(part * piece.noise.deviation_rad)));
     }
     if piece.has_play(ready) && search.is_unsettled() {
         search.try_sides();

@@ -193,7 +193,7 @@ fn candidate(id: &'static str, facts: &Facts) -> Option<Candidate> {
             let most = (facts.viscous * facts.fastest_rad_per_s).max(1e-12);
             factor(id, (0.0, 1e5), (0.01 * facts.coulomb_nm / most).clamp(0.02, 50.0))
         }
-        "load-inertia" => factor(id, (0.0, 500.0), 0.1),
+        "load-inertia" => factor(id, (1e-3, 500.0), 0.1),
         "torque-gain" => factor(id, wide, 0.02),
         "torque-offset" => {
             simple(id, parameter("offset_nm", Map::Plain, 0.0, (-1e6, 1e6), 0.01 * facts.coulomb_nm))

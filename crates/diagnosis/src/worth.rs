@@ -2,7 +2,6 @@
 
 use crate::gram::HeldOut;
 use crate::loss::Loss;
-use crate::rivals::Rival;
 use crate::select::Selection;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.
@@ -11,17 +10,18 @@ pub(crate) const FLOOR: f64 = 0.01;
 pub(crate) const SHARE: f64 = 0.02;
 /// Causes whose form leaves nothing open: nothing that they leave is a misfit of theirs.
 const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
-/// A cause whose form is one of many: no bank of elements is the other's. In an angle log the rotor then slips at other
-/// moments, and so much of what that cause explains of the plain squares may be another's gain by chance.
+/// A cause whose form is one of many: no bank of elements is the other's. So much of what it explains of the plain squares may
+/// be left to pick from; more in an angle log, whose rotor then slips at other moments.
 const LOOSE: &str = "presliding-hysteresis";
-const SHARE_OF_LOOSE: f64 = 0.3;
+const LEFT_BY_LOOSE: f64 = 0.1;
+const LEFT_BY_LOOSE_IN_ANGLES: f64 = 0.3;
 
-/// What the causes that are in explain, as a mean square in parts of the noise's, and may leave a part of.
+/// What the forms of the causes that are in may leave, as mean squares in parts of the noise's.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Forms {
-    /// Those of an open form, as the loss counts it.
+    /// What those of an open form explain, as the loss counts it.
     pub open: f64,
-    /// Those of a loose form, in plain squares; of angle logs alone.
+    /// What one of a loose form may leave of the plain squares.
     pub loose: f64,
 }
 
@@ -31,13 +31,14 @@ impl Forms {
         !EXACT.contains(&id)
     }
 
-    /// One more cause is in, on top of `before`.
-    pub fn add(&mut self, id: &str, before: &Selection, chosen: &Rival, loss: Loss) {
+    /// One more cause is in, on top of `before`; then this RMS and these squares are left.
+    pub fn add(&mut self, id: &str, before: &Selection, (rms, held_out): (f64, &HeldOut), loss: Loss) {
         if Self::is_open(id) {
-            self.open += before.rms.powi(2) - chosen.rms.powi(2);
+            self.open += (before.rms.powi(2) - rms.powi(2)).max(0.0);
         }
-        if id == LOOSE && loss == Loss::OwnNoise {
-            self.loose += cut_of_squares(before, &chosen.held_out);
+        if id == LOOSE {
+            let part = if loss == Loss::Squares { LEFT_BY_LOOSE } else { LEFT_BY_LOOSE_IN_ANGLES };
+            self.loose = part * cut_of_squares(before, held_out).max(0.0);
         }
     }
 }
@@ -67,6 +68,6 @@ fn least_cut_of_squares(state: &Selection) -> f64 {
     let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.open > 0.0;
     let of_many = if many { SHARE * state.explained() } else { f64::NEG_INFINITY };
     let loose = state.fitted.point.hypothesis.has(LOOSE);
-    let of_loose = if loose { SHARE_OF_LOOSE * state.forms.loose } else { f64::NEG_INFINITY };
+    let of_loose = if loose { state.forms.loose } else { f64::NEG_INFINITY };
     of_many.max(of_loose)
 }
