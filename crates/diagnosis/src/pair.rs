@@ -64,8 +64,8 @@ fn best_pair(candidates: &[Candidate], first: &Screening<'_>, greedy: Option<&st
     for (index, one) in first.places.iter().enumerate() {
         let others = first.places.iter().skip(index + 1).filter(|two| two.candidate != one.candidate);
         for two in others {
-            let Some((more, _)) = explained(first, &[one, two]) else { continue };
-            if members(candidates, first, one, two).is_some() {
+            let Some((more, betas)) = explained(first, &[one, two]) else { continue };
+            if numbers(candidates, [one, two], &betas).is_some() {
                 pairs.push((more - square, one, two));
             }
         }
@@ -86,7 +86,9 @@ fn best_pair(candidates: &[Candidate], first: &Screening<'_>, greedy: Option<&st
     if gain < MORE * known {
         return None;
     }
-    members(candidates, first, one, two)
+    let (_, betas) = explained(first, &[one, two])?;
+    let [of_one, of_two] = numbers(candidates, [one, two], &betas)?;
+    Some([member(candidates, one, of_one)?, member(candidates, two, of_two)?])
 }
 
 /// What the columns of these places explain beside those that are in, of the squares as a fit takes them; and their changes.
@@ -101,21 +103,22 @@ fn explained(first: &Screening<'_>, places: &[&Place]) -> Option<(f64, Vec<f64>)
     Some((beta.dot(&by_residual), beta.iter().skip(first.tally.own.len()).copied().collect()))
 }
 
-/// Both with the numbers that they have beside each other; `None` where one's are impossible.
-fn members(candidates: &[Candidate], first: &Screening<'_>, one: &Place, two: &Place) -> Option<[Member; 2]> {
-    let (_, betas) = explained(first, &[one, two])?;
+/// The numbers of both once their columns change by `betas`; `None` where one's are impossible.
+fn numbers(candidates: &[Candidate], [one, two]: [&Place; 2], betas: &[f64]) -> Option<[Vec<f64>; 2]> {
     let (of_one, of_two) = betas.split_at_checked(one.columns.len())?;
-    let member = |place: &Place, betas: &[f64]| {
-        let candidate = candidates.get(place.candidate)?;
-        let numbers = place.numbers(candidate, betas)?;
-        let free = if candidate.series {
-            candidate.probes.get(place.probe)?.columns.iter().map(|(parameter, _)| *parameter).collect()
-        } else {
-            candidate.free.clone()
-        };
-        Some(Member { candidate: candidate.clone(), numbers, free })
+    let of = |place: &Place, betas: &[f64]| place.numbers(candidates.get(place.candidate)?, betas);
+    Some([of(one, of_one)?, of(two, of_two)?])
+}
+
+/// A place's candidate with these numbers; of a series the place's harmonic alone is fitted.
+fn member(candidates: &[Candidate], place: &Place, numbers: Vec<f64>) -> Option<Member> {
+    let candidate = candidates.get(place.candidate)?;
+    let free = if candidate.series {
+        candidate.probes.get(place.probe)?.columns.iter().map(|(parameter, _)| *parameter).collect()
+    } else {
+        candidate.free.clone()
     };
-    Some([member(one, of_one)?, member(two, of_two)?])
+    Some(Member { candidate: candidate.clone(), numbers, free })
 }
 
 /// Both fitted through the model, together.
