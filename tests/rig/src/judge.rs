@@ -3,6 +3,7 @@
 use crate::truth::Truth;
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::f64::consts::TAU;
 
 /// What a finding is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -127,11 +128,18 @@ pub fn intervals(truth: &Truth, diagnosis: &Value, of_same_form: bool) -> Vec<In
                 continue;
             }
             let of = format!("{}: {key}", effect.id);
-            let truth = true_value(&effect.parameters, key);
-            found.push(Interval { of, truth, value: number(&parameter["value"]), ci95 });
+            let value = number(&parameter["value"]);
+            let truth = same_turn(key, true_value(&effect.parameters, key), value);
+            found.push(Interval { of, truth, value, ci95 });
         }
     }
     found
+}
+
+/// A phase in the turn that the value found is nearest to it in; anything else as it is.
+fn same_turn(key: &str, truth: f64, value: f64) -> f64 {
+    let turns = if key.ends_with("phase_rad") { ((value - truth) / TAU).round() } else { 0.0 };
+    truth + turns * TAU
 }
 
 /// A parameter of the truth: a number, or an entry of a list, `cos[2]`, counted from 1; 0 beyond the list.
@@ -177,6 +185,21 @@ mod tests {
         let causes: Vec<Value> = causes.iter().map(|id| json!({ "id": id })).collect();
         let groups: Vec<Value> = groups.iter().map(|ids| json!({ "ids": ids })).collect();
         Finding::of(&json!({ "verdict": verdict, "causes": causes, "ambiguous": groups })).judge(truth)
+    }
+
+    #[test]
+    fn a_phase_counts_but_for_whole_turns() {
+        let mut truth = truth(&["encoder-eccentricity"], &[]);
+        truth.effects[0].parameters =
+            json!({ "phase_rad": 4.064, "amplitude_rad": 1.0 }).as_object().unwrap().clone();
+        let number = |value: f64| json!({ "value": value, "ci95": [value - 0.02, value + 0.02] });
+        let cause = json!({ "id": "encoder-eccentricity", "parameters": { "phase_rad": number(-2.219), "amplitude_rad": number(1.0 + TAU) } });
+        let found = intervals(&truth, &json!({ "causes": [cause] }), true);
+        let holds: Vec<(&str, bool)> = found.iter().map(|of| (of.of.as_str(), of.holds())).collect();
+        assert_eq!(
+            holds,
+            [("encoder-eccentricity: amplitude_rad", false), ("encoder-eccentricity: phase_rad", true)]
+        );
     }
 
     #[test]
