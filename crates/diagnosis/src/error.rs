@@ -64,3 +64,11 @@ pub enum DiagnosisError {
         found: f64,
     },
 }
+
+/// What came of numbers that were tried; `None` where the model doesn't take them.
+pub(crate) fn if_possible<T>(tried: Result<T, DiagnosisError>) -> Result<Option<T>, DiagnosisError> {
+    match tried {
+        Err(DiagnosisError::Model { .. }) => Ok(None),
+        tried => tried.map(Some),
+    }
+}

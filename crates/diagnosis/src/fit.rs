@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
+use crate::error::if_possible;
 use crate::gram::{Gram, invert};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
@@ -51,8 +52,12 @@ pub(crate) fn fit(
         let count = total.count.max(1.0);
         let rest = (here.loss - count).max(0.0);
         let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
-        let trial = moved(setting, &here.point, &at, &beta, wanted)?;
-        let (mut next, mut there) = evaluate(setting, trial, wanted)?;
+        let trial = moved(setting, &here.point, &at, &beta, wanted)
+            .and_then(|trial| evaluate(setting, trial, wanted));
+        let Some((mut next, mut there)) = if_possible(trial)? else {
+            damping = (damping * 30.0).max(LEAST_DAMPING);
+            continue;
+        };
         if rest > POOR * count && there.loss < here.loss {
             (next, there) = farther(setting, (&here.point, &at, &beta), (next, there), wanted)?;
         }
@@ -94,12 +99,12 @@ fn farther(
 ) -> Result<(Vec<Option<PieceEquations>>, Fitted), DiagnosisError> {
     let mut best = reached;
     for times in FARTHER {
-        let trial = moved(setting, before, at, &(beta * times), wanted)?;
-        let there = evaluate(setting, trial, wanted)?;
-        if there.1.loss >= best.1.loss {
-            break;
+        let trial = moved(setting, before, at, &(beta * times), wanted)
+            .and_then(|trial| evaluate(setting, trial, wanted));
+        match if_possible(trial)? {
+            Some(there) if there.1.loss < best.1.loss => best = there,
+            _ => break,
         }
-        best = there;
     }
     Ok(best)
 }
@@ -220,4 +225,63 @@ fn each_start(
         let piece = pieces.get(index).filter(|piece| wanted(piece));
         piece.map_or(start, |piece| new(index, piece, &ready, start))
     }))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::campaign::Campaign;
+    use crate::fixtures;
+    use crate::hypothesis::Member;
+    use crate::linear::Nuisances;
+    use crate::table::candidate;
+    use crate::workers::OneAfterTheOther;
+    use log_data::{Log, Run};
+    use valve_model::{Effect, EffectValue};
+
+    /// Swings whose torque falls with acceleration: as if the load's inertia were below zero.
+    fn swings() -> Log {
+        let wave = std::f64::consts::TAU * 8.0;
+        let run = |number: usize| {
+            let time_s: Vec<f64> = (0..600).map(|k| 2.0 * number as f64 + 2e-3 * f64::from(k)).collect();
+            let angle = |at_s: &f64| 0.2 * (wave * at_s).sin();
+            let torque = |at_s: &f64| 1.5 * (wave * at_s).cos().signum() + 1e-3 * wave * wave * angle(at_s);
+            Run {
+                name: format!("{number}"),
+                angle_rad: time_s.iter().map(angle).collect(),
+                torque_nm: Some(time_s.iter().map(torque).collect()),
+                time_s,
+                ..Run::default()
+            }
+        };
+        Log { runs: (0..3).map(run).collect(), ..Log::default() }
+    }
+
+    #[test]
+    fn a_step_that_the_model_refuses_is_taken_shorter() {
+        let coupling =
+            Effect::from_parts("coupling-compliance", &[("stiffness_nm_per_rad", EffectValue::Number(5e3))]);
+        let given = fixtures::model(vec![coupling.unwrap()]);
+        let campaign = Campaign::new(&swings(), &given, 0, &OneAfterTheOther).unwrap();
+        let setting = Setting {
+            campaign: &campaign,
+            given: &given,
+            nuisances: Nuisances::default(),
+            workers: &OneAfterTheOther,
+        };
+        let mut inertia = candidate("load-inertia", &campaign.facts).unwrap();
+        inertia.parameters.iter_mut().for_each(|factor| factor.lower = 0.0);
+        let of = |factor: f64| {
+            let members = vec![Member::new(&inertia, vec![factor], vec![0])];
+            Point { hypothesis: Hypothesis { members, zero_rad: None }, starts: Vec::new() }
+        };
+        let everything = |_: &Piece| true;
+        assert!(evaluate(&setting, of(0.0), &everything).is_err(), "nothing is refused here");
+        let begun = fit(&setting, of(1.0), &everything, 0).unwrap();
+        let fitted = fit(&setting, of(1.0), &everything, STEPS).unwrap();
+        let factor = fitted.point.hypothesis.get(crate::hypothesis::Free::Number(0, 0));
+        assert!((1e-9..0.9).contains(&factor), "{factor}");
+        assert!(fitted.loss < begun.loss, "{} {}", fitted.loss, begun.loss);
+    }
 }

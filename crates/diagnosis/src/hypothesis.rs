@@ -10,6 +10,14 @@ pub(crate) struct Member {
     pub numbers: Vec<f64>,
     /// The numbers that the fit moves, by place.
     pub free: Vec<usize>,
+    /// Its sensitivities are taken over so many times the usual change.
+    pub finer: f64,
+}
+
+impl Member {
+    pub fn new(candidate: &Candidate, numbers: Vec<f64>, free: Vec<usize>) -> Self {
+        Self { candidate: candidate.clone(), numbers, free, finer: 1.0 }
+    }
 }
 
 /// The model, causes, and the angle's zero.
@@ -102,7 +110,8 @@ impl Hypothesis {
             return 1e-5;
         };
         let at = self.get(free);
-        let size = parameter.step.max(0.02 * (at - parameter.neutral).abs());
+        let finer = self.members.get(member).map_or(1.0, |of| of.finer);
+        let size = finer * parameter.step.max(0.02 * (at - parameter.neutral).abs());
         if at + size > parameter.upper { -size } else { size }
     }
 

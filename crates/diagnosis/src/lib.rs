@@ -16,7 +16,10 @@ mod errors;
 mod excitation;
 mod facts;
 mod findings;
+mod fine;
 mod fit;
+#[cfg(test)]
+mod fixtures;
 mod geared;
 mod gram;
 mod holds;

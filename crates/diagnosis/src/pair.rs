@@ -3,6 +3,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
+use crate::error::if_possible;
 use crate::gram::solve;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
@@ -118,7 +119,7 @@ fn member(candidates: &[Candidate], place: &Place, numbers: Vec<f64>) -> Option<
     } else {
         candidate.free.clone()
     };
-    Some(Member { candidate: candidate.clone(), numbers, free })
+    Some(Member::new(candidate, numbers, free))
 }
 
 /// Both fitted through the model, together.
@@ -131,10 +132,7 @@ fn fit_pair(
     for member in pair {
         point.hypothesis = point.hypothesis.with(member.clone());
     }
-    if setting.ready(&point.hypothesis).is_err() {
-        return Ok(None);
-    }
-    let mut tried = Tried::from(setting, point, STEPS)?;
+    let Some(mut tried) = if_possible(Tried::from(setting, point, STEPS))? else { return Ok(None) };
     let count = tried.fitted.point.hypothesis.members.len();
     for member in count - 2..count {
         if let Some(better) = search(setting, &tried.fitted, member, &fitted_pieces)? {

@@ -2,6 +2,7 @@
 //! nothing, as where a rotor sticks and slips, what counts is whether a point is better.
 
 use crate::DiagnosisError;
+use crate::error::if_possible;
 use crate::fit::{Fitted, POOR, loss_at};
 use crate::hypothesis::Free;
 use crate::linear::{Point, Setting};
@@ -15,6 +16,12 @@ const MOST: usize = 3;
 /// Moves of one number in a row.
 const IN_A_ROW: usize = 4;
 
+/// Whether a fit ended with much left over a rough floor.
+pub(crate) fn ended_poorly(setting: &Setting<'_>, fitted: &Fitted) -> bool {
+    let count: f64 = fitted.groups.iter().map(|group| group.count).sum();
+    Loss::of(setting) == Loss::OwnNoise && fitted.loss > (1.0 + POOR) * count
+}
+
 /// A point with better numbers of one member than where a fit ended with much left; `None` where there is none, or little is
 /// left.
 pub(crate) fn search(
@@ -23,11 +30,9 @@ pub(crate) fn search(
     member: usize,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
 ) -> Result<Option<Point>, DiagnosisError> {
-    let count: f64 = fitted.groups.iter().map(|group| group.count).sum();
     let of_member = |free: &Free| matches!(free, Free::Number(of, _) if *of == member);
     let numbers: Vec<Free> = fitted.point.hypothesis.free().into_iter().filter(of_member).collect();
-    let rough = Loss::of(setting) == Loss::OwnNoise && fitted.loss > (1.0 + POOR) * count;
-    if !rough || numbers.is_empty() || numbers.len() > MOST {
+    if !ended_poorly(setting, fitted) || numbers.is_empty() || numbers.len() > MOST {
         return Ok(None);
     }
     let (mut best, mut least) = (fitted.point.clone(), fitted.loss);
@@ -37,11 +42,10 @@ pub(crate) fn search(
                 let before = least;
                 for _ in 0..IN_A_ROW {
                     let Some(hypothesis) = moved(&best, *free, way) else { break };
-                    let (trial, loss) = loss_at(setting, &best, hypothesis, wanted)?;
-                    if loss >= least {
-                        break;
+                    match if_possible(loss_at(setting, &best, hypothesis, wanted))? {
+                        Some((trial, loss)) if loss < least => (best, least) = (trial, loss),
+                        _ => break,
                     }
-                    (best, least) = (trial, loss);
                 }
                 if least < before {
                     break;

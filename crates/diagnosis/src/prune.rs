@@ -1,6 +1,7 @@
 //! What a new cause changes for those that were in before: they are fitted once more, and dropped where they no longer pay.
 
 use crate::DiagnosisError;
+use crate::error::if_possible;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::pattern::search;
@@ -52,7 +53,7 @@ pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<
                 hypothesis: state.fitted.point.hypothesis.without(index),
                 starts: state.fitted.point.starts.clone(),
             };
-            let without = Tried::from(setting, begin, 6)?;
+            let Some(without) = if_possible(Tried::from(setting, begin, 6))? else { continue };
             if idlest.as_ref().is_none_or(|(_, least)| without.rms < least.rms) {
                 idlest = Some((index, without));
             }

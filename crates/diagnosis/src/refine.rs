@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
+use crate::error::if_possible;
 use crate::errors::spread;
 use crate::gram::leave_out;
 use crate::hypothesis::{Free, Member};
@@ -136,8 +137,8 @@ fn take_if(
     begin: Point,
     better: impl Fn(f64, f64) -> bool,
 ) -> Result<(), DiagnosisError> {
-    let tried = Tried::from(setting, begin, 6)?;
-    if better(state.rms, tried.rms) {
+    let tried = if_possible(Tried::from(setting, begin, 6))?;
+    if let Some(tried) = tried.filter(|tried| better(state.rms, tried.rms)) {
         state.take(tried);
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
+use crate::error::if_possible;
 use crate::fit::{Fitted, fit};
 use crate::gram::{Gram, HeldOut, leave_out};
 use crate::linear::{Point, Setting};
@@ -92,7 +93,7 @@ pub(crate) fn fit_rivals(
         }
         taken += 1;
         let best = rivals.iter().map(|rival: &Rival| rival.rms).fold(f64::INFINITY, f64::min);
-        rivals.push(fit_rival(setting, screened, state, best)?);
+        rivals.extend(if_possible(fit_rival(setting, screened, state, best))?);
     }
     Ok(rivals)
 }

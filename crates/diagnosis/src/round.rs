@@ -3,6 +3,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
+use crate::error::if_possible;
 use crate::linear::Setting;
 use crate::loss::Loss;
 use crate::rivals::{Rival, angle_between, as_good, fit_rival, fit_rivals, numbers};
@@ -100,7 +101,7 @@ fn look_alikes(
     for screened in screened.iter().filter(|of| lacking(name(of.candidate))) {
         let fitted = rivals.iter().any(|rival| rival.candidate == screened.candidate);
         if !fitted && screened.gain > WORTH * most {
-            rivals.push(fit_rival(setting, screened, state, chosen.rms)?);
+            rivals.extend(if_possible(fit_rival(setting, screened, state, chosen.rms))?);
         }
     }
     for rival in rivals.iter().filter(|rival| lacking(name(rival.candidate))) {

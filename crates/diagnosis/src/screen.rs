@@ -129,7 +129,7 @@ fn probe_column(
     if !probe.jump {
         *numbers.get_mut(parameter)? += step;
     }
-    let member = Member { candidate: candidate.clone(), numbers, free: Vec::new() };
+    let member = Member::new(candidate, numbers, Vec::new());
     // A model that refuses the change has no such effect.
     let ready = setting.ready(&point.hypothesis.with(member)).ok()?;
     Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
@@ -221,8 +221,7 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
         let gain = if numbers.is_some() { tally.base - left } else { -1.0 };
         if best.as_ref().is_none_or(|(most, _)| gain > *most) {
             let numbers = numbers.unwrap_or_else(|| candidate.neutral());
-            best =
-                Some((gain, Member { candidate: candidate.clone(), numbers, free: candidate.free.clone() }));
+            best = Some((gain, Member::new(candidate, numbers, candidate.free.clone())));
         }
     }
     best
@@ -240,8 +239,7 @@ fn best_jump(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Opt
         }
     }
     let (gain, probe) = best.filter(|(gain, _)| *gain > 0.0)?;
-    let member =
-        Member { candidate: candidate.clone(), numbers: probe.shape.clone(), free: candidate.free.clone() };
+    let member = Member::new(candidate, probe.shape.clone(), candidate.free.clone());
     Some((gain, member))
 }
 
@@ -291,5 +289,5 @@ fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) ->
         }
     }
     free.sort_unstable();
-    Some((tally.base - reached, Member { candidate: candidate.clone(), numbers, free }))
+    Some((tally.base - reached, Member::new(candidate, numbers, free)))
 }

@@ -3,6 +3,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
+use crate::fine::fit_finely;
 use crate::fit::Fitted;
 use crate::gram::HeldOut;
 use crate::linear::Setting;
@@ -163,6 +164,7 @@ fn settle(
     refine(setting, state)?;
     tell_asymmetry_from_offset(state);
     fit_earlier_ones(setting, state)?;
+    fit_finely(setting, state)?;
     drop_idle(setting, state)?;
     simplify(setting, candidates, state)
 }

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
+use crate::error::if_possible;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::rivals::{EQUAL, Tried};
@@ -25,16 +26,12 @@ pub(crate) fn simplify(
         if hypothesis.has(simple) {
             continue;
         }
-        let member = Member {
-            candidate: candidate.clone(),
-            numbers: candidate.neutral(),
-            free: candidate.free.clone(),
-        };
+        let member = Member::new(candidate, candidate.neutral(), candidate.free.clone());
         let begin = Point {
             hypothesis: hypothesis.without(index).with(member),
             starts: state.fitted.point.starts.clone(),
         };
-        let tried = Tried::from(setting, begin, 8)?;
+        let Some(tried) = if_possible(Tried::from(setting, begin, 8))? else { continue };
         if tried.rms <= state.rms + EQUAL {
             state.dropped.push((rich, format!("{simple} does as much with fewer numbers")));
             state.ambiguous.retain(|(representative, _)| *representative != rich);

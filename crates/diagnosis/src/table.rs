@@ -178,7 +178,7 @@ fn factor(id: &'static str, bounds: (f64, f64), step: f64) -> Candidate {
     simple(id, parameter("factor", Map::Plain, 1.0, bounds, step))
 }
 
-fn candidate(id: &'static str, facts: &Facts) -> Option<Candidate> {
+pub(crate) fn candidate(id: &'static str, facts: &Facts) -> Option<Candidate> {
     let wide = (0.02, 50.0);
     let travel = facts.travel_rad.max(1.0);
     let pressure = facts.greatest_pressure_mpa().max(SOME_PRESSURE);
@@ -418,31 +418,12 @@ fn eccentricity() -> Candidate {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use valve_model::{FrictionParams, LuGreParams, Model};
+    use crate::fixtures;
 
     /// A fit goes as far as a bound, and the model has to take what it finds there.
     #[test]
     fn the_model_takes_every_number_up_to_its_bounds() {
-        let friction = FrictionParams::LuGre(LuGreParams {
-            coulomb_torque_nm: 1.5,
-            static_torque_nm: 3.0,
-            stribeck_velocity_rad_per_s: 0.05,
-            stribeck_exponent: 2.0,
-            bristle_stiffness_nm_per_rad: 1000.0,
-            bristle_damping_nm_s_per_rad: 1.0,
-            viscous_nm_s_per_rad: 2e-4,
-        });
-        let model = Model {
-            name: String::new(),
-            motor: None,
-            load: None,
-            friction,
-            orifice: None,
-            oil: None,
-            clearance: None,
-            seals: None,
-            effects: Vec::new(),
-        };
+        let model = fixtures::model(Vec::new());
         for channel in [Channel::Torque, Channel::Angle] {
             let facts = Facts::of_model(&model, channel);
             for candidate in EFFECTS.iter().filter_map(|spec| candidate(spec.id, &facts)) {
