@@ -108,6 +108,13 @@ fn two_that_hide_each_other() {
     assert_eq!(found(70_438, &Hidden::with(LogKind::Angle, &pair, STRONG)), Outcome::Right);
 }
 
+/// Where a rotor sticks and slips, stiffer bristles show nothing of themselves until they are as stiff as the truth.
+#[test]
+fn a_needle_in_a_rough_floor_is_found() {
+    let pair = ["wear-drift", "bristle-stiffness"];
+    assert_eq!(found(99_357, &Hidden::with(LogKind::Angle, &pair, STRONG)), Outcome::Right);
+}
+
 /// A tone that is there at rest too counts as noise, but is none.
 #[test]
 fn a_hum_is_heard() {

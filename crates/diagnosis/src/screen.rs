@@ -19,6 +19,9 @@ pub(crate) const ORDER_FLOOR: f64 = 0.004;
 /// measured one's, and a small change tells little of a large one: secants over so many steps are looked at too.
 const FAR: f64 = 1.5;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
+/// ... of a factor so many times as much: where a rotor sticks and slips, three times the stiffness shows nothing at
+/// twice.
+const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
 
 /// In a log of more samples than this that are fitted (of torques, and of angles, which cost more) the screening looks at some
 /// of the folds alone: they hold every kind of run, and it is the fit that decides.
@@ -105,13 +108,20 @@ fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
     }
 }
 
-/// Over how many steps a candidate's sensitivity is taken.
-fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> &'static [f64] {
+/// Over how many of its steps a candidate's sensitivity is taken.
+fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<f64> {
     let total = sum(&state.groups);
     let far = total.square() > FAR * FAR * total.count;
-    let count =
-        if far && !setting.campaign.facts.is_torque() && !candidate.series { SECANTS.len() } else { 1 };
-    SECANTS.get(..count).unwrap_or_default()
+    if !far || setting.campaign.facts.is_torque() || candidate.series {
+        return vec![1.0];
+    }
+    match candidate.parameters.as_slice() {
+        [of] if of.key == "factor" => {
+            let far = FACTORS.iter().map(|factor| (factor - of.neutral) / of.step);
+            std::iter::once(1.0).chain(far).collect()
+        }
+        _ => SECANTS.to_vec(),
+    }
 }
 
 fn probe_column(

@@ -58,7 +58,9 @@ pub(crate) fn cuts(state: &Selection, (rms, held_out): (f64, &HeldOut), part: f6
 /// By how much a cause must cut the held-out RMS, in parts of the noise.
 pub(crate) fn least_cut(state: &Selection, loss: Loss) -> f64 {
     let square = state.rms.powi(2);
-    let causes = state.fitted.point.hypothesis.members.len();
+    let hypothesis = &state.fitted.point.hypothesis;
+    // A loose form leaves as much to pick from as two causes do.
+    let causes = hypothesis.members.len() + usize::from(hypothesis.has(LOOSE));
     let least = (SHARE * state.forms.open).max(loss.least_part(causes) * (square - 1.0));
     FLOOR.max(state.rms - (square - least).max(0.0).sqrt())
 }
