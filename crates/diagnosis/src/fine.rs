@@ -1,4 +1,4 @@
-//! The last part of a fit of angles: slopes taken over changes as small as the numbers are known by then.
+//! Where a fit of angles is near its end: slopes taken over changes as small as the numbers are known by then.
 //!
 //! A rotor that sticks and slips answers a change of some percent with slips at other moments, which is no slope; far from the
 //! best such a slope is all there is, near it the fit would end beside the valley that the numbers lie in.
@@ -41,13 +41,12 @@ fn finer(fitted: &Fitted, loss: Loss) -> Hypothesis {
     let mut hypothesis = fitted.point.hypothesis.clone();
     let total = sum(&loss.weighted(&fitted.groups));
     for (place, free) in fitted.point.hypothesis.free().into_iter().enumerate() {
-        let Free::Number(member, _) = free else { continue };
+        let Free::Number(member, number) = free else { continue };
         let slope = total.matrix.get((place, place)).map_or(0.0, |square| square.sqrt());
         let reach = slope * fitted.point.hypothesis.step(free).abs();
-        if let Some(of) = hypothesis.members.get_mut(member)
-            && reach > REACH
-        {
-            of.finer = of.finer.min(REACH / reach);
+        let finer = hypothesis.members.get_mut(member).and_then(|of| of.finer.get_mut(number));
+        if let Some(finer) = finer.filter(|_| reach > REACH) {
+            *finer *= REACH / reach;
         }
     }
     hypothesis

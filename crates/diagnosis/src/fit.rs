@@ -26,6 +26,8 @@ pub(crate) const POOR: f64 = 0.2;
 const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
 /// The damping after a refused step is at least this; less would change nothing.
 const LEAST_DAMPING: f64 = 0.1;
+/// Beyond so much of it a step is none.
+const MOST_DAMPING: f64 = 1e3;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -56,6 +58,9 @@ pub(crate) fn fit(
             .and_then(|trial| evaluate(setting, trial, wanted));
         let Some((mut next, mut there)) = if_possible(trial)? else {
             damping = (damping * 30.0).max(LEAST_DAMPING);
+            if damping > MOST_DAMPING {
+                break;
+            }
             continue;
         };
         if rest > POOR * count && there.loss < here.loss {
@@ -70,7 +75,7 @@ pub(crate) fn fit(
             damping = (damping * 0.1).max(1e-7);
         }
         let little = gain < (ENOUGH * count).max(part * rest);
-        if (little && (settled || rest < POOR * count)) || damping > 1e3 {
+        if (little && (settled || rest < POOR * count)) || damping > MOST_DAMPING {
             break;
         }
         if settled {

@@ -10,13 +10,14 @@ pub(crate) struct Member {
     pub numbers: Vec<f64>,
     /// The numbers that the fit moves, by place.
     pub free: Vec<usize>,
-    /// Its sensitivities are taken over so many times the usual change.
-    pub finer: f64,
+    /// The sensitivity of each number is taken over so many times the usual change.
+    pub finer: Vec<f64>,
 }
 
 impl Member {
     pub fn new(candidate: &Candidate, numbers: Vec<f64>, free: Vec<usize>) -> Self {
-        Self { candidate: candidate.clone(), numbers, free, finer: 1.0 }
+        let finer = vec![1.0; numbers.len()];
+        Self { candidate: candidate.clone(), numbers, free, finer }
     }
 }
 
@@ -53,7 +54,7 @@ impl Hypothesis {
     pub fn with(&self, member: Member) -> Self {
         let mut more = self.clone();
         more.members.push(member);
-        more
+        more.with_usual_changes()
     }
 
     pub fn without(&self, index: usize) -> Self {
@@ -61,7 +62,13 @@ impl Hypothesis {
         if index < less.members.len() {
             less.members.remove(index);
         }
-        less
+        less.with_usual_changes()
+    }
+
+    /// Other members have another best, and it may be far.
+    fn with_usual_changes(mut self) -> Self {
+        self.members.iter_mut().for_each(|member| member.finer.fill(1.0));
+        self
     }
 
     pub fn has(&self, id: &str) -> bool {
@@ -110,7 +117,7 @@ impl Hypothesis {
             return 1e-5;
         };
         let at = self.get(free);
-        let finer = self.members.get(member).map_or(1.0, |of| of.finer);
+        let finer = self.members.get(member).and_then(|of| of.finer.get(number)).copied().unwrap_or(1.0);
         let size = finer * parameter.step.max(0.02 * (at - parameter.neutral).abs());
         if at + size > parameter.upper { -size } else { size }
     }

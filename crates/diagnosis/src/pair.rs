@@ -9,9 +9,8 @@ use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
 use crate::measure::left;
-use crate::pattern::search;
 use crate::refine::refine;
-use crate::rivals::{STEPS, Tried, fitted_pieces};
+use crate::rivals::{STEPS, Tried};
 use crate::round::next_cause;
 use crate::screen::{Place, Screening, screen};
 use crate::select::Selection;
@@ -19,9 +18,8 @@ use crate::whiteness::is_white;
 
 /// Pairs, by what they cut where they are fitted, that are judged on what they were not fitted on.
 const SHORT_LIST: usize = 12;
-/// A pair is fitted through the model where its linearised gain is so many times that of any that greed would have come to.
-const MORE: f64 = 1.1;
-/// ... and taken where it leaves no more than this part of what one cause after the other leaves beyond noise.
+/// A pair is fitted through the model where its linearised gain is as much as that of any that greed would have come to, and
+/// taken where it leaves no more than this part of what one cause after the other leaves beyond noise.
 const HALF: f64 = 0.5;
 
 /// From where the search `begun`, two causes at once, where they leave much less than `found`, one after the other.
@@ -84,7 +82,7 @@ fn best_pair(candidates: &[Candidate], first: &Screening<'_>, greedy: Option<&st
     let known = with.iter().take(SHORT_LIST).map(gain).fold(alone, f64::max);
     let judged = without.iter().take(SHORT_LIST).map(|pair| (gain(pair), pair.1, pair.2));
     let (gain, one, two) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if gain < MORE * known {
+    if gain < known {
         return None;
     }
     let (_, betas) = explained(first, &[one, two])?;
@@ -135,9 +133,7 @@ fn fit_pair(
     let Some(mut tried) = if_possible(Tried::from(setting, point, STEPS))? else { return Ok(None) };
     let count = tried.fitted.point.hypothesis.members.len();
     for member in count - 2..count {
-        if let Some(better) = search(setting, &tried.fitted, member, &fitted_pieces)? {
-            tried = Tried::from(setting, better, STEPS)?;
-        }
+        tried = tried.searched(setting, member)?;
     }
     Ok(Some(tried))
 }

@@ -4,8 +4,7 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
-use crate::pattern::search;
-use crate::rivals::{NEARLY, STEPS, Tried, fitted_pieces};
+use crate::rivals::{NEARLY, Tried};
 use crate::select::Selection;
 use crate::worth::{FLOOR, SHARE};
 
@@ -13,12 +12,8 @@ use crate::worth::{FLOOR, SHARE};
 /// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
 pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
-        if let Some(better) = search(setting, &state.fitted, member, &fitted_pieces)? {
-            let tried = Tried::from(setting, better, STEPS)?;
-            if tried.fitted.loss < state.fitted.loss {
-                state.take(tried);
-            }
-        }
+        let now = Tried { fitted: state.fitted.clone(), held_out: state.held_out.clone(), rms: state.rms };
+        state.take(now.searched(setting, member)?);
     }
     Ok(())
 }

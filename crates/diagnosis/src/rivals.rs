@@ -67,6 +67,13 @@ impl Tried {
         let rms = Loss::of(setting).rms(held_out.each(&fitted.groups));
         Ok(Self { fitted, held_out, rms })
     }
+
+    /// Fitted on from better numbers of one member, where much is left and a pattern search finds some.
+    pub fn searched(self, setting: &Setting<'_>, member: usize) -> Result<Self, DiagnosisError> {
+        let Some(better) = search(setting, &self.fitted, member, &fitted_pieces)? else { return Ok(self) };
+        let further = if_possible(Self::from(setting, better, STEPS))?;
+        Ok(further.filter(|further| further.fitted.loss < self.fitted.loss).unwrap_or(self))
+    }
 }
 
 /// Fits the best of the screening.
@@ -115,9 +122,7 @@ pub(crate) fn fit_rival(
     if promises && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;
-        if let Some(better) = search(setting, &tried.fitted, last, &fitted_pieces)? {
-            tried = Tried::from(setting, better, STEPS)?;
-        }
+        tried = tried.searched(setting, last)?;
     }
     let Tried { fitted, held_out, rms } = tried;
     Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })

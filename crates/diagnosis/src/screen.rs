@@ -21,6 +21,7 @@ const FAR: f64 = 1.5;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
 /// ... of a factor so many times as much: where a rotor sticks and slips, three times the stiffness shows nothing at
 /// twice.
+const FINE: f64 = 0.1;
 const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
 
 /// In a log of more samples than this that are fitted (of torques, and of angles, which cost more) the screening looks at some
@@ -116,8 +117,8 @@ fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<
         return vec![1.0];
     }
     match candidate.parameters.as_slice() {
-        [of] if of.key == "factor" => {
-            let far = FACTORS.iter().map(|factor| (factor - of.neutral) / of.step);
+        [of] if of.key == "factor" && of.step <= FINE * of.neutral => {
+            let far = FACTORS.iter().map(|factor| (factor - 1.0) * of.neutral / of.step);
             std::iter::once(1.0).chain(far).collect()
         }
         _ => SECANTS.to_vec(),

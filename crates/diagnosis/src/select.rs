@@ -166,7 +166,9 @@ fn settle(
     fit_earlier_ones(setting, state)?;
     fit_finely(setting, state)?;
     drop_idle(setting, state)?;
-    simplify(setting, candidates, state)
+    simplify(setting, candidates, state)?;
+    // Where one has gone.
+    fit_finely(setting, state)
 }
 
 /// Begins with causes that were found before, fitted anew.

@@ -3,7 +3,8 @@
 /// Replaces each value by that of `delay_s` earlier (later where negative): on the cubic through the two samples before and
 /// the two after, on the line between two near the run's ends; where the run has none, the nearest stands for it.
 ///
-/// A line would take amplitude and phase off what is fast: a delay fitted to sines of 25 Hz at 500 Hz came out 17 µs too short.
+/// A line would take amplitude and phase off what is fast: a delay of 388 µs, fitted to swings at 500 Hz, came out 7 µs too short,
+/// and 1 µs with cubics. Beside a jump, as where friction changes its sign, a cubic overshoots by 6 % of it for a sample.
 pub fn delay(time_s: &[f64], values: &mut [f64], delay_s: f64) {
     if delay_s == 0.0 {
         return;
@@ -81,6 +82,14 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn beside_a_jump_it_overshoots_by_little() {
+        let time_s: Vec<f64> = (0..20).map(f64::from).collect();
+        let mut values: Vec<f64> = (0..20).map(|k| if k < 10 { -1.5 } else { 1.5 }).collect();
+        delay(&time_s, &mut values, 0.5);
+        assert!(values.iter().all(|value| value.abs() < 1.5 + 0.07 * 3.0), "{values:?}");
     }
 
     #[test]
