@@ -30,9 +30,14 @@ fn first_seed() -> u64 {
     seed
 }
 
-/// Draws a campaign and has it diagnosed.
+/// Draws a short campaign and has it diagnosed.
 fn diagnosed(seed: u64, hidden: &Hidden) -> (Campaign, Value) {
-    let campaign = Campaign::draw(seed, &Hidden { samples: SAMPLES, ..hidden.clone() });
+    diagnosed_as_long(seed, &Hidden { samples: SAMPLES, ..hidden.clone() })
+}
+
+/// ... one as long as the rig draws them.
+fn diagnosed_as_long(seed: u64, hidden: &Hidden) -> (Campaign, Value) {
+    let campaign = Campaign::draw(seed, hidden);
     let place = TestPlace::new();
     let given = place.path("given");
     campaign.write(&given).unwrap();
@@ -106,6 +111,14 @@ fn two_at_once_and_what_is_outside_the_list() {
 fn two_that_hide_each_other() {
     let pair = ["pressure-dependent-friction", "holding-torque-level"];
     assert_eq!(found(70_438, &Hidden::with(LogKind::Angle, &pair, STRONG)), Outcome::Right);
+}
+
+/// Alone, either does as much; beside each other, both pay, and neither stands for the other.
+#[test]
+fn two_of_which_either_does_as_much_alone() {
+    let pair = ["viscous-level", "pressure-dependent-friction"];
+    let (campaign, diagnosis) = diagnosed_as_long(110_436, &Hidden::with(LogKind::Angle, &pair, STRONG));
+    assert_eq!(Finding::of(&diagnosis).judge(&campaign.truth), Outcome::Right);
 }
 
 /// Where a rotor sticks and slips, stiffer bristles show nothing of themselves until they are as stiff as the truth.

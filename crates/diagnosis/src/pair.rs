@@ -7,7 +7,6 @@ use crate::error::if_possible;
 use crate::gram::solve;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
-use crate::loss::Loss;
 use crate::measure::left;
 use crate::refine::refine;
 use crate::rivals::{STEPS, Tried};
@@ -175,7 +174,7 @@ fn beside(
     let Tried { held_out, rms, .. } = Tried::from(setting, without, STEPS)?;
     let mut state = Selection { fitted, held_out, rms, ..begun.clone() };
     if let Some(other) = state.fitted.point.hypothesis.members.last() {
-        state.forms.add(other.candidate.id, begun, (rms, &state.held_out), Loss::of(setting));
+        state.forms.add(other.candidate.id, begun, (rms, &state.held_out));
     }
     let screening = screen(setting, candidates, &state.fitted)?;
     let found = next_cause(setting, candidates, &screening.ranked, &mut state)?;

@@ -118,7 +118,8 @@ pub(crate) fn fit_rival(
         ..state.fitted.point.clone()
     };
     let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
-    let promises = cuts(state, (tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
+    let id = screened.member.candidate.id;
+    let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
     if promises && tried.rms < BEHIND * best {
         tried = Tried::from(setting, tried.fitted.point, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;

@@ -52,7 +52,8 @@ pub(crate) fn next_cause(
         let order = |rival: &Rival| (numbers(rival), is_confounded(name(rival), facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let pays = |rival: &&Rival| cuts(state, (rival.rms, &rival.held_out), 1.0, Loss::of(setting));
+    let pays =
+        |rival: &&Rival| cuts(state, (name(rival), rival.rms, &rival.held_out), 1.0, Loss::of(setting));
     let paying = chosen.filter(pays).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);
@@ -70,7 +71,7 @@ pub(crate) fn next_cause(
         state.ambiguous.push((name(chosen), equals));
     }
     let mut forms = state.forms;
-    forms.add(name(chosen), state, (chosen.rms, &chosen.held_out), Loss::of(setting));
+    forms.add(name(chosen), state, (chosen.rms, &chosen.held_out));
     state.forms = forms;
     state.fitted = chosen.fitted.clone();
     state.held_out = chosen.held_out.clone();

@@ -48,6 +48,13 @@ impl Selection {
         (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
     }
 
+    /// A cause that pays beside another can't stand for it, though by itself it did as much.
+    fn tell_members_apart(&mut self) {
+        let hypothesis = &self.fitted.point.hypothesis;
+        self.ambiguous.iter_mut().for_each(|(_, others)| others.retain(|id| !hypothesis.has(id)));
+        self.ambiguous.retain(|(_, others)| !others.is_empty());
+    }
+
     /// Samples that were fitted.
     pub fn samples(&self) -> f64 {
         self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)
@@ -97,9 +104,10 @@ pub(crate) fn select(
         grow_on(setting, candidates, &mut pair)?;
         // Once all is settled one of the two may have gone.
         if leaves_less(pair.rms, state.rms) {
-            return Ok(pair);
+            state = pair;
         }
     }
+    state.tell_members_apart();
     Ok(state)
 }
 

@@ -15,13 +15,16 @@ const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
 const LOOSE: &str = "presliding-hysteresis";
 const LEFT_BY_LOOSE: f64 = 0.1;
 const LEFT_BY_LOOSE_IN_ANGLES: f64 = 0.3;
+/// ... and to causes that bend what it bends itself, as the elements' own stiffness would.
+const BENDS_AS_LOOSE: [&str; 2] = ["bristle-stiffness", "coupling-compliance"];
+const LEFT_TO_SUCH: f64 = 0.3;
 
 /// What the forms of the causes that are in may leave, as mean squares in parts of the noise's.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Forms {
     /// What those of an open form explain, as the loss counts it.
     pub open: f64,
-    /// What one of a loose form may leave of the plain squares.
+    /// What one of a loose form explains of the plain squares.
     pub loose: f64,
 }
 
@@ -32,13 +35,12 @@ impl Forms {
     }
 
     /// One more cause is in, on top of `before`; then this RMS and these squares are left.
-    pub fn add(&mut self, id: &str, before: &Selection, (rms, held_out): (f64, &HeldOut), loss: Loss) {
+    pub fn add(&mut self, id: &str, before: &Selection, (rms, held_out): (f64, &HeldOut)) {
         if Self::is_open(id) {
             self.open += (before.rms.powi(2) - rms.powi(2)).max(0.0);
         }
         if id == LOOSE {
-            let part = if loss == Loss::Squares { LEFT_BY_LOOSE } else { LEFT_BY_LOOSE_IN_ANGLES };
-            self.loose = part * cut_of_squares(before, held_out).max(0.0);
+            self.loose = cut_of_squares(before, held_out).max(0.0);
         }
     }
 }
@@ -48,11 +50,16 @@ fn cut_of_squares(state: &Selection, held_out: &HeldOut) -> f64 {
     (state.held_out.total() - held_out.total()) / state.samples()
 }
 
-/// Whether a rival with this RMS and these squares cuts at least a part of what it has to: more than the floor, and more than
-/// the forms of those that are in leave.
-pub(crate) fn cuts(state: &Selection, (rms, held_out): (f64, &HeldOut), part: f64, loss: Loss) -> bool {
+/// Whether a rival with this name, RMS and these squares cuts at least a part of what it has to: more than the floor, and more
+/// than the forms of those that are in leave.
+pub(crate) fn cuts(
+    state: &Selection,
+    (id, rms, held_out): (&str, f64, &HeldOut),
+    part: f64,
+    loss: Loss,
+) -> bool {
     state.rms - rms >= part * least_cut(state, loss)
-        && cut_of_squares(state, held_out) >= part * least_cut_of_squares(state)
+        && cut_of_squares(state, held_out) >= part * least_cut_of_squares(state, id, loss)
 }
 
 /// By how much a cause must cut the held-out RMS, in parts of the noise.
@@ -66,10 +73,15 @@ pub(crate) fn least_cut(state: &Selection, loss: Loss) -> f64 {
 }
 
 /// ... and the plain squares; logarithms hide how little a third cause or a further one, or one beside a loose form, cuts.
-fn least_cut_of_squares(state: &Selection) -> f64 {
+fn least_cut_of_squares(state: &Selection, id: &str, loss: Loss) -> f64 {
     let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.open > 0.0;
     let of_many = if many { SHARE * state.explained() } else { f64::NEG_INFINITY };
+    let left = match loss {
+        _ if BENDS_AS_LOOSE.contains(&id) => LEFT_TO_SUCH,
+        Loss::Squares => LEFT_BY_LOOSE,
+        Loss::OwnNoise => LEFT_BY_LOOSE_IN_ANGLES,
+    };
     let loose = state.fitted.point.hypothesis.has(LOOSE);
-    let of_loose = if loose { state.forms.loose } else { f64::NEG_INFINITY };
+    let of_loose = if loose { left * state.forms.loose } else { f64::NEG_INFINITY };
     of_many.max(of_loose)
 }
