@@ -19,8 +19,8 @@ pub(crate) const ORDER_FLOOR: f64 = 0.004;
 /// measured one's, and a small change tells little of a large one: secants over so many steps are looked at too.
 const FAR: f64 = 1.5;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
-/// ... of a factor so many times as much: where a rotor sticks and slips, three times the stiffness shows nothing at
-/// twice.
+/// ... or, of a factor whose steps are no more than this part of it, so many times as much: where a rotor sticks and slips,
+/// three times the stiffness shows nothing of itself at twice.
 const FINE: f64 = 0.1;
 const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
 
