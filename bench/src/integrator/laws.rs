@@ -105,7 +105,9 @@ pub fn all() -> Vec<Contact> {
         maxwell_elements: 10,
         maxwell_saturation_ratio: 1.3,
         maxwell_spacing_exponent: 1.0,
+        maxwell_tail_exponent: 0.0,
         maxwell_curve_share: 0.0,
+        maxwell_damping_share: 0.0,
     };
     vec![
         Contact { name: "soft", friction: FrictionParams::LuGre(soft) },

@@ -396,7 +396,9 @@ fn friction() -> impl Strategy<Value = FrictionParams> {
                     maxwell_elements: elements,
                     maxwell_saturation_ratio: over,
                     maxwell_spacing_exponent: b,
+                    maxwell_tail_exponent: 0.5,
                     maxwell_curve_share: 0.25,
+                    maxwell_damping_share: 0.75,
                 }),
             }
         },

@@ -154,7 +154,7 @@ fn plan(log: &Log, usable: &[bool], channel: Channel) -> (Vec<Plan>, Vec<String>
                 let name = if whole || blocks == 1 { run.name.clone() } else { block_name(run, &rows) };
                 groups.push(name);
             }
-            let past = ContactPast { deflection_rad: 0.0, rest_s: 0.0, distance_rad: 0.0 };
+            let past = ContactPast::default();
             // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
             let lead_row = if channel == Channel::Angle { lead_of(run, rows.start) } else { rows.start };
             plans.push(Plan { run: index, rows, lead_row, group: own, past });

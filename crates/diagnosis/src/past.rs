@@ -47,9 +47,9 @@ impl Follower {
         for (index, (time_s, angle_rad)) in run.time_s.iter().zip(&run.angle_rad).enumerate() {
             while wanted.next_if(|row| *row == index).is_some() {
                 found.push(ContactPast {
-                    deflection_rad: 0.0,
                     rest_s: self.rest_s,
                     distance_rad: self.distance_rad,
+                    ..ContactPast::default()
                 });
             }
             let now = drawn.max(angle_rad - play_rad).min(angle_rad + play_rad);

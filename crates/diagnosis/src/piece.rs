@@ -114,9 +114,12 @@ impl Piece {
         }
     }
 
-    /// Whether the encoder's shaft has play.
-    pub fn has_play(&self, ready: &Ready) -> bool {
-        matches!(ready, Ready::Angle(params) if params.backlash_half_width_rad() > 0.0)
+    /// Whether it matters from which side the piece began: the encoder's shaft has play, or the bristles a memory.
+    pub fn has_sides(&self, ready: &Ready) -> bool {
+        match ready {
+            Ready::Torque(params) => params.friction_law().has_memory(),
+            Ready::Angle(params) => params.backlash_half_width_rad() > 0.0,
+        }
     }
 
     /// A change of the start that tells how the prediction follows it.
@@ -132,7 +135,7 @@ impl Piece {
     /// What the model has for the piece.
     pub fn predict(&self, ready: &Ready, start: Begun) -> Vec<f64> {
         let mut predicted = match ready {
-            Ready::Torque(params) => self.torque(params, &self.motions, start.shift),
+            Ready::Torque(params) => self.torque(params, &self.motions, start),
             Ready::Angle(params) => self.angle(params, start),
         };
         for (from, jump) in &self.jumps {
@@ -163,10 +166,12 @@ impl Piece {
         }
     }
 
-    fn torque(&self, params: &MotionParams, motions: &[Motion], carried_nm: f64) -> Vec<f64> {
+    fn torque(&self, params: &MotionParams, motions: &[Motion], start: Begun) -> Vec<f64> {
         let Some(first) = motions.first() else { return Vec::new() };
-        let past =
-            ContactPast { deflection_rad: params.friction_law().deflection_rad(carried_nm), ..self.past };
+        let law = params.friction_law();
+        let came_from_rad = start.side.map_or(0.0, |side| side * law.break_away_deflection_rad());
+        let deflection_rad = law.deflection_after_rad(came_from_rad, start.shift);
+        let past = ContactPast { deflection_rad, came_from_rad, ..self.past };
         let mut state = params.at_start_after(first, &past);
         let mut before = *first;
         let mut before_s = f64::NAN;
@@ -217,7 +222,7 @@ impl Piece {
         let (once, twice) = match ready {
             Ready::Torque(params) => {
                 let again = self.measured_again(seed);
-                (self.torque(params, &self.motions, start.shift), self.torque(params, &again, start.shift))
+                (self.torque(params, &self.motions, start), self.torque(params, &again, start))
             }
             Ready::Angle(params) => {
                 let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();

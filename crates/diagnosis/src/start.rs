@@ -10,6 +10,8 @@ pub(crate) struct Begun {
     /// The torque that friction carries, N·m, or the shift of the first angle, rad.
     pub shift: f64,
     /// Angle logs: the side of the encoder's play on which the rotor lies, −1 to 1; without one, where it is drawn to.
+    /// Torque logs: the part of their break-away deflection that bristles with a memory came from; without one, they were
+    /// relaxed.
     pub side: Option<f64>,
 }
 
@@ -35,7 +37,7 @@ const ENOUGH: f64 = 0.5;
 const UNSETTLED: f64 = 1.2;
 const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
 
-/// Sides of the encoder's play that are tried then, and how far beside the best of them, in turn.
+/// Sides that are tried then, and how far beside the best of them, in turn.
 const SIDES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const BESIDE: [f64; 2] = [0.25, 0.125];
 
@@ -54,7 +56,7 @@ pub(crate) fn best_start(
         let near = search.best.0;
         search.try_all(OTHERS.map(|part| near.shifted(part * piece.noise.deviation_rad)));
     }
-    if piece.has_play(ready) && search.is_unsettled() {
+    if piece.has_sides(ready) && search.is_unsettled() {
         search.try_sides();
     }
     search.descend();

@@ -339,30 +339,33 @@ fn hysteresis() -> Candidate {
     let straight = 98f64.ln();
     let ratio = parameter("saturation_ratio", Map::OnePlusExp, straight, ((2e-3f64).ln(), straight), 0.1);
     let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 99f64.ln()), 0.1);
-    let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.2f64.ln(), 8f64.ln()), 0.1);
+    let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.1f64.ln(), 8f64.ln()), 0.1);
+    let tail = parameter("tail_exponent", Map::Plain, 0.0, (0.0, 8.0), 0.1);
     let share = parameter("curve_share", Map::Plain, 1.0, (0.0, 1.0), 0.1);
     // From next to a single spring to a hard edge; the slip torques follow the curve but in the last ones.
     let shapes = [
-        (5.0, 1.3, 2.0, 1.0),
-        (2.0, 1.7, 2.5, 1.0),
-        (1.5, 2.0, 4.0, 1.0),
-        (1.3, 2.2, 2.5, 1.0),
-        (1.1, 5.0, 2.5, 1.0),
-        (2.0, 4.0, 1.0, 1.0),
-        (1.2, 10.0, 1.0, 0.0),
-        (1.3, 2.2, 2.5, 0.0),
+        (5.0, 1.3, 2.0, 0.0, 1.0),
+        (2.0, 1.7, 2.5, 0.0, 1.0),
+        (1.5, 2.0, 4.0, 0.0, 1.0),
+        (1.3, 2.2, 2.5, 0.0, 1.0),
+        (1.1, 5.0, 2.5, 0.0, 1.0),
+        (2.0, 4.0, 1.0, 0.0, 1.0),
+        (1.2, 10.0, 1.0, 0.0, 0.0),
+        (1.3, 2.2, 2.5, 0.0, 0.0),
+        (1.6, 2.5, 0.3, 1.0, 1.0),
+        (1.3, 4.0, 1.0, 0.5, 1.0),
     ];
-    let probe = |(ratio, exponent, spacing, share): (f64, f64, f64, f64)| Probe {
-        shape: vec![(ratio - 1.0).ln(), exponent.ln(), spacing.ln(), share],
+    let probe = |(ratio, exponent, spacing, tail, share): (f64, f64, f64, f64, f64)| Probe {
+        shape: vec![(ratio - 1.0).ln(), exponent.ln(), spacing.ln(), tail, share],
         columns: vec![(0, 1.0)],
         jump: true,
     };
     Candidate {
         id: "presliding-hysteresis",
-        parameters: vec![ratio, transition, spacing, share],
+        parameters: vec![ratio, transition, spacing, tail, share],
         probes: shapes.map(probe).to_vec(),
-        free: vec![0, 1, 2],
-        optional: vec![3],
+        free: vec![0, 1, 2, 3],
+        optional: vec![4],
         series: false,
     }
 }

@@ -45,7 +45,8 @@ pub(crate) fn predict(
     let conditions = Conditions::of(run, model)?;
     let noise = Noise::of(angle_rad);
     let first = motion_at(&run.time_s, angle_rad, noise, 0);
-    let contact = ContactPast { deflection_rad: 0.0, rest_s: past.rest_s, distance_rad: past.distance_rad };
+    let contact =
+        ContactPast { rest_s: past.rest_s, distance_rad: past.distance_rad, ..ContactPast::default() };
     let command = |index: usize| command_rad.get(index).copied().unwrap_or(f64::NAN);
     let input = |index: usize| {
         let (pressure_drop_pa, oil_temperature_c) = conditions.before(index + 1);
@@ -75,7 +76,7 @@ pub(crate) fn predict(
     }
     delay(&run.time_s, angle_rad, params.sensor_delay_s());
     let end = state.friction.past();
-    let start = Start::Estimated { deflection_rad };
+    let start = Start::Estimated { deflection_rad, came_from_rad: 0.0 };
     Ok(Predicted {
         channel: Channel::Angle,
         start,

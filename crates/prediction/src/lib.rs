@@ -39,6 +39,8 @@ pub enum Start {
     Estimated {
         /// The deflection, rad.
         deflection_rad: f64,
+        /// The one from which it came there, rad, where the bristles remember it; 0: relaxed.
+        came_from_rad: f64,
     },
     /// Nothing to estimate it from: what depends on it is NaN.
     LeftOut,

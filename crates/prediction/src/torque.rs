@@ -17,6 +17,8 @@ const MOMENT_S: f64 = 1e-9;
 /// Deflections tried at first, and refinements around the best.
 const TRIALS: i32 = 9;
 const REFINEMENTS: usize = 14;
+/// Where bristles with a memory may have come from, in parts of the break-away deflection.
+const SIDES: [f64; 5] = [0.0, -1.0, 1.0, -0.5, 0.5];
 
 /// Replaces the run's measured torque by what the model has for its motion.
 pub(crate) fn predict(
@@ -34,9 +36,8 @@ pub(crate) fn predict(
     let mut path =
         Path { time_s: &run.time_s, conditions: &conditions, params: &params, smoother: smoother() };
     let start = path.start(torque_nm, past);
-    let deflection_rad = if let Start::Estimated { deflection_rad } = start { deflection_rad } else { 0.0 };
     let first = path.smoother.motion(0);
-    let past = ContactPast { deflection_rad, rest_s: past.rest_s, distance_rad: past.distance_rad };
+    let past = begun(start, past);
     let mut state = params.at_start_after(&first, &past);
     let (mut travel_rad, mut left_out) = (0.0, 0);
     let forgotten_rad = FORGOTTEN * params.friction_law().break_away_deflection_rad();
@@ -60,6 +61,15 @@ pub(crate) fn predict(
         noise,
         end: Past { rest_s: end.rest_s, distance_rad: end.distance_rad },
     })
+}
+
+/// The contact at the start of a run.
+fn begun(start: Start, past: &Past) -> ContactPast {
+    let (deflection_rad, came_from_rad) = match start {
+        Start::Estimated { deflection_rad, came_from_rad } => (deflection_rad, came_from_rad),
+        Start::LeftOut => (0.0, 0.0),
+    };
+    ContactPast { deflection_rad, came_from_rad, rest_s: past.rest_s, distance_rad: past.distance_rad }
 }
 
 /// A run's motion through the model.
@@ -86,38 +96,51 @@ impl Path<'_> {
         (end, output.measured_torque_nm)
     }
 
-    /// How the contact begins: the deflection that fits the measured torque best until it is forgotten.
+    /// How the contact begins: the deflection that fits the measured torque best until it is forgotten, and where the bristles
+    /// came from if they remember it.
     fn start(&mut self, torque_nm: &[f64], past: &Past) -> Start {
-        let most_rad = self.params.friction_law().break_away_deflection_rad();
+        let law = self.params.friction_law();
+        let (most_rad, remembers) = (law.break_away_deflection_rad(), law.has_memory());
         if most_rad == 0.0 {
-            return Start::Estimated { deflection_rad: 0.0 };
+            return Start::Estimated { deflection_rad: 0.0, came_from_rad: 0.0 };
         }
         let samples = self.samples_until_forgotten(FORGOTTEN * most_rad);
         let measured = torque_nm.get(..samples).unwrap_or_default();
         if !measured.iter().any(|torque| torque.is_finite()) {
             return Start::LeftOut;
         }
-        let mut misfit = |deflection_rad: f64| self.misfit(measured, past, deflection_rad);
-        let trials =
-            (0..TRIALS).map(|trial| most_rad * (2.0 * f64::from(trial) / f64::from(TRIALS - 1) - 1.0));
+        let sides: &[f64] = if remembers { &SIDES } else { &[0.0] };
+        let from = |side: &f64| self.start_from(measured, past, (side * most_rad, most_rad));
+        let best = sides.iter().map(from).min_by(|one, other| one.1.total_cmp(&other.1));
+        best.map_or(Start::LeftOut, |best| best.0)
+    }
+
+    /// The best of the starts that came from one deflection, of all within ±`most_rad`, and its misfit.
+    fn start_from(
+        &mut self,
+        measured: &[f64],
+        past: &Past,
+        (came_from_rad, most_rad): (f64, f64),
+    ) -> (Start, f64) {
         let mut best = (0.0, f64::INFINITY);
-        for deflection_rad in trials {
-            let square = misfit(deflection_rad);
+        let mut try_one = |deflection_rad: f64, best: &mut (f64, f64)| {
+            let start = Start::Estimated { deflection_rad, came_from_rad };
+            let square = self.misfit(measured, &begun(start, past));
             if square < best.1 {
-                best = (deflection_rad, square);
+                *best = (deflection_rad, square);
             }
+        };
+        for trial in 0..TRIALS {
+            try_one(most_rad * (2.0 * f64::from(trial) / f64::from(TRIALS - 1) - 1.0), &mut best);
         }
         let mut reach_rad = most_rad / f64::from(TRIALS - 1);
         for _ in 0..REFINEMENTS {
             for deflection_rad in [best.0 - reach_rad, best.0 + reach_rad] {
-                let square = misfit(deflection_rad);
-                if square < best.1 {
-                    best = (deflection_rad, square);
-                }
+                try_one(deflection_rad, &mut best);
             }
             reach_rad *= 0.5;
         }
-        Start::Estimated { deflection_rad: best.0 }
+        (Start::Estimated { deflection_rad: best.0, came_from_rad }, best.1)
     }
 
     fn samples_until_forgotten(&mut self, forgotten_rad: f64) -> usize {
@@ -135,10 +158,9 @@ impl Path<'_> {
     }
 
     /// Sum of squares of predicted less measured torque over the first samples.
-    fn misfit(&mut self, measured_nm: &[f64], past: &Past, deflection_rad: f64) -> f64 {
+    fn misfit(&mut self, measured_nm: &[f64], past: &ContactPast) -> f64 {
         let mut before = self.smoother.motion(0);
-        let past = ContactPast { deflection_rad, rest_s: past.rest_s, distance_rad: past.distance_rad };
-        let mut state = self.params.at_start_after(&before, &past);
+        let mut state = self.params.at_start_after(&before, past);
         let mut sum = 0.0;
         for (index, measured) in measured_nm.iter().enumerate() {
             let (end, predicted) = self.step(&mut state, &before, index);

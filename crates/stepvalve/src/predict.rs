@@ -180,9 +180,12 @@ fn attributes(predicted: &Predicted) -> BTreeMap<String, Attribute> {
     let mut attributes = BTreeMap::new();
     attributes.insert("predicted".to_owned(), Attribute::Text(predicted.channel.name().to_owned()));
     let start = match predicted.start {
-        Start::Estimated { deflection_rad } => {
-            let key = "initial_bristle_deflection_rad".to_owned();
-            attributes.insert(key, Attribute::Number(deflection_rad));
+        Start::Estimated { deflection_rad, came_from_rad } => {
+            let mut say = |key: &str, number| attributes.insert(key.to_owned(), Attribute::Number(number));
+            say("initial_bristle_deflection_rad", deflection_rad);
+            if came_from_rad != 0.0 {
+                say("initial_bristle_came_from_rad", came_from_rad);
+            }
             "estimated"
         }
         Start::LeftOut => "left out",

@@ -53,7 +53,9 @@ fn main() {
         maxwell_elements: 8,
         maxwell_saturation_ratio: 100.0,
         maxwell_spacing_exponent: 0.1,
+        maxwell_tail_exponent: 0.0,
         maxwell_curve_share: 0.0,
+        maxwell_damping_share: 0.0,
     };
     let mut numbers = curve(&soft).to_vec();
     numbers.push(leuven.transition_exponent);

@@ -47,7 +47,8 @@ prop_compose! {
                 stribeck_velocity_rad_per_s: velocity, stribeck_exponent: exponent,
                 bristle_stiffness_nm_per_rad: stiffness, bristle_damping_nm_s_per_rad: damping,
                 viscous_nm_s_per_rad: viscous, transition_exponent: transition,
-                maxwell_elements: 8, maxwell_saturation_ratio: 1.2, maxwell_spacing_exponent: 1.0, maxwell_curve_share: share,
+                maxwell_elements: 8, maxwell_saturation_ratio: 1.2, maxwell_spacing_exponent: 1.0, maxwell_tail_exponent: share,
+                maxwell_curve_share: share, maxwell_damping_share: share,
             }),
         }
     }

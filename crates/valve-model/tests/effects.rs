@@ -424,9 +424,13 @@ fn the_valve_with_an_effect_converges_as_the_step_shrinks() {
         let model = with(vec![telling(spec)]);
         let (coarse, fine) = (stroke(&model, 1), stroke(&model, 25));
         let apart = coarse.iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // What follows the contact's past is held during a sub-step: second order.
-        let held = ["dwell-stiction", "hydraulic-lock", "wear-drift"].contains(&spec.id);
-        let accepted = if held { 1e-4 } else { 1e-7 };
+        let accepted = match spec.id {
+            // What follows the contact's past is held during a sub-step: second order.
+            "dwell-stiction" | "hydraulic-lock" | "wear-drift" => 1e-4,
+            // Where an element slips its damping ends, and the torque steps: first order there.
+            "presliding-hysteresis" => 1e-6,
+            _ => 1e-7,
+        };
         println!("{}: {apart:.1e}", spec.id);
         assert!(apart < accepted, "{}: {apart} rad", spec.id);
     }

@@ -77,6 +77,8 @@ fn read_leuven(section: &Section<'_>, design: &Design) -> LeuvenParams {
         maxwell_elements: section.count("maxwell_elements"),
         maxwell_saturation_ratio: section.number("maxwell_saturation_ratio"),
         maxwell_spacing_exponent: section.number("maxwell_spacing_exponent"),
+        maxwell_tail_exponent: section.optional_number("maxwell_tail_exponent").unwrap_or(0.0),
         maxwell_curve_share: section.optional_number("maxwell_curve_share").unwrap_or(0.0),
+        maxwell_damping_share: section.optional_number("maxwell_damping_share").unwrap_or(0.0),
     }
 }

@@ -202,7 +202,9 @@ fn leuven_entries(params: &LeuvenParams) -> Entries<'static> {
         ("maxwell_elements", count(params.maxwell_elements)),
         ("maxwell_saturation_ratio", number(params.maxwell_saturation_ratio)),
         ("maxwell_spacing_exponent", number(params.maxwell_spacing_exponent)),
+        ("maxwell_tail_exponent", number(params.maxwell_tail_exponent)),
         ("maxwell_curve_share", number(params.maxwell_curve_share)),
+        ("maxwell_damping_share", number(params.maxwell_damping_share)),
     ]
 }
 

@@ -124,6 +124,9 @@ fn with_hysteresis(params: &LuGreParams, effect: &Effect) -> LeuvenParams {
         maxwell_elements: ELEMENTS,
         maxwell_saturation_ratio: effect.number("saturation_ratio"),
         maxwell_spacing_exponent: effect.number("spacing_exponent"),
+        maxwell_tail_exponent: effect.number("tail_exponent"),
         maxwell_curve_share: effect.number("curve_share"),
+        // F_h stands for σ0·z in the damping too.
+        maxwell_damping_share: 1.0,
     }
 }

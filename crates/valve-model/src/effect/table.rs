@@ -205,9 +205,9 @@ pub const EFFECTS: &[EffectSpec] = &[
     },
     EffectSpec {
         id: "presliding-hysteresis",
-        formula: "σ0·z of LuGre or Dahl (whose exponent n replaces) is replaced by F_h(z) of Maxwell elements, same initial stiffness, \
-                  same steady curve; refused for a static law, which has no bristles, and for Leuven, which has the elements already",
-        keys: "`transition_exponent`, `saturation_ratio`, `spacing_exponent`, `curve_share`",
+        formula: "σ0·z of LuGre or Dahl (whose exponent n replaces) is replaced by F_h(z) of Maxwell elements, in the damping σ1·(dF_h/dt)/σ0 too, \
+                  same initial stiffness, same steady curve; refused for a static law, which has no bristles, and for Leuven, which has the elements already",
+        keys: "`transition_exponent`, `saturation_ratio`, `spacing_exponent`, `tail_exponent`, `curve_share`",
         parameters: &[
             number(
                 "transition_exponent",
@@ -232,6 +232,14 @@ pub const EFFECTS: &[EffectSpec] = &[
                 1.0,
                 "a number, 0.1 to 10",
                 "how the slip levels are spaced; 1: evenly",
+            ),
+            number(
+                "tail_exponent",
+                "1",
+                (0.0, 10.0),
+                0.0,
+                "a number, 0 to 10",
+                "how far the last elements to slip stand out; 0: not",
             ),
             number(
                 "curve_share",

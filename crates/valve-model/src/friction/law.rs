@@ -71,8 +71,8 @@ pub(crate) trait Law {
         self.curve().steady_nm(speed, levels)
     }
 
-    /// The deflection at which a relaxed contact that is loaded carries a torque (N·m), rad; 0 for a law without z.
-    fn deflection_rad(&self, torque_nm: f64, _levels: &Levels) -> f64 {
+    /// The deflection at which a contact that is loaded carries a torque (N·m), rad; 0 for a law without z.
+    fn deflection_rad(&self, torque_nm: f64, _levels: &Levels, _memory: &Memory) -> f64 {
         if self.stiffness() > 0.0 { torque_nm / self.stiffness() } else { 0.0 }
     }
 

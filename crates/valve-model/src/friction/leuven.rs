@@ -1,16 +1,17 @@
 //! Leuven friction: T = F_h(z) + σ1·dz/dt + σ2·ω, dz/dt = ω·(1 − sgn(ω·F_h)·|F_h/g(ω)|^n).
 //!
 //! Equation (3) of the paper, with the sign of ω that it lacks and an exponent n of its own. F_h is the torque of N
-//! Maxwell elements (a spring of stiffness k_i that slips at W_i): k_i = σ0/N, W_i in proportion to (i/N)^s,
-//! ΣW_i = ratio·T_s. The ratio is above one, else z runs away. With a share c of the curve the slip torques are those
-//! times 1 − c·(1 − g/T_s): with c = 1 they follow the curve, as in the generalised Maxwell-slip model (Al-Bender,
-//! Lampaert, Swevers, IEEE Trans. Automatic Control 50, 2005); c = 0 is the paper's law.
+//! Maxwell elements (a spring of stiffness k_i that slips at W_i): k_i = σ0/N, W_i in proportion to u^s/(1 − u)^t at the
+//! part u of them, ΣW_i = ratio·T_s. The ratio is above one, else z runs away. With a share c of the curve the slip torques
+//! are those times 1 − c·(1 − g/T_s): with c = 1 they follow the curve, as in the generalised Maxwell-slip model (Al-Bender,
+//! Lampaert, Swevers, IEEE Trans. Automatic Control 50, 2005). A share d of the damping is that of the elements that stick:
+//! with d = 1 it is σ1·(dF_h/dt)/σ0. t, c and d of 0 are the paper's law.
 
 use serde::{Deserialize, Serialize};
 
 use super::curve::{Curve, CurvePoint, Levels};
 use super::law::{Flow, Law, Linearised, Point};
-use super::maxwell::{MAX_ELEMENTS, Maxwell, Memory};
+use super::maxwell::{MAX_ELEMENTS, Maxwell, Memory, Spacing};
 use super::validate_curve;
 use crate::ParamError;
 use crate::error::{count, not_negative, positive, require};
@@ -41,10 +42,17 @@ pub struct LeuvenParams {
     pub maxwell_saturation_ratio: f64,
     /// Exponent s of the spacing of the slip levels: 1 spaces them evenly.
     pub maxwell_spacing_exponent: f64,
+    /// Exponent t of its tail, 0 or above: how far the last elements to slip stand out; 0: not.
+    #[serde(default)]
+    pub maxwell_tail_exponent: f64,
     /// How far the slip torques follow the steady curve as it falls with speed: 0 not at all (the paper's law), 1 wholly
     /// (as in the generalised Maxwell-slip model).
     #[serde(default)]
     pub maxwell_curve_share: f64,
+    /// How much of the bristle damping belongs to the elements and ends where they slip: 0 none (the paper's law, σ1·dz/dt),
+    /// 1 all.
+    #[serde(default)]
+    pub maxwell_damping_share: f64,
 }
 
 impl LeuvenParams {
@@ -71,8 +79,10 @@ impl LeuvenParams {
         let ratio = self.maxwell_saturation_ratio;
         require(ratio > 1.0, "maxwell_saturation_ratio", ratio, "a finite number above 1")?;
         positive("maxwell_spacing_exponent", self.maxwell_spacing_exponent)?;
-        let share = self.maxwell_curve_share;
-        require((0.0..=1.0).contains(&share), "maxwell_curve_share", share, "a number, 0 to 1")
+        not_negative("maxwell_tail_exponent", self.maxwell_tail_exponent)?;
+        let part = |key, share| require((0.0..=1.0).contains(&share), key, share, "a number, 0 to 1");
+        part("maxwell_curve_share", self.maxwell_curve_share)?;
+        part("maxwell_damping_share", self.maxwell_damping_share)
     }
 }
 
@@ -85,6 +95,7 @@ pub(crate) struct LeuvenLaw {
     damping: f64,
     exponent: f64,
     curve_share: f64,
+    damping_share: f64,
 }
 
 /// Halvings of the bracket in [`LeuvenLaw::frozen`]: to 1e-4 of it, enough for a method of last resort.
@@ -118,7 +129,7 @@ impl LeuvenLaw {
             params.maxwell_elements as usize,
             params.bristle_stiffness_nm_per_rad,
             params.maxwell_saturation_ratio * params.static_torque_nm,
-            params.maxwell_spacing_exponent,
+            Spacing { exponent: params.maxwell_spacing_exponent, tail: params.maxwell_tail_exponent },
         );
         Self {
             curve,
@@ -127,6 +138,7 @@ impl LeuvenLaw {
             damping: params.bristle_damping_nm_s_per_rad,
             exponent: params.transition_exponent,
             curve_share: params.maxwell_curve_share,
+            damping_share: params.maxwell_damping_share,
         }
     }
 
@@ -153,6 +165,11 @@ impl LeuvenLaw {
         }
     }
 
+    /// The damping of dz/dt, N·m·s/rad. It steps where an element slips, which the derivatives pass over.
+    fn damping_at(&self, here: &Hysteresis) -> f64 {
+        self.damping * (1.0 - self.damping_share * (1.0 - here.tangent / self.stiffness))
+    }
+
     /// What scales the slip torques, and its derivative by the curve's speed, s/rad.
     #[inline]
     fn scale(&self, point: &CurvePoint, direction: f64, levels: &Levels) -> (f64, f64) {
@@ -176,13 +193,14 @@ impl Law for LeuvenLaw {
         let here = self.hysteresis(at, levels, memory);
         let rate = at.speed * (1.0 - here.power);
         let viscous_nm = here.point.viscous * at.curve_speed;
-        Flow { torque_nm: here.torque_nm + self.damping * rate + viscous_nm, rate }
+        Flow { torque_nm: here.torque_nm + self.damping_at(&here) * rate + viscous_nm, rate }
     }
 
     fn linearise(&self, at: Point, levels: &Levels, memory: &Memory) -> Linearised {
         let here = self.hysteresis(at, levels, memory);
         let rate = at.speed * (1.0 - here.power);
         let viscous_nm = here.point.viscous * at.curve_speed;
+        let damping = self.damping_at(&here);
         let size = here.reached.abs().max(1e-12);
         let steepness = self.exponent * here.power.abs() / size;
         let by_torque = -at.speed * at.direction * steepness / here.point.torque_nm;
@@ -193,13 +211,11 @@ impl Law for LeuvenLaw {
         let rate_by_z = by_torque * here.tangent;
         let rate_by_level = at.speed * self.exponent * here.power / levels.level + by_torque * here.by_level;
         Linearised {
-            flow: Flow { torque_nm: here.torque_nm + self.damping * rate + viscous_nm, rate },
-            torque_by_speed: self.damping * rate_by_speed,
-            torque_by_curve_speed: here.by_curve_speed
-                + self.damping * rate_by_curve_speed
-                + here.point.viscous,
-            torque_by_z: here.tangent + self.damping * rate_by_z,
-            torque_by_level: here.by_level + self.damping * rate_by_level,
+            flow: Flow { torque_nm: here.torque_nm + damping * rate + viscous_nm, rate },
+            torque_by_speed: damping * rate_by_speed,
+            torque_by_curve_speed: here.by_curve_speed + damping * rate_by_curve_speed + here.point.viscous,
+            torque_by_z: here.tangent + damping * rate_by_z,
+            torque_by_level: here.by_level + damping * rate_by_level,
             rate_by_speed,
             rate_by_curve_speed,
             rate_by_z,
@@ -232,7 +248,7 @@ impl Law for LeuvenLaw {
 
     fn torque(&self, at: Point, rate: f64, levels: &Levels, memory: &Memory) -> f64 {
         let here = self.hysteresis(at, levels, memory);
-        here.torque_nm + self.damping * rate + here.point.viscous * at.curve_speed
+        here.torque_nm + self.damping_at(&here) * rate + here.point.viscous * at.curve_speed
     }
 
     fn remember(&self, at: Point, levels: &Levels, memory: &mut Memory) {
@@ -244,8 +260,8 @@ impl Law for LeuvenLaw {
         self.maxwell.remember(at.z, scale, memory);
     }
 
-    fn deflection_rad(&self, torque_nm: f64, levels: &Levels) -> f64 {
-        self.maxwell.deflection_rad(torque_nm, slip_scale(levels))
+    fn deflection_rad(&self, torque_nm: f64, levels: &Levels, memory: &Memory) -> f64 {
+        self.maxwell.deflection_rad(torque_nm, slip_scale(levels), memory)
     }
 
     fn curve(&self) -> &Curve {
@@ -278,7 +294,9 @@ mod tests {
             maxwell_elements: 10,
             maxwell_saturation_ratio: 1.3,
             maxwell_spacing_exponent: 2.0,
+            maxwell_tail_exponent: 0.5,
             maxwell_curve_share,
+            maxwell_damping_share: 0.0,
         })
     }
 

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// The most elements that a law may have.
 pub(crate) const MAX_ELEMENTS: usize = 16;
 
+/// Halvings of the bracket in which the deflection for a torque is looked for: to the last digit.
+const BISECTIONS: usize = 52;
+
 /// Elements summed side by side.
 const LANES: usize = 4;
 
@@ -17,6 +20,23 @@ pub(crate) struct Maxwell {
     stiffness: f64,
     /// W_i, N·m; zero beyond `count`.
     slip_nm: [f64; MAX_ELEMENTS],
+}
+
+/// How the slip torques of the elements are spaced: u^s/(1 − u)^t at the part u of them, which is Davies' distribution
+/// (Hankin and Lee, Australian & New Zealand Journal of Statistics 48, 2006).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spacing {
+    /// s: 1 spaces them evenly from the weakest on.
+    pub exponent: f64,
+    /// t: how far the strongest stand out; 0: not.
+    pub tail: f64,
+}
+
+impl Spacing {
+    /// Up to a factor; the tail is read `half` an element below, where the last is finite too.
+    fn at(&self, part: f64, half: f64) -> f64 {
+        part.powf(self.exponent) * (1.0 + half - part).powf(-self.tail)
+    }
 }
 
 /// The elements' torques at deflection `z`.
@@ -38,14 +58,13 @@ pub(crate) struct Stretched {
 }
 
 impl Maxwell {
-    /// `count` equal springs of `total_stiffness` together, slip torques in proportion to i^`spacing`, adding up to
-    /// `total_slip_nm`.
-    pub fn new(count: usize, total_stiffness: f64, total_slip_nm: f64, spacing: f64) -> Self {
+    /// `count` equal springs of `total_stiffness` together, slip torques as `spacing` says, adding up to `total_slip_nm`.
+    pub fn new(count: usize, total_stiffness: f64, total_slip_nm: f64, spacing: Spacing) -> Self {
         let count = count.clamp(1, MAX_ELEMENTS);
         let mut slip_nm = [0.0; MAX_ELEMENTS];
         let mut sum = 0.0;
         for (index, slip) in slip_nm.iter_mut().take(count).enumerate() {
-            *slip = ((index + 1) as f64 / count as f64).powf(spacing);
+            *slip = spacing.at((index + 1) as f64 / count as f64, 0.5 / count as f64);
             sum += *slip;
         }
         for slip in &mut slip_nm {
@@ -85,21 +104,21 @@ impl Maxwell {
         }
     }
 
-    /// The deflection at which relaxed elements carry a torque, rad; slip torques × `scale`. They carry no more than all slip
-    /// torques together.
-    pub fn deflection_rad(&self, torque_nm: f64, scale: f64) -> f64 {
-        let (mut z, mut carried_nm, mut sticking) = (0.0, 0.0, self.count as f64);
-        // The weakest come first, and slip first.
-        for slip in self.slip_nm.iter().take(self.count) {
-            let until = slip * scale / self.stiffness;
-            let then_nm = carried_nm + (until - z) * sticking * self.stiffness;
-            if then_nm >= torque_nm.abs() {
-                z += (torque_nm.abs() - carried_nm) / (sticking * self.stiffness);
-                return z.copysign(torque_nm);
+    /// The deflection at which elements carry a torque, reached from the memory without turning, rad; slip torques × `scale`.
+    /// They carry no more than all slip torques together.
+    pub fn deflection_rad(&self, torque_nm: f64, scale: f64, memory: &Memory) -> f64 {
+        // Twice its stretch turns an element from one side to the other.
+        let reach_rad = 2.0 * self.longest_stretch_rad() * scale;
+        let (mut low, mut high) = (memory.z - reach_rad, memory.z + reach_rad);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if self.torque(middle, scale, memory).torque_nm < torque_nm {
+                low = middle;
+            } else {
+                high = middle;
             }
-            (z, carried_nm, sticking) = (until, then_nm, sticking - 1.0);
         }
-        z.copysign(torque_nm)
+        0.5 * (low + high)
     }
 
     /// Moves the elements to `z`.
@@ -119,17 +138,20 @@ mod tests {
 
     #[test]
     fn elements_loaded_to_a_torque_carry_it() {
-        for (count, spacing, scale) in [(8, 1.0, 1.0), (10, 2.5, 0.7), (16, 0.3, 1.4)] {
-            let maxwell = Maxwell::new(count, 1000.0, 3.0, spacing);
+        for (count, exponent, tail, scale) in [(8, 1.0, 0.0, 1.0), (10, 2.5, 0.4, 0.7), (16, 0.3, 2.0, 1.4)] {
+            let maxwell = Maxwell::new(count, 1000.0, 3.0, Spacing { exponent, tail });
             for part in [-0.95, -0.2, 1e-3, 0.5, 0.999] {
                 let wanted_nm = part * 3.0 * scale;
-                let z = maxwell.deflection_rad(wanted_nm, scale);
+                let z = maxwell.deflection_rad(wanted_nm, scale, &Memory::default());
                 let carried = maxwell.torque(z, scale, &Memory::default());
                 assert!((carried.torque_nm - wanted_nm).abs() < 1e-12, "{carried:?}, not {wanted_nm}");
                 let mut memory = Memory::default();
                 maxwell.remember(z, scale, &mut memory);
                 let kept_nm = maxwell.torque(z, scale, &memory).torque_nm;
                 assert!((kept_nm - wanted_nm).abs() < 1e-12, "{kept_nm}, not {wanted_nm}");
+                let other_way = maxwell.deflection_rad(-wanted_nm, scale, &memory);
+                let turned_nm = maxwell.torque(other_way, scale, &memory).torque_nm;
+                assert!((turned_nm + wanted_nm).abs() < 1e-12, "{turned_nm}, not {}", -wanted_nm);
             }
         }
     }

@@ -8,6 +8,7 @@ use super::dahl::DahlLaw;
 use super::law::Law;
 use super::leuven::LeuvenLaw;
 use super::lugre::LuGreLaw;
+use super::state::FrictionState;
 use super::stribeck::StribeckLaw;
 
 /// The laws.
@@ -61,7 +62,19 @@ impl FrictionLaw {
 
     /// The deflection at which a relaxed contact that is loaded carries a torque (N·m), rad; 0 for a law without bristles.
     pub fn deflection_rad(&self, torque_nm: f64) -> f64 {
-        self.law.as_law().deflection_rad(torque_nm, &Levels::NOMINAL)
+        self.deflection_after_rad(0.0, torque_nm)
+    }
+
+    /// The deflection at which a contact that comes from another one (rad) carries a torque (N·m), rad. It is the same
+    /// wherever it comes from but for Maxwell elements.
+    pub fn deflection_after_rad(&self, came_from_rad: f64, torque_nm: f64) -> f64 {
+        let before = FrictionState::deflected(self, came_from_rad);
+        self.law.as_law().deflection_rad(torque_nm, &Levels::NOMINAL, &before.memory)
+    }
+
+    /// Whether a contact remembers where its bristles came from.
+    pub fn has_memory(&self) -> bool {
+        matches!(self.law, AnyLaw::Leuven(_))
     }
 
     /// Over which slip a contact forgets that it rested: the deflection that carries the Coulomb torque, rad; for a law

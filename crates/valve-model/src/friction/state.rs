@@ -22,6 +22,8 @@ pub struct FrictionState {
 pub struct ContactPast {
     /// Mean bristle deflection z, rad.
     pub deflection_rad: f64,
+    /// The deflection from which it came there, rad, which Maxwell elements remember; 0: they were relaxed.
+    pub came_from_rad: f64,
     /// Time at rest, s.
     pub rest_s: f64,
     /// Distance travelled, rad.
@@ -33,13 +35,16 @@ impl FrictionState {
     pub fn after(law: &FrictionLaw, past: &ContactPast, speed_rad_per_s: f64) -> Self {
         let contact =
             Contact { curve_speed: speed_rad_per_s, rest_s: past.rest_s, distance_rad: past.distance_rad };
-        Self { contact, ..Self::deflected(law, past.deflection_rad) }
+        let mut state = Self { contact, ..Self::deflected(law, past.came_from_rad) };
+        state.deflect(law, past.deflection_rad);
+        state
     }
 
     /// The contact as the past of what follows.
     pub fn past(&self) -> ContactPast {
         ContactPast {
             deflection_rad: self.z,
+            came_from_rad: 0.0,
             rest_s: self.contact.rest_s,
             distance_rad: self.contact.distance_rad,
         }
@@ -47,12 +52,17 @@ impl FrictionState {
 
     /// A bristle deflected by `z` rad, as after sliding; Maxwell elements stretched alike.
     pub fn deflected(law: &FrictionLaw, z_rad: f64) -> Self {
-        let mut state = Self { z: z_rad, ..Self::default() };
+        let mut state = Self::default();
+        state.deflect(law, z_rad);
+        state
+    }
+
+    fn deflect(&mut self, law: &FrictionLaw, z_rad: f64) {
+        self.z = z_rad;
         if let AnyLaw::Leuven(leuven) = &law.law {
             let at = Point { speed: 0.0, curve_speed: 0.0, z: z_rad, direction: sign(z_rad) };
-            leuven.remember(at, &Levels::NOMINAL, &mut state.memory);
+            leuven.remember(at, &Levels::NOMINAL, &mut self.memory);
         }
-        state
     }
 
     /// Mean bristle deflection z, rad; 0 for the static law.

@@ -13,7 +13,7 @@ impl ValveParams {
     /// A valve whose encoder reads `encoder_rad` at a speed (rad/s) under the beginning of `input`: its bristles, and the
     /// spring of a compliant coupling, hold against the motor and the other torques, as far as they can; the rotor lies at
     /// `side` of the encoder's play (−1 to 1), or without one where it turned to, or is drawn to. How long the contact has
-    /// rested and how far it has travelled is in `past`.
+    /// rested, how far it has travelled and where its bristles came from is in `past`.
     pub fn met_at(
         &self,
         encoder_rad: f64,
@@ -77,12 +77,12 @@ impl Met<'_> {
         state
     }
 
-    /// A contact that carries a torque: relaxed before, loaded since.
+    /// A contact that carries a torque: where its past says before, loaded since.
     fn loaded<L: Law>(&self, shaft: &Shaft<'_, L, true>, rotor_rad: f64, torque_nm: f64) -> FrictionState {
-        let relaxed = ContactPast { deflection_rad: 0.0, ..*self.past };
-        let mut friction = FrictionState::after(&shaft.params.friction, &relaxed, self.speed_rad_per_s);
+        let before = ContactPast { deflection_rad: self.past.came_from_rad, ..*self.past };
+        let mut friction = FrictionState::after(&shaft.params.friction, &before, self.speed_rad_per_s);
         let levels = shaft.levels_at(rotor_rad);
-        friction.z = shaft.law.deflection_rad(torque_nm, &levels);
+        friction.z = shaft.law.deflection_rad(torque_nm, &levels, &friction.memory);
         let at = Point { speed: 0.0, curve_speed: 0.0, z: friction.z, direction: sign(torque_nm) };
         shaft.law.remember(at, &levels, &mut friction.memory);
         friction

@@ -59,7 +59,9 @@ pub fn leuven(exponent: f64) -> LeuvenParams {
         maxwell_elements: 10,
         maxwell_saturation_ratio: 1.3,
         maxwell_spacing_exponent: 1.0,
+        maxwell_tail_exponent: 0.0,
         maxwell_curve_share: 0.0,
+        maxwell_damping_share: 0.0,
     }
 }
 
@@ -76,7 +78,11 @@ pub fn laws() -> Vec<(&'static str, FrictionParams)> {
         ("leuven, 2", FrictionParams::Leuven(leuven(2.0))),
         (
             "leuven along the curve",
-            FrictionParams::Leuven(LeuvenParams { maxwell_curve_share: 1.0, ..leuven(4.0) }),
+            FrictionParams::Leuven(LeuvenParams {
+                maxwell_curve_share: 1.0,
+                maxwell_damping_share: 1.0,
+                ..leuven(4.0)
+            }),
         ),
     ]
 }
