@@ -101,6 +101,33 @@ fn the_bristles_at_the_start_are_estimated_from_the_torque() {
     assert!(torque[0].is_nan() && (torque[1000] - 1.50006).abs() < 2e-3, "{} {}", torque[0], torque[1000]);
 }
 
+/// Elements that slid backwards and are half-way relieved go on otherwise than elements that were relaxed and never slid.
+#[test]
+fn where_bristles_with_a_memory_came_from_is_estimated_too() {
+    let place = TestPlace::new();
+    let text = std::fs::read_to_string(rig()).unwrap();
+    let effect = "\n[[effect]]\nid = \"presliding-hysteresis\"\nspacing_exponent = 2.0\ncurve_share = 1.0\n";
+    let model = place.path("model.toml");
+    std::fs::write(&model, text + effect).unwrap();
+    let back_and_forth =
+        |t: f64| if t < 1.0 { -0.1 * t } else { -0.1 + 3e-3 * (1.0 - (3.0 * (t - 1.0)).cos()) };
+    let log = write(&place, vec![run("whole", 3.0, back_and_forth, |_| 0.0)]);
+    predict(&place, &log, &model).expect_code(0);
+    let whole = predicted(&place).runs[0].clone();
+    let torque_nm = whole.torque_nm.clone().unwrap();
+    // It begins as the torque goes through zero, after the turn.
+    let from = 1000 + torque_nm.iter().skip(1000).position(|torque| *torque > 0.0).unwrap();
+    let later = |t: f64| back_and_forth(t + 1e-3 * from as f64);
+    let mut rest = run("rest", 3.0 - 1e-3 * from as f64, later, |_| 0.0);
+    rest.torque_nm = Some(torque_nm[from..from + rest.time_s.len()].to_vec());
+    let log = write(&place, vec![rest]);
+    std::fs::remove_file(place.path("pred.h5")).unwrap();
+    predict(&place, &log, &model).expect_code(0);
+    let again = predicted(&place).runs[0].torque_nm.clone().unwrap();
+    let worst = again.iter().zip(&torque_nm[from..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 0.05, "{worst} N·m apart from row {from} on");
+}
+
 #[test]
 fn runs_side_by_side_are_predicted_as_alone() {
     let place = TestPlace::new();

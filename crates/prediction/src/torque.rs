@@ -17,8 +17,8 @@ const MOMENT_S: f64 = 1e-9;
 /// Deflections tried at first, and refinements around the best.
 const TRIALS: i32 = 9;
 const REFINEMENTS: usize = 14;
-/// Where bristles with a memory may have come from, in parts of the break-away deflection.
-const SIDES: [f64; 5] = [0.0, -1.0, 1.0, -0.5, 0.5];
+/// Where bristles with a memory may have come from, in parts of the break-away deflection; relaxed ones where equal.
+const SIDES: [f64; 9] = [0.0, -1.0, 1.0, -0.5, 0.5, -0.75, 0.75, -0.25, 0.25];
 
 /// Replaces the run's measured torque by what the model has for its motion.
 pub(crate) fn predict(
