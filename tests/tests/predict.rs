@@ -123,7 +123,9 @@ fn where_bristles_with_a_memory_came_from_is_estimated_too() {
     let log = write(&place, vec![rest]);
     std::fs::remove_file(place.path("pred.h5")).unwrap();
     predict(&place, &log, &model).expect_code(0);
-    let again = predicted(&place).runs[0].torque_nm.clone().unwrap();
+    let found = predicted(&place).runs[0].clone();
+    assert!(found.attributes.contains_key("initial_bristle_came_from_rad"), "{:?}", found.attributes);
+    let again = found.torque_nm.unwrap();
     let worst = again.iter().zip(&torque_nm[from..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 0.05, "{worst} N·m apart from row {from} on");
 }

@@ -17,8 +17,10 @@ const MOMENT_S: f64 = 1e-9;
 /// Deflections tried at first, and refinements around the best.
 const TRIALS: i32 = 9;
 const REFINEMENTS: usize = 14;
-/// Where bristles with a memory may have come from, in parts of the break-away deflection; relaxed ones where equal.
-const SIDES: [f64; 9] = [0.0, -1.0, 1.0, -0.5, 0.5, -0.75, 0.75, -0.25, 0.25];
+/// Where bristles with a memory may have come from, in parts of the break-away deflection, if they were not relaxed; taken
+/// where the misfit is clearly less.
+const SIDES: [f64; 8] = [-1.0, 1.0, -0.5, 0.5, -0.75, 0.75, -0.25, 0.25];
+const CLEARLY_LESS: f64 = 0.99;
 
 /// Replaces the run's measured torque by what the model has for its motion.
 pub(crate) fn predict(
@@ -43,7 +45,8 @@ pub(crate) fn predict(
     let forgotten_rad = FORGOTTEN * params.friction_law().break_away_deflection_rad();
     let mut before = first;
     for index in 0..run.len() {
-        let (end, predicted) = path.step(&mut state, &before, index);
+        let end = path.motion(index);
+        let predicted = path.step(&mut state, (&before, &end), index);
         travel_rad += (end.angle_rad - before.angle_rad).abs();
         let unknown = start == Start::LeftOut && travel_rad <= forgotten_rad;
         left_out += usize::from(unknown);
@@ -81,23 +84,25 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Moves the contact from the sample before `index`, whose motion is `start`, to it; the motion and the torque there.
-    fn step(&mut self, state: &mut MotionState, start: &Motion, index: usize) -> (Motion, f64) {
-        let end = if self.params.is_behind_a_spring() {
+    fn motion(&mut self, index: usize) -> Motion {
+        if self.params.is_behind_a_spring() {
             self.smoother.sharp_motion(index)
         } else {
             self.smoother.motion(index)
-        };
+        }
+    }
+
+    /// Moves the contact from the sample before `index`, whose motion is `start`, to it, whose motion is `end`; the torque there.
+    fn step(&self, state: &mut MotionState, (start, end): (&Motion, &Motion), index: usize) -> f64 {
         let at = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
         let dt_s = if index == 0 { MOMENT_S } else { at(index) - at(index - 1) };
         let (pressure_drop_pa, oil_temperature_c) = self.conditions.before(index);
-        let input = MotionInput { start: *start, end, pressure_drop_pa, oil_temperature_c };
-        let output = motion_step(self.params, state, &input, dt_s);
-        (end, output.measured_torque_nm)
+        let input = MotionInput { start: *start, end: *end, pressure_drop_pa, oil_temperature_c };
+        motion_step(self.params, state, &input, dt_s).measured_torque_nm
     }
 
-    /// How the contact begins: the deflection that fits the measured torque best until it is forgotten, and where the bristles
-    /// came from if they remember it.
+    /// How the contact begins: the deflection that fits the measured torque best until it is forgotten, and where bristles that
+    /// remember it came from, as far as the torque tells.
     fn start(&mut self, torque_nm: &[f64], past: &Past) -> Start {
         let law = self.params.friction_law();
         let (most_rad, remembers) = (law.break_away_deflection_rad(), law.has_memory());
@@ -105,42 +110,19 @@ impl Path<'_> {
             return Start::Estimated { deflection_rad: 0.0, came_from_rad: 0.0 };
         }
         let samples = self.samples_until_forgotten(FORGOTTEN * most_rad);
-        let measured = torque_nm.get(..samples).unwrap_or_default();
-        if !measured.iter().any(|torque| torque.is_finite()) {
+        let measured_nm = torque_nm.get(..samples).unwrap_or_default();
+        if !measured_nm.iter().any(|torque| torque.is_finite()) {
             return Start::LeftOut;
         }
-        let sides: &[f64] = if remembers { &SIDES } else { &[0.0] };
-        let from = |side: &f64| self.start_from(measured, past, (side * most_rad, most_rad));
-        let best = sides.iter().map(from).min_by(|one, other| one.1.total_cmp(&other.1));
-        best.map_or(Start::LeftOut, |best| best.0)
-    }
-
-    /// The best of the starts that came from one deflection, of all within ±`most_rad`, and its misfit.
-    fn start_from(
-        &mut self,
-        measured: &[f64],
-        past: &Past,
-        (came_from_rad, most_rad): (f64, f64),
-    ) -> (Start, f64) {
-        let mut best = (0.0, f64::INFINITY);
-        let mut try_one = |deflection_rad: f64, best: &mut (f64, f64)| {
-            let start = Start::Estimated { deflection_rad, came_from_rad };
-            let square = self.misfit(measured, &begun(start, past));
-            if square < best.1 {
-                *best = (deflection_rad, square);
-            }
-        };
-        for trial in 0..TRIALS {
-            try_one(most_rad * (2.0 * f64::from(trial) / f64::from(TRIALS - 1) - 1.0), &mut best);
-        }
-        let mut reach_rad = most_rad / f64::from(TRIALS - 1);
-        for _ in 0..REFINEMENTS {
-            for deflection_rad in [best.0 - reach_rad, best.0 + reach_rad] {
-                try_one(deflection_rad, &mut best);
-            }
-            reach_rad *= 0.5;
-        }
-        (Start::Estimated { deflection_rad: best.0, came_from_rad }, best.1)
+        let first = self.smoother.motion(0);
+        let motions = (0..measured_nm.len()).map(|index| self.motion(index)).collect();
+        let search = StartSearch { path: self, first, motions, measured_nm, past, most_rad };
+        let relaxed = search.best_from(0.0);
+        let sides: &[f64] = if remembers { &SIDES } else { &[] };
+        let others = sides.iter().map(|side| search.best_from(side * most_rad));
+        let other = others.min_by(|one, other| one.square.total_cmp(&other.square));
+        let clearer = other.filter(|other| other.square < CLEARLY_LESS * relaxed.square);
+        clearer.unwrap_or(relaxed).start
     }
 
     fn samples_until_forgotten(&mut self, forgotten_rad: f64) -> usize {
@@ -156,14 +138,58 @@ impl Path<'_> {
         }
         START_SAMPLES.min(self.time_s.len())
     }
+}
+
+/// A search for the start of a run, over its first samples.
+struct StartSearch<'a> {
+    path: &'a Path<'a>,
+    first: Motion,
+    motions: Vec<Motion>,
+    measured_nm: &'a [f64],
+    past: &'a Past,
+    /// Break-away deflection, rad.
+    most_rad: f64,
+}
+
+/// A start that was tried, with the sum of squares that it leaves, (N·m)².
+#[derive(Debug, Clone, Copy)]
+struct Tried {
+    start: Start,
+    square: f64,
+}
+
+impl StartSearch<'_> {
+    fn tried(&self, deflection_rad: f64, came_from_rad: f64) -> Tried {
+        let start = Start::Estimated { deflection_rad, came_from_rad };
+        Tried { start, square: self.misfit(&begun(start, self.past)) }
+    }
+
+    /// The best of the deflections within ±`most_rad` that came from one: a few tried, and the best of them refined.
+    fn best_from(&self, came_from_rad: f64) -> Tried {
+        let part = |trial: i32| 2.0 * f64::from(trial) / f64::from(TRIALS - 1) - 1.0;
+        let mut best = self.tried(-self.most_rad, came_from_rad);
+        for trial in 1..TRIALS {
+            best = better(best, self.tried(self.most_rad * part(trial), came_from_rad));
+        }
+        let mut reach_rad = self.most_rad / f64::from(TRIALS - 1);
+        for _ in 0..REFINEMENTS {
+            if let Start::Estimated { deflection_rad, .. } = best.start {
+                for beside_rad in [deflection_rad - reach_rad, deflection_rad + reach_rad] {
+                    best = better(best, self.tried(beside_rad, came_from_rad));
+                }
+            }
+            reach_rad *= 0.5;
+        }
+        best
+    }
 
     /// Sum of squares of predicted less measured torque over the first samples.
-    fn misfit(&mut self, measured_nm: &[f64], past: &ContactPast) -> f64 {
-        let mut before = self.smoother.motion(0);
-        let mut state = self.params.at_start_after(&before, past);
+    fn misfit(&self, past: &ContactPast) -> f64 {
+        let mut before = &self.first;
+        let mut state = self.path.params.at_start_after(before, past);
         let mut sum = 0.0;
-        for (index, measured) in measured_nm.iter().enumerate() {
-            let (end, predicted) = self.step(&mut state, &before, index);
+        for (index, (measured, end)) in self.measured_nm.iter().zip(&self.motions).enumerate() {
+            let predicted = self.path.step(&mut state, (before, end), index);
             if measured.is_finite() {
                 sum += (predicted - measured) * (predicted - measured);
             }
@@ -171,4 +197,9 @@ impl Path<'_> {
         }
         sum
     }
+}
+
+/// The one that leaves less; the former of equals.
+fn better(one: Tried, other: Tried) -> Tried {
+    if other.square < one.square { other } else { one }
 }

@@ -126,7 +126,7 @@ fn with_hysteresis(params: &LuGreParams, effect: &Effect) -> LeuvenParams {
         maxwell_spacing_exponent: effect.number("spacing_exponent"),
         maxwell_tail_exponent: effect.number("tail_exponent"),
         maxwell_curve_share: effect.number("curve_share"),
-        // F_h stands for σ0·z in the damping too.
+        // F_h stands for σ0·z where it damps, too.
         maxwell_damping_share: 1.0,
     }
 }

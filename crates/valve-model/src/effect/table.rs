@@ -205,7 +205,7 @@ pub const EFFECTS: &[EffectSpec] = &[
     },
     EffectSpec {
         id: "presliding-hysteresis",
-        formula: "σ0·z of LuGre or Dahl (whose exponent n replaces) is replaced by F_h(z) of Maxwell elements, in the damping σ1·(dF_h/dt)/σ0 too, \
+        formula: "σ0·z of LuGre or Dahl (whose exponent n replaces) is replaced by F_h(z) of Maxwell elements, σ1 by σ1 times the part of them that stick, \
                   same initial stiffness, same steady curve; refused for a static law, which has no bristles, and for Leuven, which has the elements already",
         keys: "`transition_exponent`, `saturation_ratio`, `spacing_exponent`, `tail_exponent`, `curve_share`",
         parameters: &[

@@ -5,7 +5,8 @@
 //! part u of them, ΣW_i = ratio·T_s. The ratio is above one, else z runs away. With a share c of the curve the slip torques
 //! are those times 1 − c·(1 − g/T_s): with c = 1 they follow the curve, as in the generalised Maxwell-slip model (Al-Bender,
 //! Lampaert, Swevers, IEEE Trans. Automatic Control 50, 2005). A share d of the damping is that of the elements that stick:
-//! with d = 1 it is σ1·(dF_h/dt)/σ0. t, c and d of 0 are the paper's law.
+//! with d = 1 it is σ1·dz/dt times their part of σ0, which at steady slip torques is σ1·(dF_h/dt)/σ0. t, c and d of 0 are
+//! the paper's law.
 
 use serde::{Deserialize, Serialize};
 
@@ -42,7 +43,7 @@ pub struct LeuvenParams {
     pub maxwell_saturation_ratio: f64,
     /// Exponent s of the spacing of the slip levels: 1 spaces them evenly.
     pub maxwell_spacing_exponent: f64,
-    /// Exponent t of its tail, 0 or above: how far the last elements to slip stand out; 0: not.
+    /// Exponent t of its tail, 0 to 10: how far the last elements to slip stand out; 0: not.
     #[serde(default)]
     pub maxwell_tail_exponent: f64,
     /// How far the slip torques follow the steady curve as it falls with speed: 0 not at all (the paper's law), 1 wholly
@@ -79,7 +80,8 @@ impl LeuvenParams {
         let ratio = self.maxwell_saturation_ratio;
         require(ratio > 1.0, "maxwell_saturation_ratio", ratio, "a finite number above 1")?;
         positive("maxwell_spacing_exponent", self.maxwell_spacing_exponent)?;
-        not_negative("maxwell_tail_exponent", self.maxwell_tail_exponent)?;
+        let tail = self.maxwell_tail_exponent;
+        require((0.0..=10.0).contains(&tail), "maxwell_tail_exponent", tail, "a number, 0 to 10")?;
         let part = |key, share| require((0.0..=1.0).contains(&share), key, share, "a number, 0 to 1");
         part("maxwell_curve_share", self.maxwell_curve_share)?;
         part("maxwell_damping_share", self.maxwell_damping_share)
@@ -281,7 +283,7 @@ impl Law for LeuvenLaw {
 mod tests {
     use super::*;
 
-    fn law(maxwell_curve_share: f64) -> LeuvenLaw {
+    fn law(maxwell_curve_share: f64, maxwell_damping_share: f64) -> LeuvenLaw {
         LeuvenLaw::new(&LeuvenParams {
             coulomb_torque_nm: 1.5,
             static_torque_nm: 3.0,
@@ -296,16 +298,39 @@ mod tests {
             maxwell_spacing_exponent: 2.0,
             maxwell_tail_exponent: 0.5,
             maxwell_curve_share,
-            maxwell_damping_share: 0.0,
+            maxwell_damping_share,
         })
+    }
+
+    #[test]
+    fn elements_that_slip_damp_no_longer() {
+        let (all, own) = (law(1.0, 0.0), law(1.0, 1.0));
+        let (levels, memory) = (Levels::NOMINAL, Memory::default());
+        for z in [1e-5, 1.5e-3, 4e-3, 9e-3] {
+            let at = Point { speed: 0.03, curve_speed: 0.03, z, direction: 1.0 };
+            let (with_all, with_own) = (all.flow(at, &levels, &memory), own.flow(at, &levels, &memory));
+            assert_eq!(with_all.rate, with_own.rate);
+            let scale = own.scale(&own.curve.at(at.curve_speed, 1.0, &levels), 1.0, &levels).0;
+            let sticking = own.maxwell.torque(z, scale, &memory).tangent / own.stiffness;
+            let lost_nm = with_all.torque_nm - with_own.torque_nm;
+            let expected_nm = own.damping * (1.0 - sticking) * with_own.rate;
+            assert!((lost_nm - expected_nm).abs() < 1e-12, "{lost_nm}, not {expected_nm} at {z}");
+            assert!((sticking == 1.0) == (z == 1e-5), "{sticking} of them stick at {z}");
+        }
     }
 
     /// The integrator's order hangs on these.
     #[test]
     fn the_derivatives_are_those_of_the_flow() {
         let levels = |level| Levels { level, ..Levels::NOMINAL };
-        for (share, speed, z) in [(0.0, 0.04, 1.7e-3), (0.5, 0.03, 2.3e-3), (1.0, 0.06, 1.1e-3)] {
-            let law = law(share);
+        let places = [
+            (0.0, 0.0, 0.04, 1.7e-3),
+            (0.5, 1.0, 0.03, 2.3e-3),
+            (1.0, 0.0, 0.06, 1.1e-3),
+            (1.0, 0.75, 0.05, 1.9e-3),
+        ];
+        for (share, damping_share, speed, z) in places {
+            let law = law(share, damping_share);
             let at = Point { speed, curve_speed: speed, z, direction: 1.0 };
             let memory = Memory::default();
             let flow = |at: Point, level: f64| law.flow(at, &levels(level), &memory);

@@ -105,10 +105,11 @@ impl Maxwell {
     }
 
     /// The deflection at which elements carry a torque, reached from the memory without turning, rad; slip torques × `scale`.
-    /// They carry no more than all slip torques together.
+    /// They carry no more than all slip torques together; for more it is one at which all slip. The memory is of slip torques
+    /// as they are, or × `scale`.
     pub fn deflection_rad(&self, torque_nm: f64, scale: f64, memory: &Memory) -> f64 {
-        // Twice its stretch turns an element from one side to the other.
-        let reach_rad = 2.0 * self.longest_stretch_rad() * scale;
+        // Its stretch lets an element go, and its stretch again loads it the other way.
+        let reach_rad = self.longest_stretch_rad() * (scale + scale.max(1.0));
         let (mut low, mut high) = (memory.z - reach_rad, memory.z + reach_rad);
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);

@@ -40,7 +40,7 @@ impl FrictionState {
         state
     }
 
-    /// The contact as the past of what follows.
+    /// The contact as the past of what follows; where Maxwell elements came from is not kept.
     pub fn past(&self) -> ContactPast {
         ContactPast {
             deflection_rad: self.z,
