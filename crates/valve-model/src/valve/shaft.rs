@@ -78,6 +78,8 @@ pub(super) struct Shaft<'a, L, const FULL: bool> {
     pub params: &'a ValveParams,
     /// ±1: the sign with which friction takes |ω| and sgn ω.
     pub direction: f64,
+    /// The elements before the last sub-step.
+    before: Option<Memory>,
     holding_nm: f64,
     command_rad: f64,
     command_rad_per_s: f64,
@@ -117,6 +119,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             levels: effects.levels(input.pressure_drop_pa, input.oil_temperature_c, &friction.contact),
             params,
             direction: 1.0,
+            before: None,
             holding_nm: if input.energised { params.available_torque_nm(command_rad_per_s) } else { 0.0 },
             command_rad: input.command_start_rad,
             command_rad_per_s,
@@ -271,9 +274,11 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
     }
 
     /// What depends on the contact's past is held during a sub-step, as it will be in its middle if `state` goes on as
-    /// it does. Returns whether anything does.
+    /// it does. Elements that slip go on at the slip torque of then: with that of before they would stick for a moment
+    /// wherever it grows, and at each such corner the error's estimate would have sub-steps a thousand times as short.
+    /// Returns whether anything does.
     #[inline]
-    pub fn foresee(&mut self, state: &ShaftState<FULL>, step_s: f64, friction: &FrictionState) -> bool {
+    pub fn foresee(&mut self, state: &ShaftState<FULL>, step_s: f64, friction: &mut FrictionState) -> bool {
         let follows = FULL && self.params.effects.follows_the_contact();
         if follows {
             let flow = self.law.flow(self.point(state), &self.levels_at(state.angle), &friction.memory);
@@ -282,6 +287,10 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             let mut contact = friction.contact;
             contact.travel(turn_rad, slip_rad, self.params.slip_length_rad, half_s);
             self.levels = self.levels_after(&contact);
+            if let Some(before) = self.before {
+                friction.memory = before;
+                self.law.remember(self.point(state), &self.levels, &mut friction.memory);
+            }
         }
         follows
     }
@@ -299,8 +308,12 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         dt_s: f64,
         friction: &mut FrictionState,
     ) {
+        let follows = FULL && self.params.effects.follows_the_contact();
+        if follows {
+            self.before = Some(friction.memory);
+        }
         self.law.remember(self.point(after), &self.levels, &mut friction.memory);
-        if FULL && self.params.effects.follows_the_contact() {
+        if follows {
             let turn_rad = after.angle - before.angle;
             let slip_rad = turn_rad - (after.z - before.z);
             friction.contact.travel(turn_rad, slip_rad, self.params.slip_length_rad, dt_s);
