@@ -106,7 +106,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Jitter => jitter::run(quick, arguments.turn, out),
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
-        Bench::Diagnosis(arguments) => diagnosis::run(arguments, quick),
+        Bench::Diagnosis(arguments) => diagnosis::run(arguments, quick, out),
         Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
         Bench::Safety(arguments) => safety::run(arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),

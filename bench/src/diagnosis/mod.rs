@@ -9,9 +9,13 @@ mod tables;
 
 use crate::output::Results;
 use crate::progress::Progress;
-use anyhow::Result;
+use anyhow::{Context, Result};
+use run::{Judged, Limits};
 use serde_json::json;
-use std::sync::Mutex;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// How much of it.
@@ -32,6 +36,9 @@ pub struct Arguments {
     /// Begins no further campaign after so many minutes; which ones are then left out is a matter of chance
     #[arg(long, value_name = "MINUTES")]
     minutes: Option<u64>,
+    /// Ends a diagnosis after so many seconds; it counts as one that found nothing
+    #[arg(long, value_name = "SECONDS", default_value_t = 900, value_parser = clap::value_parser!(u64).range(1..))]
+    limit: u64,
     /// Logs of one kind alone
     #[arg(long, value_enum)]
     log: Option<Log>,
@@ -55,11 +62,11 @@ pub enum Log {
     Angle,
 }
 
-/// Runs all campaigns.
+/// Runs all campaigns; each is written to `OUT/diagnosis.jsonl` once it is judged.
 ///
 /// # Errors
 /// Where the program is missing or a diagnosis fails.
-pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
+pub fn run(arguments: &Arguments, quick: bool, out: &Path) -> Result<Results> {
     let arguments = if quick {
         Arguments { seeds: 1, clean: 6, samples: 20_000, ..arguments.clone() }
     } else {
@@ -67,10 +74,19 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
     };
     let cases = cases::all(&arguments);
     let progress = Mutex::new(Progress::new(cases.len()));
-    let judged =
-        run::all(&cases, &progress, arguments.minutes.map(|minutes| Duration::from_secs(60 * minutes)))?;
+    let limits = Limits {
+        all: arguments.minutes.map(|minutes| Duration::from_secs(60 * minutes)),
+        each: Duration::from_secs(arguments.limit),
+    };
+    let path = out.join("diagnosis.jsonl");
+    let lines = Mutex::new(File::create(&path).with_context(|| path.display().to_string())?);
+    let record = |judged: &Judged| {
+        let mut lines = lines.lock().unwrap_or_else(PoisonError::into_inner);
+        writeln!(lines, "{}", judged.json()).with_context(|| path.display().to_string())
+    };
+    let judged = run::all(&cases, &progress, limits, &record)?;
     let sheets = tables::all(&judged);
-    let data = judged.iter().map(run::Judged::json).collect::<Vec<_>>();
+    let data = judged.iter().map(Judged::json).collect::<Vec<_>>();
     Ok(Results {
         command: "diagnosis",
         quick,

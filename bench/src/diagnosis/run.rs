@@ -8,9 +8,10 @@ use anyhow::{Context, Result, bail};
 use hidden_effect_rig::{Campaign, Finding, Hidden, Interval, LogKind, Outcome, Truth, intervals};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::fs::File;
 use std::num::NonZero;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -53,13 +54,27 @@ impl Judged {
     }
 }
 
-/// All cases, as many at a time as there are processors; none is begun after `limit`.
+/// How long things may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// No further campaign is begun after so long.
+    pub all: Option<Duration>,
+    /// A diagnosis is ended after so long, and counts as one that found nothing.
+    pub each: Duration,
+}
+
+/// All cases, as many at a time as there are processors; each is told to `record` once it is judged.
 ///
 /// # Errors
 /// The first failure.
-pub fn all(cases: &[Case], progress: &Mutex<Progress>, limit: Option<Duration>) -> Result<Vec<Judged>> {
+pub fn all(
+    cases: &[Case],
+    progress: &Mutex<Progress>,
+    limits: Limits,
+    record: &(dyn Fn(&Judged) -> Result<()> + Sync),
+) -> Result<Vec<Judged>> {
     let begun = Instant::now();
-    let in_time = || limit.is_none_or(|limit| begun.elapsed() < limit);
+    let in_time = || limits.all.is_none_or(|limit| begun.elapsed() < limit);
     let queue = Mutex::new(cases.iter().enumerate());
     let done: Mutex<Vec<(usize, Result<Option<Judged>>)>> = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, NonZero::get);
@@ -71,10 +86,13 @@ pub fn all(cases: &[Case], progress: &Mutex<Progress>, limit: Option<Duration>) 
                 while let Some((index, case)) = next() {
                     let what = format!("seed {}, {:?}", case.seed, case.hidden.effects);
                     progress.lock().unwrap_or_else(PoisonError::into_inner).next(what.clone());
-                    let judged = one(case).with_context(|| what);
-                    if let Ok(Some(judged)) = &judged {
-                        report(judged);
-                    }
+                    let judged = one(case, limits.each).with_context(|| what).and_then(|judged| {
+                        if let Some(judged) = &judged {
+                            report(judged);
+                            record(judged)?;
+                        }
+                        Ok(judged)
+                    });
                     done.lock().unwrap_or_else(PoisonError::into_inner).push((index, judged));
                 }
             });
@@ -103,13 +121,13 @@ fn report(judged: &Judged) {
 }
 
 /// `None` where the rig can't be drawn from the seed.
-fn one(case: &Case) -> Result<Option<Judged>> {
+fn one(case: &Case, limit: Duration) -> Result<Option<Judged>> {
     let Some(campaign) = Campaign::try_draw(case.seed, &case.hidden) else {
         eprintln!("left out: seed {}, {:?}: the rotor loses steps whatever is drawn", case.seed, case.hidden);
         return Ok(None);
     };
     let begun = Instant::now();
-    let diagnosis = diagnose(&campaign)?;
+    let diagnosis = diagnose(&campaign, limit)?;
     let wall_s = begun.elapsed().as_secs_f64();
     let finding = Finding::of(&diagnosis);
     let outcome = finding.judge(&campaign.truth);
@@ -123,8 +141,11 @@ fn one(case: &Case) -> Result<Option<Judged>> {
         LogKind::Angle => None,
     };
     let single = matches!(case.class, Class::Strong | Class::Weak) && outcome == Outcome::Right;
-    let best_fits =
-        if case.best_fit && single { best_fits(case, &campaign.truth, &diagnosis)? } else { Vec::new() };
+    let best_fits = if case.best_fit && single {
+        best_fits(case, &campaign.truth, &diagnosis, limit)?
+    } else {
+        Vec::new()
+    };
     Ok(Some(Judged {
         case: case.clone(),
         intervals: if single { intervals(&campaign.truth, &diagnosis, true) } else { Vec::new() },
@@ -140,13 +161,13 @@ fn one(case: &Case) -> Result<Option<Judged>> {
 }
 
 /// The same campaign without noise, fitted by the product: what its own form makes of the rig's.
-fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value) -> Result<Vec<Interval>> {
+fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value, limit: Duration) -> Result<Vec<Interval>> {
     let mut found = intervals(truth, diagnosis, false);
     if found.is_empty() {
         return Ok(found);
     }
     let quiet = Campaign::draw(case.seed, &Hidden { noise_free: true, ..case.hidden.clone() });
-    let best = intervals(&quiet.truth, &diagnose(&quiet)?, false);
+    let best = intervals(&quiet.truth, &diagnose(&quiet, limit)?, false);
     found.retain_mut(|interval| match best.iter().find(|other| other.of == interval.of) {
         Some(other) => {
             interval.truth = other.value;
@@ -158,12 +179,13 @@ fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value) -> Result<Vec<Interv
 }
 
 /// What `stepvalve diagnose` says of a campaign. It sees the log and the model, no more.
-fn diagnose(campaign: &Campaign) -> Result<Value> {
+fn diagnose(campaign: &Campaign, limit: Duration) -> Result<Value> {
     let folder = tempfile::Builder::new().prefix("stepvalve-bench-").tempdir()?;
     let (given, out) = (folder.path().join("given"), folder.path().join("out"));
+    let said = folder.path().join("said");
     std::fs::create_dir(&given)?;
     run_given(campaign, &given)?;
-    let output = Command::new(beside("stepvalve")?)
+    let mut child = Command::new(beside("stepvalve")?)
         .args(["diagnose", "--seed", "0", "--log"])
         .arg(given.join("log.h5"))
         .arg("--model")
@@ -171,11 +193,32 @@ fn diagnose(campaign: &Campaign) -> Result<Value> {
         .arg("--out")
         .arg(&out)
         .stdin(Stdio::null())
-        .output()?;
-    if !output.status.success() {
-        bail!("stepvalve diagnose: {}: {}", output.status, String::from_utf8_lossy(&output.stderr).trim());
+        .stdout(Stdio::null())
+        .stderr(File::create(&said)?)
+        .spawn()?;
+    let Some(status) = wait(&mut child, limit)? else {
+        return Ok(json!({ "verdict": format!("no answer in {} s", limit.as_secs()) }));
+    };
+    if !status.success() {
+        bail!("stepvalve diagnose: {status}: {}", std::fs::read_to_string(&said)?.trim());
     }
     serde_json::from_slice(&std::fs::read(out.join("diagnosis.json"))?).context("diagnosis.json")
+}
+
+/// Waits for a program's end; ends it where that takes longer than `limit`.
+fn wait(child: &mut Child, limit: Duration) -> Result<Option<ExitStatus>> {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        if begun.elapsed() > limit {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }
 
 /// Log and model, without the truth.

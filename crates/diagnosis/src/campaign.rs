@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::driven::lead_of;
 use crate::facts::Facts;
-use crate::past::{Follower, in_order};
+use crate::past::{Before, Follower, in_order};
 use crate::piece::{Piece, Ready, check};
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run};
@@ -13,7 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use valve_model::{ContactPast, Model};
+use valve_model::Model;
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
@@ -55,7 +55,7 @@ struct Plan {
     lead_row: usize,
     group: usize,
     /// Before its lead.
-    past: ContactPast,
+    past: Before,
 }
 
 impl Campaign {
@@ -154,7 +154,7 @@ fn plan(log: &Log, usable: &[bool], channel: Channel) -> (Vec<Plan>, Vec<String>
                 let name = if whole || blocks == 1 { run.name.clone() } else { block_name(run, &rows) };
                 groups.push(name);
             }
-            let past = ContactPast::default();
+            let past = Before::default();
             // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
             let lead_row = if channel == Channel::Angle { lead_of(run, rows.start) } else { rows.start };
             plans.push(Plan { run: index, rows, lead_row, group: own, past });

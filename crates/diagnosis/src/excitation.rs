@@ -180,7 +180,7 @@ fn near_resonance(course: &Course, facts: &Facts, noise_rad: f64) -> usize {
 fn drift(campaign: &Campaign, channel: impl Fn(&Piece) -> &[f64]) -> f64 {
     let mut runs: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
     for piece in campaign.pieces.iter().filter(|piece| !channel(piece).is_empty()) {
-        let run = runs.entry(piece.run).or_insert((piece.past.distance_rad, 0.0, 0.0));
+        let run = runs.entry(piece.run).or_insert((piece.past.contact.distance_rad, 0.0, 0.0));
         run.1 += channel(piece).iter().sum::<f64>();
         run.2 += channel(piece).len() as f64;
     }

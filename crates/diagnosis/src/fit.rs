@@ -47,83 +47,127 @@ pub(crate) fn fit(
     steps: usize,
 ) -> Result<Fitted, DiagnosisError> {
     let mut damping = 1e-4;
-    let (mut at, mut here) = evaluate(setting, begin, wanted)?;
+    let mut here = evaluate(setting, begin, wanted)?;
     let mut settled = false;
     for _ in 0..steps.min(STEPS) {
-        let total = sum(&Loss::of(setting).weighted(&here.groups));
+        let total = sum(&Loss::of(setting).weighted(&here.fitted.groups));
         let count = total.count.max(1.0);
-        let rest = (here.loss - count).max(0.0);
-        let Some((beta, predicted)) = step(&total, &here.point.hypothesis, damping) else { break };
-        let trial = moved(setting, &here.point, &at, &beta, wanted)
-            .and_then(|trial| evaluate(setting, trial, wanted));
-        let Some((mut next, mut there)) = if_possible(trial)? else {
-            damping = (damping * 30.0).max(LEAST_DAMPING);
-            if damping > MOST_DAMPING {
-                break;
-            }
-            continue;
+        let rest = (here.fitted.loss - count).max(0.0);
+        let Some((beta, predicted)) = step(&total, &here.fitted.point.hypothesis, damping) else { break };
+        let tried = if rest > POOR * count {
+            far(setting, &here, &beta, settled, wanted)?
+        } else {
+            near(setting, &here, &beta, wanted)?
         };
-        if rest > POOR * count && there.loss < here.loss {
-            (next, there) = farther(setting, (&here.point, &at, &beta), (next, there), wanted)?;
-        }
-        let accepted = there.loss < here.loss;
-        let (gain, part) =
-            if accepted { (here.loss - there.loss, OF_THE_REST) } else { (predicted, OF_THE_REST_REFUSED) };
-        if accepted {
-            (at, here) = (next, there);
-            settled = false;
-            damping = (damping * 0.1).max(1e-7);
-        }
+        let (accepted, gain, part) = match tried {
+            Step::Refused => {
+                damping = (damping * 30.0).max(LEAST_DAMPING);
+                if damping > MOST_DAMPING {
+                    break;
+                }
+                continue;
+            }
+            Step::Worse => (false, predicted, OF_THE_REST_REFUSED),
+            Step::Better(there) => {
+                let gain = here.fitted.loss - there.fitted.loss;
+                here = *there;
+                // The step's end has the best starts too.
+                settled = settled && rest > POOR * count;
+                damping = (damping * 0.1).max(1e-7);
+                (true, gain, OF_THE_REST)
+            }
+        };
         let little = gain < (ENOUGH * count).max(part * rest);
         if (little && (settled || rest < POOR * count)) || damping > MOST_DAMPING {
             break;
         }
-        if settled {
+        if settled && !accepted {
             damping = (damping * 30.0).max(LEAST_DAMPING);
-        } else if little || !accepted {
+        } else if !settled && (little || !accepted) {
             // What a linear step promises is no better than the starts that it is taken from.
-            let before = here.loss;
-            let point = with_best_starts(setting, &here.point, wanted)?;
-            (at, here) = evaluate(setting, point, wanted)?;
+            let before = here.fitted.loss;
+            let point = with_best_starts(setting, &here.fitted.point, wanted)?;
+            here = evaluate(setting, point, wanted)?;
             settled = true;
-            if little && before - here.loss < part * rest {
+            if little && before - here.fitted.loss < part * rest {
                 break;
             }
         }
     }
-    Ok(here)
+    Ok(here.fitted)
 }
 
-/// The same way again, twice as far each time, as long as that is better: over a rough floor a linear step is as long as its
-/// bumps.
-fn farther(
+/// A fit with its pieces' equations.
+struct Here {
+    equations: Vec<Option<PieceEquations>>,
+    fitted: Fitted,
+}
+
+/// What became of a step.
+enum Step {
+    /// The model takes no such numbers.
+    Refused,
+    Worse,
+    Better(Box<Here>),
+}
+
+/// A step where little is left: it is mostly better, and its slopes are wanted anyway.
+fn near(
     setting: &Setting<'_>,
-    (before, at, beta): (&Point, &[Option<PieceEquations>], &DVector<f64>),
-    reached: (Vec<Option<PieceEquations>>, Fitted),
+    here: &Here,
+    beta: &DVector<f64>,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
-) -> Result<(Vec<Option<PieceEquations>>, Fitted), DiagnosisError> {
-    let mut best = reached;
+) -> Result<Step, DiagnosisError> {
+    let there = moved(setting, here, beta, wanted).and_then(|point| evaluate(setting, point, wanted));
+    Ok(match if_possible(there)? {
+        None => Step::Refused,
+        Some(there) if there.fitted.loss < here.fitted.loss => Step::Better(Box::new(there)),
+        Some(_) => Step::Worse,
+    })
+}
+
+/// A step where much is left: over a rough floor a linear one is as long as its bumps, so where it is better it is tried so
+/// many times as far, as long as that is better still. Where the pieces' starts are the best ones they are to be the best of
+/// the step's end too: what they gain is more than a step does.
+fn far(
+    setting: &Setting<'_>,
+    here: &Here,
+    beta: &DVector<f64>,
+    settled: bool,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Step, DiagnosisError> {
+    let trial = |times: f64| {
+        let mut point = moved(setting, here, &(beta * times), wanted)?;
+        if settled {
+            point = with_best_starts(setting, &point, wanted)?;
+        }
+        let loss = loss_of(setting, &point, wanted)?;
+        Ok((point, loss))
+    };
+    let Some(mut best) = if_possible(trial(1.0))? else { return Ok(Step::Refused) };
+    if best.1 >= here.fitted.loss {
+        return Ok(Step::Worse);
+    }
     for times in FARTHER {
-        let trial = moved(setting, before, at, &(beta * times), wanted)
-            .and_then(|trial| evaluate(setting, trial, wanted));
-        match if_possible(trial)? {
-            Some(there) if there.1.loss < best.1.loss => best = there,
+        match if_possible(trial(times))? {
+            Some(there) if there.1 < best.1 => best = there,
             _ => break,
         }
     }
-    Ok(best)
+    let there = if_possible(evaluate(setting, best.0, wanted))?;
+    Ok(there.map_or(Step::Refused, |there| Step::Better(Box::new(there))))
 }
 
 fn evaluate(
     setting: &Setting<'_>,
     point: Point,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
-) -> Result<(Vec<Option<PieceEquations>>, Fitted), DiagnosisError> {
+) -> Result<Here, DiagnosisError> {
     let columns = setting.own_columns(&point.hypothesis)?;
     let equations = setting.equations(&point, &columns, wanted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let loss = Loss::of(setting).total(&groups);
-    Ok((equations, Fitted { point, groups, loss }))
+    Ok(Here { equations, fitted: Fitted { point, groups, loss } })
 }
 
 pub(crate) fn sum(groups: &[Gram]) -> Gram {
@@ -173,26 +217,36 @@ pub(crate) fn loss_at(
     wanted: &(impl Fn(&Piece) -> bool + Sync),
 ) -> Result<(Point, f64), DiagnosisError> {
     let there = Point { hypothesis, starts: point.starts.clone() };
-    let equations = setting.equations(&there, &[], wanted)?;
+    let loss = loss_of(setting, &there, wanted)?;
+    Ok((there, loss))
+}
+
+/// The loss alone, without slopes.
+fn loss_of(
+    setting: &Setting<'_>,
+    point: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<f64, DiagnosisError> {
+    let equations = setting.equations(point, &[], wanted)?;
     let groups = by_group(setting.campaign, &equations, 0);
-    Ok((there, Loss::of(setting).total(&groups)))
+    Ok(Loss::of(setting).total(&groups))
 }
 
 /// The point that a step leads to; a piece whose start does better as it was keeps it.
 fn moved(
     setting: &Setting<'_>,
-    point: &Point,
-    equations: &[Option<PieceEquations>],
+    here: &Here,
     beta: &DVector<f64>,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
 ) -> Result<Point, DiagnosisError> {
+    let point = &here.fitted.point;
     let mut hypothesis = point.hypothesis.clone();
     for (free, change) in point.hypothesis.free().into_iter().zip(beta.iter()) {
         hypothesis.set(free, point.hypothesis.get(free) + change);
     }
     let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
     let starts = each_start(setting, point, &hypothesis, wanted, |index, piece, ready, start| {
-        let own = equations.get(index).and_then(Option::as_ref);
+        let own = here.equations.get(index).and_then(Option::as_ref);
         let bound = piece.start_bound(ready);
         let shift = start.shift + own.map_or(0.0, |own| start_change(own, beta));
         let shifted = start.shifted(shift.clamp(-bound, bound));

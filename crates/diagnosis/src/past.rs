@@ -1,10 +1,18 @@
-//! How long the contact had rested, and how far it had travelled, before each piece: from the angles alone.
+//! How long the contact had rested, how far it had travelled and from where it came, before each piece: from the angles alone.
 //!
 //! A bristle that saturates at the break-away deflection (Prandtl's element) tells slip from presliding.
 
 use log_data::{Log, Run};
 use prediction::Noise;
 use valve_model::{ContactPast, FrictionLaw, Model};
+
+/// What was before a piece.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Before {
+    pub contact: ContactPast,
+    /// The bristles' deflection in parts of the break-away deflection, −1 to 1.
+    pub side: f64,
+}
 
 /// Follows the contact through the log.
 pub(crate) struct Follower {
@@ -37,8 +45,8 @@ impl Follower {
         self.longest_rest_s = self.longest_rest_s.max(self.rest_s);
     }
 
-    /// Goes through a run; gives the contact's past at each of the `rows`, which are in order.
-    pub fn run(&mut self, run: &Run, noise: Noise, rows: &[usize]) -> Vec<ContactPast> {
+    /// Goes through a run; gives what was before each of the `rows`, which are in order.
+    pub fn run(&mut self, run: &Run, noise: Noise, rows: &[usize]) -> Vec<Before> {
         let play_rad = 3.0 * noise.beyond_quantisation_rad() + 0.5 * noise.step_rad;
         let mut drawn = run.angle_rad.first().copied().unwrap_or(0.0);
         let mut before_s = run.start_s();
@@ -46,11 +54,12 @@ impl Follower {
         let mut found = Vec::with_capacity(rows.len());
         for (index, (time_s, angle_rad)) in run.time_s.iter().zip(&run.angle_rad).enumerate() {
             while wanted.next_if(|row| *row == index).is_some() {
-                found.push(ContactPast {
+                let contact = ContactPast {
                     rest_s: self.rest_s,
                     distance_rad: self.distance_rad,
                     ..ContactPast::default()
-                });
+                };
+                found.push(Before { contact, side: self.bristle_rad / self.most_rad });
             }
             let now = drawn.max(angle_rad - play_rad).min(angle_rad + play_rad);
             self.travel(now - drawn, time_s - before_s);

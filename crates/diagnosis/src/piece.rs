@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::driven::Driven;
+use crate::past::Before;
 use crate::start::Begun;
 use log_data::{Channel, Run};
 use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
@@ -47,8 +48,8 @@ pub(crate) struct Piece {
     pub motions: Vec<Motion>,
     /// What the model is to predict.
     pub measured: Vec<f64>,
-    /// Rests and distance before it, and before its lead.
-    pub past: ContactPast,
+    /// Before its lead.
+    pub past: Before,
     /// 1/(standard deviation of measured less predicted); 0 where a sample doesn't count.
     pub weights: Vec<f64>,
     /// Where the rotor lost steps: sample and angle, rad.
@@ -63,7 +64,7 @@ impl Piece {
         index: usize,
         (lead_row, rows): (usize, Range<usize>),
         channel: Channel,
-        past: ContactPast,
+        past: Before,
         noise: Noise,
         reference_temperature_c: f64,
     ) -> Self {
@@ -118,7 +119,9 @@ impl Piece {
     pub fn has_sides(&self, ready: &Ready) -> bool {
         match ready {
             Ready::Torque(params) => params.friction_law().has_memory(),
-            Ready::Angle(params) => params.backlash_half_width_rad() > 0.0,
+            Ready::Angle(params) => {
+                params.backlash_half_width_rad() > 0.0 || params.friction_law().has_memory()
+            }
         }
     }
 
@@ -169,9 +172,9 @@ impl Piece {
     fn torque(&self, params: &MotionParams, motions: &[Motion], start: Begun) -> Vec<f64> {
         let Some(first) = motions.first() else { return Vec::new() };
         let law = params.friction_law();
-        let came_from_rad = start.side.map_or(0.0, |side| side * law.break_away_deflection_rad());
+        let came_from_rad = start.side.unwrap_or(self.past.side) * law.break_away_deflection_rad();
         let deflection_rad = law.deflection_after_rad(came_from_rad, start.shift);
-        let past = ContactPast { deflection_rad, came_from_rad, ..self.past };
+        let past = ContactPast { deflection_rad, came_from_rad, ..self.past.contact };
         let mut state = params.at_start_after(first, &past);
         let mut before = *first;
         let mut before_s = f64::NAN;
@@ -204,7 +207,10 @@ impl Piece {
                 energised: true,
             }
         };
-        let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &self.past);
+        let side = start.side.unwrap_or(self.past.side);
+        let came_from_rad = side * params.friction_law().break_away_deflection_rad();
+        let past = ContactPast { came_from_rad, ..self.past.contact };
+        let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &past);
         let mut angle = Vec::with_capacity(driven.all_times_s().len());
         angle.push(met_rad);
         for (index, times) in driven.all_times_s().windows(2).enumerate() {

@@ -172,7 +172,7 @@ fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
 
 fn of_piece(piece: &Piece, left: &Left, (unit, kind): (usize, f64), samples: &mut Vec<Sample>) {
     let mut rest_s = 0.0;
-    let mut distance = piece.past.distance_rad;
+    let mut distance = piece.past.contact.distance_rad;
     let mut before_s = f64::NAN;
     let mut direction = 0.0;
     for (index, ((residual, weight), time_s)) in

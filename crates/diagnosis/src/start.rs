@@ -9,9 +9,9 @@ use log_data::Channel;
 pub(crate) struct Begun {
     /// The torque that friction carries, N·m, or the shift of the first angle, rad.
     pub shift: f64,
-    /// Angle logs: the side of the encoder's play on which the rotor lies, −1 to 1; without one, where it is drawn to.
-    /// Torque logs: the part of their break-away deflection that bristles with a memory came from; without one, they were
-    /// relaxed.
+    /// The side from which the contact came, −1 to 1: the part of their break-away deflection that bristles with a memory
+    /// came from, and the side of the encoder's play on which the rotor lies. Without one the bristles come from where the
+    /// motion before left them, and the rotor lies where it is drawn to.
     pub side: Option<f64>,
 }
 

@@ -132,6 +132,11 @@ impl ValveParams {
         self.measurement.delay_s
     }
 
+    /// The friction law with the effects that change its numbers.
+    pub fn friction_law(&self) -> &FrictionLaw {
+        &self.friction
+    }
+
     /// Half the play between the rotor and the encoder's shaft, rad.
     pub fn backlash_half_width_rad(&self) -> f64 {
         self.measurement.backlash_half_width_rad
