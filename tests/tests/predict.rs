@@ -130,6 +130,35 @@ fn where_bristles_with_a_memory_came_from_is_estimated_too() {
     assert!(worst < 0.05, "{worst} N·m apart from row {from} on");
 }
 
+/// The same of a command: a rotor that slid backwards and is swayed within its bristles' reach.
+#[test]
+fn where_bristles_came_from_is_estimated_from_angles_too() {
+    let place = TestPlace::new();
+    let text = std::fs::read_to_string(rig()).unwrap();
+    let effect = "\n[[effect]]\nid = \"presliding-hysteresis\"\nspacing_exponent = 2.0\ncurve_share = 1.0\n";
+    let model = place.path("model.toml");
+    std::fs::write(&model, text + effect).unwrap();
+    let command = |t: f64| if t < 1.0 { -0.1 * t } else { -0.1 + 4e-3 * (1.0 - (3.0 * (t - 1.0)).cos()) };
+    let commanded = |name: &str, from: usize, angle_rad: &[f64]| {
+        let time_s: Vec<f64> = (0..angle_rad.len()).map(|k| 1e-3 * k as f64).collect();
+        let angle_command_rad = Some(time_s.iter().map(|t| command(t + 1e-3 * from as f64)).collect());
+        let angle_rad = angle_rad.iter().map(|angle| (angle / STEP_RAD).round() * STEP_RAD).collect();
+        Run { name: name.to_owned(), time_s, angle_rad, angle_command_rad, ..Run::default() }
+    };
+    let log = write(&place, vec![commanded("whole", 0, &[0.0; 3000])]);
+    predict(&place, &log, &model).expect_code(0);
+    let whole = predicted(&place).runs[0].angle_rad.clone();
+    let from = 1500;
+    let log = write(&place, vec![commanded("rest", from, &whole[from..])]);
+    std::fs::remove_file(place.path("pred.h5")).unwrap();
+    predict(&place, &log, &model).expect_code(0);
+    let found = predicted(&place).runs[0].clone();
+    let worst = found.angle_rad.iter().zip(&whole[from..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    println!("{worst} rad apart");
+    assert!(found.attributes.contains_key("initial_bristle_came_from_rad"), "{:?}", found.attributes);
+    assert!(worst < STEP_RAD, "{worst} rad apart from row {from} on");
+}
+
 #[test]
 fn runs_side_by_side_are_predicted_as_alone() {
     let place = TestPlace::new();

@@ -2,13 +2,16 @@
 
 use crate::conditions::{Conditions, whole};
 use crate::delay::delay;
+use crate::sides::{SIDES, clearer};
 use crate::smoothing::motion_at;
 use crate::{Noise, Past, Predicted, PredictionError, Start};
 use log_data::{Channel, Run};
-use valve_model::{ContactPast, Model, ParamError, ValveInput, ValveParams, ValveState, step};
+use valve_model::{ContactPast, Model, Motion, ParamError, ValveInput, ValveParams, ValveState, step};
 
 /// The longest step that the integrator is asked for, s.
 const LONGEST_S: f64 = 5e-3;
+/// Samples, at most, by which it is told where the bristles came from.
+const START_SAMPLES: usize = 1000;
 
 /// Moves `state` through `dt_s`, of any length, in pieces that the integrator is made for; the encoder's angle at its
 /// end, rad.
@@ -45,38 +48,19 @@ pub(crate) fn predict(
     let conditions = Conditions::of(run, model)?;
     let noise = Noise::of(angle_rad);
     let first = motion_at(&run.time_s, angle_rad, noise, 0);
-    let contact =
-        ContactPast { rest_s: past.rest_s, distance_rad: past.distance_rad, ..ContactPast::default() };
-    let command = |index: usize| command_rad.get(index).copied().unwrap_or(f64::NAN);
-    let input = |index: usize| {
-        let (pressure_drop_pa, oil_temperature_c) = conditions.before(index + 1);
-        ValveInput {
-            command_start_rad: command(index),
-            command_end_rad: command(index + 1),
-            pressure_drop_pa,
-            oil_temperature_c,
-            energised: true,
-        }
-    };
-    let mut state = params.met_at(first.angle_rad, first.speed_rad_per_s, None, &input(0), &contact);
-    let deflection_rad = state.friction.bristle_deflection_rad();
-    let predicted = angle_rad
-        .iter_mut()
-        .enumerate()
-        .zip(run.time_s.windows(2))
-        .map(|((index, angle), times)| (index, angle, times));
+    let course = Course { time_s: &run.time_s, command_rad, conditions, params: &params, first, past };
+    let came_from_rad = course.came_from_rad(angle_rad);
+    let mut state = course.begin(came_from_rad);
+    let start = Start::Estimated { deflection_rad: state.friction.bristle_deflection_rad(), came_from_rad };
     let mut last = first.angle_rad;
-    for (index, angle, times) in predicted {
-        *angle = last;
-        let dt_s = times.iter().fold(0.0, |before, after| after - before);
-        last = encoder_angle_after(&params, &mut state, &input(index), dt_s);
-    }
-    if let Some(angle) = angle_rad.last_mut() {
+    for (index, angle) in angle_rad.iter_mut().enumerate() {
+        if index > 0 {
+            last = course.step(&mut state, index);
+        }
         *angle = last;
     }
     delay(&run.time_s, angle_rad, params.sensor_delay_s());
     let end = state.friction.past();
-    let start = Start::Estimated { deflection_rad, came_from_rad: 0.0 };
     Ok(Predicted {
         channel: Channel::Angle,
         start,
@@ -84,4 +68,60 @@ pub(crate) fn predict(
         noise,
         end: Past { rest_s: end.rest_s, distance_rad: end.distance_rad },
     })
+}
+
+/// A run's command through the model.
+struct Course<'a> {
+    time_s: &'a [f64],
+    command_rad: &'a [f64],
+    conditions: Conditions<'a>,
+    params: &'a ValveParams,
+    first: Motion,
+    past: &'a Past,
+}
+
+impl Course<'_> {
+    /// The valve at the run's first sample; its bristles came from a deflection.
+    fn begin(&self, came_from_rad: f64) -> ValveState {
+        let Past { rest_s, distance_rad } = *self.past;
+        let past = ContactPast { came_from_rad, rest_s, distance_rad, ..ContactPast::default() };
+        self.params.met_at(self.first.angle_rad, self.first.speed_rad_per_s, None, &self.input(1), &past)
+    }
+
+    /// What drives the valve from the sample before `index` to it.
+    fn input(&self, index: usize) -> ValveInput {
+        let command = |index: usize| self.command_rad.get(index).copied().unwrap_or(f64::NAN);
+        let (pressure_drop_pa, oil_temperature_c) = self.conditions.before(index);
+        ValveInput {
+            command_start_rad: command(index - 1),
+            command_end_rad: command(index),
+            pressure_drop_pa,
+            oil_temperature_c,
+            energised: true,
+        }
+    }
+
+    /// Moves the valve from the sample before `index` to it; the encoder's angle there, rad.
+    fn step(&self, state: &mut ValveState, index: usize) -> f64 {
+        let at = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
+        encoder_angle_after(self.params, state, &self.input(index), at(index) - at(index - 1))
+    }
+
+    /// Where bristles that remember it came from, as far as the first angles tell, rad.
+    fn came_from_rad(&self, measured_rad: &[f64]) -> f64 {
+        let law = self.params.friction_law();
+        let sides: &[f64] = if law.has_memory() { &SIDES } else { &[] };
+        let tried = |side: f64| {
+            let came_from_rad = side * law.break_away_deflection_rad();
+            (came_from_rad, self.misfit(came_from_rad, measured_rad))
+        };
+        clearer(tried(0.0), sides.iter().copied().map(tried), |(_, square)| *square).0
+    }
+
+    /// Sum of squares of predicted less measured angle over the first samples, rad².
+    fn misfit(&self, came_from_rad: f64, measured_rad: &[f64]) -> f64 {
+        let mut state = self.begin(came_from_rad);
+        let first = measured_rad.iter().take(START_SAMPLES).enumerate().skip(1);
+        first.map(|(index, measured)| (self.step(&mut state, index) - measured).powi(2)).sum()
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::conditions::{Conditions, whole};
 use crate::delay::delay;
+use crate::sides::{SIDES, clearer};
 use crate::{Noise, Past, Predicted, PredictionError, Smoother, Start};
 use log_data::{Channel, Run};
 use valve_model::{
@@ -17,10 +18,6 @@ const MOMENT_S: f64 = 1e-9;
 /// Deflections tried at first, and refinements around the best.
 const TRIALS: i32 = 9;
 const REFINEMENTS: usize = 14;
-/// Where bristles with a memory may have come from, in parts of the break-away deflection, if they were not relaxed; taken
-/// where the misfit is clearly less.
-const SIDES: [f64; 8] = [-1.0, 1.0, -0.5, 0.5, -0.75, 0.75, -0.25, 0.25];
-const CLEARLY_LESS: f64 = 0.99;
 
 /// Replaces the run's measured torque by what the model has for its motion.
 pub(crate) fn predict(
@@ -120,9 +117,7 @@ impl Path<'_> {
         let relaxed = search.best_from(0.0);
         let sides: &[f64] = if remembers { &SIDES } else { &[] };
         let others = sides.iter().map(|side| search.best_from(side * most_rad));
-        let other = others.min_by(|one, other| one.square.total_cmp(&other.square));
-        let clearer = other.filter(|other| other.square < CLEARLY_LESS * relaxed.square);
-        clearer.unwrap_or(relaxed).start
+        clearer(relaxed, others, |tried| tried.square).start
     }
 
     fn samples_until_forgotten(&mut self, forgotten_rad: f64) -> usize {
