@@ -16,8 +16,9 @@ use nalgebra::DVector;
 pub(crate) const ORDER_FLOOR: f64 = 0.004;
 
 /// Where a model of an angle log leaves more than this many times the noise, its slip comes at other moments than the
-/// measured one's, and a small change tells little of a large one: secants over so many steps are looked at too.
-const FAR: f64 = 1.5;
+/// measured one's, if only in a few runs, and a small change tells little of a large one: secants over so many steps are looked
+/// at too.
+const FAR: f64 = 1.1;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
 /// ... or, of a factor whose steps are no more than this part of it, so many times as much: where a rotor sticks and slips,
 /// three times the stiffness shows nothing of itself at twice.
