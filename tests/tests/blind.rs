@@ -7,7 +7,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use hidden_effect_rig::{
-    Campaign, Finding, Hidden, Interval, LogKind, OUTSIDE, Outcome, STRONG, choose, effects_of, intervals,
+    Campaign, Finding, Hidden, Interval, LogKind, OUTSIDE, Outcome, STRONG, WEAK, choose, effects_of,
+    intervals,
 };
 use serde_json::Value;
 use stepvalve_tests::{TestPlace, repository};
@@ -126,6 +127,12 @@ fn two_of_which_either_does_as_much_alone() {
 fn a_needle_in_a_rough_floor_is_found() {
     let pair = ["wear-drift", "bristle-stiffness"];
     assert_eq!(found(99_357, &Hidden::with(LogKind::Angle, &pair, STRONG)), Outcome::Right);
+}
+
+/// A weak effect that leaves a tenth more than the noise: a small change of it tells nothing of slips, a large one does.
+#[test]
+fn a_weak_effect_that_moves_slips_is_found() {
+    assert_eq!(found(180_395, &Hidden::with(LogKind::Angle, &["direction-asymmetry"], WEAK)), Outcome::Right);
 }
 
 /// A tone that is there at rest too counts as noise, but is none.
