@@ -129,6 +129,16 @@ fn a_needle_in_a_rough_floor_is_found() {
     assert_eq!(found(99_357, &Hidden::with(LogKind::Angle, &pair, STRONG)), Outcome::Right);
 }
 
+/// A lag of two stages, which a model of one leaves with 2.3 times the noise.
+#[test]
+fn a_lag_of_two_stages_is_fitted_to_the_noise() {
+    let hidden = Hidden::with(LogKind::Torque, &["friction-lag"], STRONG);
+    let (campaign, diagnosis) = diagnosed(190_056, &hidden);
+    assert_eq!(Finding::of(&diagnosis).judge(&campaign.truth), Outcome::Right);
+    let left = diagnosis["gain"]["rms_after"].as_f64().unwrap() / campaign.truth.noise;
+    assert!(left < 1.2, "{left} times the noise is left");
+}
+
 /// A weak effect that leaves a tenth more than the noise: a small change of it tells nothing of slips, a large one does.
 #[test]
 fn a_weak_effect_that_moves_slips_is_found() {

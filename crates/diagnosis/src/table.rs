@@ -257,14 +257,15 @@ fn series(id: &'static str, orders: usize, step: f64) -> Candidate {
 
 fn lag(facts: &Facts) -> Candidate {
     let lag = parameter("time_constant_s", Map::Plain, 0.0, (0.0, 2.0), 0.5 * facts.step_s);
-    let probe = |step: f64| Probe { shape: vec![0.0], columns: vec![(0, step)], jump: false };
+    let share = parameter("second_stage_share", Map::Plain, 0.0, (0.0, 0.5), 0.05);
+    let probe = |step: f64| Probe { shape: vec![0.0; 2], columns: vec![(0, step)], jump: false };
     let probes = [1e-3, 5e-3, 0.025, 0.1].map(probe).to_vec();
     Candidate {
         id: "friction-lag",
-        parameters: vec![lag],
+        parameters: vec![lag, share],
         probes,
         free: vec![0],
-        optional: Vec::new(),
+        optional: vec![1],
         series: false,
     }
 }

@@ -269,12 +269,12 @@ fn wear_goes_with_the_distance_alone() {
 
 #[test]
 fn friction_lag_delays_the_curve_alone() {
-    let params = |lag: f64| {
+    let params = |lag: f64, share: f64| {
         let viscous = LuGreParams { viscous_nm_s_per_rad: 0.1, ..soft() };
-        let lag = effect("friction-lag", &[("time_constant_s", lag)]);
+        let lag = effect("friction-lag", &[("time_constant_s", lag), ("second_stage_share", share)]);
         MotionParams::new(&Model { effects: vec![lag], ..model(FrictionParams::LuGre(viscous)) }).unwrap()
     };
-    // A ramp of 20 rad/s²: the curve is read 20·τ below the speed.
+    // A ramp of 20 rad/s²: the curve is read 20·τ below the speed, however many stages τ is made of.
     let torque = |params: &MotionParams| {
         let motion = |k: i32| {
             let t = f64::from(k) * 1e-3;
@@ -282,8 +282,10 @@ fn friction_lag_delays_the_curve_alone() {
         };
         along(params, &motion(0), motion, 500).last().unwrap().friction_torque_nm
     };
-    let lost = torque(&params(0.0)) - torque(&params(0.02));
-    assert!((lost - 0.1 * 20.0 * 0.02).abs() < 1e-4, "{lost} N·m");
+    for share in [0.0, 0.1, 0.5] {
+        let lost = torque(&params(0.0, 0.0)) - torque(&params(0.02, share));
+        assert!((lost - 0.1 * 20.0 * 0.02).abs() < 1e-4, "{lost} N·m with {share} in the second stage");
+    }
 }
 
 #[test]

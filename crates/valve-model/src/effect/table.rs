@@ -199,9 +199,20 @@ pub const EFFECTS: &[EffectSpec] = &[
     },
     EffectSpec {
         id: "friction-lag",
-        formula: "g and σ2·ω are taken at ω_lag, time_constant·dω_lag/dt = ω − ω_lag",
-        keys: "`time_constant_s`",
-        parameters: &[number("time_constant_s", "s", (0.0, 1e3), 0.0, "a number, 0 to 1000", "τ; 0: no lag")],
+        formula: "g and σ2·ω are taken at ω_lag; with s = second_stage_share: (1 − s)·time_constant·dω_1/dt = ω − ω_1, \
+                  s·time_constant·dω_lag/dt = ω_1 − ω_lag",
+        keys: "`time_constant_s`, `second_stage_share`",
+        parameters: &[
+            number("time_constant_s", "s", (0.0, 1e3), 0.0, "a number, 0 to 1000", "τ; 0: no lag"),
+            number(
+                "second_stage_share",
+                "1",
+                (0.0, 0.5),
+                0.0,
+                "a number, 0 to 0.5",
+                "s; 0: one stage, 0.5: two alike",
+            ),
+        ],
     },
     EffectSpec {
         id: "presliding-hysteresis",

@@ -33,8 +33,12 @@ pub struct ContactPast {
 impl FrictionState {
     /// A contact with a past, at a speed (rad/s) from which friction doesn't lag.
     pub fn after(law: &FrictionLaw, past: &ContactPast, speed_rad_per_s: f64) -> Self {
-        let contact =
-            Contact { curve_speed: speed_rad_per_s, rest_s: past.rest_s, distance_rad: past.distance_rad };
+        let contact = Contact {
+            curve_speed: speed_rad_per_s,
+            stage_speed: speed_rad_per_s,
+            rest_s: past.rest_s,
+            distance_rad: past.distance_rad,
+        };
         let mut state = Self { contact, ..Self::deflected(law, past.came_from_rad) };
         state.deflect(law, past.deflection_rad);
         state

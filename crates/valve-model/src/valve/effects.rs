@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::effect::Series;
-use crate::friction::{Contact, Levels};
+use crate::friction::{Contact, Lag, Levels};
 use crate::{Effect, Model};
 
 /// The levels are never scaled below this: a law needs some friction.
@@ -38,7 +38,7 @@ pub(crate) struct Effects {
     flow: Option<Series>,
     pressure_torque_nm_per_mpa: f64,
     position: Option<Series>,
-    pub per_lag_s: f64,
+    pub lag: Lag,
     pub coupling: Coupling,
     pub detent: Option<Series>,
     pub microstep: Option<Series>,
@@ -132,8 +132,7 @@ impl Effects {
             "dwell-stiction" => self.dwell = Growth::new(effect),
             "hydraulic-lock" => self.lock = Growth::new(effect),
             "friction-lag" => {
-                let lag_s = effect.number("time_constant_s");
-                self.per_lag_s = if lag_s > 0.0 { 1.0 / lag_s } else { 0.0 };
+                self.lag = Lag::new(effect.number("time_constant_s"), effect.number("second_stage_share"));
             }
             "wear-drift" => {
                 self.wear_gain = effect.number("gain");
@@ -161,7 +160,7 @@ impl Effects {
             || self.angle.is_some()
             || self.flow.is_some()
             || self.position.is_some()
-            || self.per_lag_s > 0.0
+            || self.lag.is_there()
             || self.coupling.is_there()
             || self.detent.is_some()
             || self.microstep.is_some()

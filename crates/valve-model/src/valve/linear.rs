@@ -3,7 +3,7 @@
 
 use super::effects::Coupling;
 use super::shaft::{MotorTorque, Shaft, ShaftState};
-use crate::friction::{Law, Memory};
+use crate::friction::{Lag, Law, Memory, Pivots};
 
 /// The rates at one instant and their derivatives.
 pub(super) struct Jacobian<const FULL: bool> {
@@ -23,7 +23,7 @@ pub(super) struct Jacobian<const FULL: bool> {
 /// What `FULL` adds: the lagging speed and the rotor behind its spring.
 #[derive(Default, Clone, Copy)]
 struct Extra {
-    per_lag_s: f64,
+    lag: Lag,
     speed_by_curve_speed: f64,
     z_by_curve_speed: f64,
     speed_by_rotor_angle: f64,
@@ -71,7 +71,7 @@ impl<const FULL: bool> Jacobian<FULL> {
             extra: Extra::default(),
         };
         let by_curve_speed = (-friction.torque_by_curve_speed * per_inertia, friction.rate_by_curve_speed);
-        jacobian.lag(state, params.effects.per_lag_s, by_curve_speed);
+        jacobian.lag(state, params.effects.lag, by_curve_speed);
         jacobian
     }
 
@@ -111,16 +111,16 @@ impl<const FULL: bool> Jacobian<FULL> {
             },
         };
         let by_curve_speed = (-friction.torque_by_curve_speed * per_load, friction.rate_by_curve_speed);
-        jacobian.lag(state, params.effects.per_lag_s, by_curve_speed);
+        jacobian.lag(state, params.effects.lag, by_curve_speed);
         jacobian
     }
 
     /// The curve is read at the speed itself, or at a speed that lags.
     #[inline]
-    fn lag(&mut self, state: &ShaftState<FULL>, per_lag_s: f64, (speed, z): (f64, f64)) {
-        if FULL && per_lag_s > 0.0 {
-            self.rates.curve_speed = (state.speed - state.curve_speed) * per_lag_s;
-            self.extra.per_lag_s = per_lag_s;
+    fn lag(&mut self, state: &ShaftState<FULL>, lag: Lag, (speed, z): (f64, f64)) {
+        if FULL && lag.is_there() {
+            self.rates.lags(lag.rates(state.speed, state.lagging()));
+            self.extra.lag = lag;
             self.extra.speed_by_curve_speed = speed;
             self.extra.z_by_curve_speed = z;
         } else {
@@ -140,7 +140,7 @@ pub(super) struct Solver<const FULL: bool> {
     z_by_angle: f64,
     z_by_speed: f64,
     extra: Extra,
-    per_lag_pivot: f64,
+    lag: Pivots,
     per_rotor_pivot: f64,
     speed_by_rotor: f64,
 }
@@ -154,12 +154,12 @@ impl<const FULL: bool> Solver<FULL> {
         let extra = jacobian.extra;
         let (mut speed_by_angle, mut speed_by_speed) = (jacobian.speed_by_angle, jacobian.speed_by_speed);
         let mut z_by_speed = jacobian.z_by_speed;
-        let (mut per_lag_pivot, mut per_rotor_pivot, mut speed_by_rotor) = (0.0, 0.0, 0.0);
+        let lag = extra.lag.pivots(shift);
+        let (mut per_rotor_pivot, mut speed_by_rotor) = (0.0, 0.0);
         if FULL {
-            per_lag_pivot = 1.0 / (shift + extra.per_lag_s);
-            let lag = extra.per_lag_s * per_lag_pivot;
-            speed_by_speed += extra.speed_by_curve_speed * lag;
-            z_by_speed += extra.z_by_curve_speed * lag;
+            let curve_by_speed = lag.by_speed().curve;
+            speed_by_speed += extra.speed_by_curve_speed * curve_by_speed;
+            z_by_speed += extra.z_by_curve_speed * curve_by_speed;
             let rotor_pivot = shift - extra.rotor_by_rotor_speed - extra.rotor_by_rotor_angle * per_shift;
             per_rotor_pivot = 1.0 / rotor_pivot;
             // The spool's speed by the rotor's, which turns the rotor on too.
@@ -181,7 +181,7 @@ impl<const FULL: bool> Solver<FULL> {
             z_by_angle: jacobian.z_by_angle,
             z_by_speed,
             extra,
-            per_lag_pivot,
+            lag,
             per_rotor_pivot,
             speed_by_rotor,
         })
@@ -195,16 +195,18 @@ impl<const FULL: bool> Solver<FULL> {
         }
         let extra = &self.extra;
         // What curve speed and rotor would be if the spool stood still; their dependence on it is in the pivots.
-        let curve_speed = right.curve_speed * self.per_lag_pivot;
+        let lagging = self.lag.standing(right.lagging());
         let rotor_right = right.rotor_speed + extra.rotor_by_rotor_angle * right.rotor_angle * self.per_shift;
         let rotor_speed = rotor_right * self.per_rotor_pivot;
         let mut spool = right;
-        spool.speed += extra.speed_by_curve_speed * curve_speed
+        spool.speed += extra.speed_by_curve_speed * lagging.curve
             + extra.speed_by_rotor_angle * right.rotor_angle * self.per_shift
             + self.speed_by_rotor * rotor_speed;
-        spool.z += extra.z_by_curve_speed * curve_speed;
+        spool.z += extra.z_by_curve_speed * lagging.curve;
         let mut solved = self.solve_spool(spool);
-        solved.curve_speed = curve_speed + extra.per_lag_s * self.per_lag_pivot * solved.speed;
+        let by_speed = self.lag.by_speed();
+        solved.stage_speed = lagging.stage + by_speed.stage * solved.speed;
+        solved.curve_speed = lagging.curve + by_speed.curve * solved.speed;
         let of_spool = extra.rotor_by_angle * solved.angle + extra.rotor_by_speed * solved.speed;
         solved.rotor_speed = rotor_speed + of_spool * self.per_rotor_pivot;
         solved.rotor_angle = (right.rotor_angle + solved.rotor_speed) * self.per_shift;

@@ -148,9 +148,14 @@ pub fn motion_step(
     let levels = params.effects.levels(input.pressure_drop_pa, input.oil_temperature_c, &contact);
     let middle_rad = 0.5 * (start.angle_rad + end.angle_rad);
     let before_z = state.friction.z;
-    let sweep = params.sweep(start.speed_rad_per_s, end.speed_rad_per_s, contact.curve_speed, dt_s);
+    let speeds = (start.speed_rad_per_s, end.speed_rad_per_s);
+    let lag = params.effects.lag;
+    let lagged = lag.after_ramp(speeds, contact.lagging(), dt_s);
+    let curve_start = if lag.is_there() { contact.curve_speed } else { speeds.0 };
+    let sweep = Sweep { start: speeds.0, end: speeds.1, curve_start, curve_end: lagged.curve, dt_s };
     state.friction.sweep(&params.friction, sweep, &params.effects.levels_at(&levels, middle_rad));
-    state.friction.contact.curve_speed = sweep.curve_end;
+    state.friction.contact.curve_speed = lagged.curve;
+    state.friction.contact.stage_speed = lagged.stage;
     let turn_rad = 0.5 * (start.speed_rad_per_s + end.speed_rad_per_s) * dt_s;
     let slip_rad = turn_rad - (state.friction.z - before_z);
     state.friction.contact.travel(turn_rad, slip_rad, params.slip_length_rad, dt_s);
@@ -158,18 +163,6 @@ pub fn motion_step(
 }
 
 impl MotionParams {
-    /// The sweep of a speed that is linear in time, friction lagging by τ: the lagging speed solved exactly.
-    fn sweep(&self, start: f64, end: f64, lagging: f64, dt_s: f64) -> Sweep {
-        let rate = self.effects.per_lag_s;
-        if rate == 0.0 {
-            return Sweep::plain(start, end, dt_s);
-        }
-        // After a while the lagging speed trails a ramp by its rise in one τ.
-        let rise = (end - start) / (dt_s * rate);
-        let curve_end = end - rise + (lagging - start + rise) * (-dt_s * rate).exp();
-        Sweep { start, end, curve_start: lagging, curve_end, dt_s }
-    }
-
     fn output(&self, state: &MotionState, input: &MotionInput, levels: &Levels) -> MotionOutput {
         let end = &input.end;
         let levels = self.effects.levels_at(levels, end.angle_rad);

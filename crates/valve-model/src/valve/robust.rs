@@ -53,8 +53,8 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
         let start = self.start;
         let mut end = ShaftState { angle: start.angle + self.step_s * speed, speed, ..*start };
         if FULL {
-            let kept = (-self.step_s * self.shaft.params.effects.per_lag_s).exp();
-            end.curve_speed = speed + (start.curve_speed - speed) * kept;
+            let lag = self.shaft.params.effects.lag;
+            end.lags(lag.after_ramp((speed, speed), start.lagging(), self.step_s));
             if let Some(coupling) = self.shaft.coupling() {
                 end.rotor_speed = self.rotor_speed(&end, coupling);
                 end.rotor_angle = start.rotor_angle + self.step_s * end.rotor_speed;

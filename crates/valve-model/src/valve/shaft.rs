@@ -8,7 +8,7 @@ use super::effects::{Coupling, OtherTorque};
 use super::params::ValveParams;
 use super::step::ValveInput;
 use crate::FrictionState;
-use crate::friction::{Contact, Law, Levels, Linearised, Memory, Point, sign};
+use crate::friction::{Contact, Lagging, Law, Levels, Linearised, Memory, Point, sign};
 
 /// Angles in rad, speeds in rad/s, z in rad; also their increments and rates. Beyond z with `FULL` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -17,8 +17,9 @@ pub(super) struct ShaftState<const FULL: bool> {
     pub angle: f64,
     pub speed: f64,
     pub z: f64,
-    /// The speed at which the steady curve is read.
+    /// The speed at which the steady curve is read, and the one between two stages of its lag.
     pub curve_speed: f64,
+    pub stage_speed: f64,
     pub rotor_angle: f64,
     pub rotor_speed: f64,
 }
@@ -32,6 +33,7 @@ impl<const FULL: bool> ShaftState<FULL> {
         self.z += factor * other.z;
         if FULL {
             self.curve_speed += factor * other.curve_speed;
+            self.stage_speed += factor * other.stage_speed;
             self.rotor_angle += factor * other.rotor_angle;
             self.rotor_speed += factor * other.rotor_speed;
         }
@@ -47,6 +49,18 @@ impl<const FULL: bool> ShaftState<FULL> {
         self
     }
 
+    /// What lags.
+    #[inline]
+    pub fn lagging(&self) -> Lagging {
+        Lagging { stage: self.stage_speed, curve: self.curve_speed }
+    }
+
+    /// Takes what lags.
+    #[inline]
+    pub fn lags(&mut self, lagging: Lagging) {
+        (self.stage_speed, self.curve_speed) = (lagging.stage, lagging.curve);
+    }
+
     /// What the spring between rotor and spool carries, N·m.
     #[inline]
     pub fn carried_nm(&self, coupling: Coupling) -> f64 {
@@ -55,8 +69,8 @@ impl<const FULL: bool> ShaftState<FULL> {
 
     pub fn is_finite(&self) -> bool {
         let rigid = self.angle.is_finite() && self.speed.is_finite() && self.z.is_finite();
-        let rest =
-            self.curve_speed.is_finite() && self.rotor_angle.is_finite() && self.rotor_speed.is_finite();
+        let lags = self.curve_speed.is_finite() && self.stage_speed.is_finite();
+        let rest = lags && self.rotor_angle.is_finite() && self.rotor_speed.is_finite();
         rigid && (!FULL || rest)
     }
 }
@@ -215,7 +229,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
     /// Where the friction law is asked.
     #[inline]
     pub fn point(&self, state: &ShaftState<FULL>) -> Point {
-        let lags = FULL && self.params.effects.per_lag_s > 0.0;
+        let lags = FULL && self.params.effects.lag.is_there();
         let curve_speed = if lags { state.curve_speed } else { state.speed };
         Point { speed: state.speed, curve_speed, z: state.z, direction: self.direction }
     }
@@ -251,7 +265,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             rates.speed = (motor_nm - load_nm) * self.params.per_inertia;
         }
         if FULL {
-            rates.curve_speed = (state.speed - state.curve_speed) * self.params.effects.per_lag_s;
+            rates.lags(self.params.effects.lag.rates(state.speed, state.lagging()));
         }
         rates
     }

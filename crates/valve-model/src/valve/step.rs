@@ -119,6 +119,7 @@ fn step_law<L: Law, const FULL: bool>(
         speed: state.speed_rad_per_s,
         z: state.friction.z,
         curve_speed: state.friction.contact.curve_speed,
+        stage_speed: state.friction.contact.stage_speed,
         rotor_angle: state.rotor_angle_rad,
         rotor_speed: state.rotor_speed_rad_per_s,
     };
@@ -128,6 +129,7 @@ fn step_law<L: Law, const FULL: bool>(
     state.speed_rad_per_s = end.speed;
     state.friction.z = end.z;
     state.friction.contact.curve_speed = end.curve_speed;
+    state.friction.contact.stage_speed = end.stage_speed;
     state.rotor_angle_rad = if compliant { end.rotor_angle } else { end.angle };
     state.rotor_speed_rad_per_s = if compliant { end.rotor_speed } else { end.speed };
     state.encoder_shaft_rad =

@@ -134,7 +134,9 @@ impl Scales {
             let rotor_angle = error.rotor_angle / ANGLE_TOLERANCE;
             let rotor_speed = error.rotor_speed / SPEED_TOLERANCE;
             let curve_speed = error.curve_speed / SPEED_TOLERANCE;
-            sum += rotor_angle * rotor_angle + rotor_speed * rotor_speed + curve_speed * curve_speed;
+            let stage_speed = error.stage_speed / SPEED_TOLERANCE;
+            sum += rotor_angle * rotor_angle + rotor_speed * rotor_speed;
+            sum += curve_speed * curve_speed + stage_speed * stage_speed;
         }
         (sum / 3.0).sqrt()
     }
