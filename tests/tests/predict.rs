@@ -101,14 +101,20 @@ fn the_bristles_at_the_start_are_estimated_from_the_torque() {
     assert!(torque[0].is_nan() && (torque[1000] - 1.50006).abs() < 2e-3, "{} {}", torque[0], torque[1000]);
 }
 
-/// Elements that slid backwards and are half-way relieved go on otherwise than elements that were relaxed and never slid.
-#[test]
-fn where_bristles_with_a_memory_came_from_is_estimated_too() {
-    let place = TestPlace::new();
+/// The rig's model, its bristles replaced by elements with a memory.
+fn with_elements(place: &TestPlace) -> PathBuf {
     let text = std::fs::read_to_string(rig()).unwrap();
     let effect = "\n[[effect]]\nid = \"presliding-hysteresis\"\nspacing_exponent = 2.0\ncurve_share = 1.0\n";
     let model = place.path("model.toml");
     std::fs::write(&model, text + effect).unwrap();
+    model
+}
+
+/// Elements that slid backwards and are half-way relieved go on otherwise than elements that were relaxed and never slid.
+#[test]
+fn where_bristles_with_a_memory_came_from_is_estimated_too() {
+    let place = TestPlace::new();
+    let model = with_elements(&place);
     let back_and_forth =
         |t: f64| if t < 1.0 { -0.1 * t } else { -0.1 + 3e-3 * (1.0 - (3.0 * (t - 1.0)).cos()) };
     let log = write(&place, vec![run("whole", 3.0, back_and_forth, |_| 0.0)]);
@@ -134,10 +140,7 @@ fn where_bristles_with_a_memory_came_from_is_estimated_too() {
 #[test]
 fn where_bristles_came_from_is_estimated_from_angles_too() {
     let place = TestPlace::new();
-    let text = std::fs::read_to_string(rig()).unwrap();
-    let effect = "\n[[effect]]\nid = \"presliding-hysteresis\"\nspacing_exponent = 2.0\ncurve_share = 1.0\n";
-    let model = place.path("model.toml");
-    std::fs::write(&model, text + effect).unwrap();
+    let model = with_elements(&place);
     let command = |t: f64| if t < 1.0 { -0.1 * t } else { -0.1 + 4e-3 * (1.0 - (3.0 * (t - 1.0)).cos()) };
     let commanded = |name: &str, from: usize, angle_rad: &[f64]| {
         let time_s: Vec<f64> = (0..angle_rad.len()).map(|k| 1e-3 * k as f64).collect();
