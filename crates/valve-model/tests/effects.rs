@@ -55,6 +55,31 @@ fn effects_left_at_their_defaults_change_nothing() {
     }
 }
 
+/// Coarser sub-steps are no other model.
+#[test]
+fn who_accepts_larger_errors_gets_them_and_no_larger_ones() {
+    let run = |accepted_rad: f64| {
+        let valve = ValveParams::new(&with(Vec::new())).unwrap().accepting(accepted_rad);
+        let mut state = ValveState::at_rest(0.0);
+        let command = |k: i32| 0.3 * (f64::from(k) * 8e-3).sin();
+        let mut angles = Vec::new();
+        for k in 0..1500 {
+            step(&valve, &mut state, &input(command(k), command(k + 1)), 1e-3);
+            angles.push(state.angle_rad);
+        }
+        angles
+    };
+    let apart =
+        |one: &[f64], two: &[f64]| one.iter().zip(two).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let usual = run(0.0);
+    assert_eq!(apart(&usual, &run(1e-12)), 0.0, "less than usual is as usual");
+    let coarse = run(1e-8);
+    let error_rad = apart(&usual, &coarse);
+    println!("{error_rad:e} rad");
+    assert!(error_rad > 1e-12 && error_rad < 1e-7, "{error_rad}");
+    assert_eq!(apart(&coarse, &run(1.0)), 0.0, "more than a hundred times is no more");
+}
+
 /// A value of each parameter that must show.
 fn telling(spec: &EffectSpec) -> Effect {
     let parts: Vec<(&str, EffectValue)> = spec

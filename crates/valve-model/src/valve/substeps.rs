@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 512;
 const ROBUST_SUBSTEPS: usize = 4;
 /// Errors accepted in one sub-step: of the angle in rad, of the speed in rad/s, of the bristle's torque in
 /// parts of the Coulomb torque.
-const ANGLE_TOLERANCE: f64 = 7e-11;
+pub(super) const ANGLE_TOLERANCE: f64 = 7e-11;
 const SPEED_TOLERANCE: f64 = 1e-6;
 const TORQUE_TOLERANCE: f64 = 2e-5;
 /// As the last, for what an error of the speed makes of the torque through the law's damping.
@@ -35,7 +35,7 @@ pub(super) fn integrate<L: Law, const FULL: bool>(
     dt_s: f64,
     next_s: &mut f64,
 ) -> ShaftState<FULL> {
-    let scales = Scales::new(shaft.law);
+    let scales = Scales::new(shaft.law, shaft.params.coarseness);
     let mut pace = Pace::new(*next_s, dt_s);
     let mut time_s = 0.0;
     let (mut begin, mut landing_s, mut turned) = (None, None, false);
@@ -111,30 +111,35 @@ fn next_turn<const FULL: bool>(trial: &Trial<FULL>, direction: f64, step_s: f64,
 
 /// One over the errors accepted.
 struct Scales {
+    per_angle: f64,
     per_speed: f64,
+    per_other_speed: f64,
     per_z: f64,
 }
 
 impl Scales {
-    fn new<L: Law>(law: &L) -> Self {
+    fn new<L: Law>(law: &L, coarseness: f64) -> Self {
+        let per_speed = 1.0 / SPEED_TOLERANCE;
         Self {
-            per_speed: (1.0 / SPEED_TOLERANCE).max(law.relative_damping_s_per_rad() / DAMPING_TOLERANCE),
-            per_z: law.relative_stiffness_per_rad() / TORQUE_TOLERANCE,
+            per_angle: 1.0 / (ANGLE_TOLERANCE * coarseness),
+            per_speed: per_speed.max(law.relative_damping_s_per_rad() / DAMPING_TOLERANCE) / coarseness,
+            per_other_speed: per_speed / coarseness,
+            per_z: law.relative_stiffness_per_rad() / (TORQUE_TOLERANCE * coarseness),
         }
     }
 
     /// The size of an error, 1 at the tolerances.
     #[inline]
     fn size<const FULL: bool>(&self, error: &ShaftState<FULL>) -> f64 {
-        let angle = error.angle / ANGLE_TOLERANCE;
+        let angle = error.angle * self.per_angle;
         let speed = error.speed * self.per_speed;
         let z = error.z * self.per_z;
         let mut sum = angle * angle + speed * speed + z * z;
         if FULL {
-            let rotor_angle = error.rotor_angle / ANGLE_TOLERANCE;
-            let rotor_speed = error.rotor_speed / SPEED_TOLERANCE;
-            let curve_speed = error.curve_speed / SPEED_TOLERANCE;
-            let stage_speed = error.stage_speed / SPEED_TOLERANCE;
+            let rotor_angle = error.rotor_angle * self.per_angle;
+            let rotor_speed = error.rotor_speed * self.per_other_speed;
+            let curve_speed = error.curve_speed * self.per_other_speed;
+            let stage_speed = error.stage_speed * self.per_other_speed;
             sum += rotor_angle * rotor_angle + rotor_speed * rotor_speed;
             sum += curve_speed * curve_speed + stage_speed * stage_speed;
         }
