@@ -116,6 +116,28 @@ fn nothing_is_found_where_nothing_is_wrong() {
 
 /// A number of the model that is off is corrected where it stands; the extended model runs wherever a model does, and the
 /// page says what it is worth in the loop.
+/// Filtered data scatter less than the measurement does: who knows its noise says it.
+#[test]
+fn noise_that_is_known_is_what_errors_are_held_against() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.02));
+    let arguments = ["diagnose", "--log", log.to_str().unwrap(), "--model"];
+    let told = |noise: &str| {
+        let (model, out) = (rig(), place.path(&format!("noise{noise}")));
+        let rest = [model.to_str().unwrap(), "--out", out.to_str().unwrap(), noise];
+        place.stepvalve(&[&arguments[..], &rest].concat())
+    };
+    told("--noise=50").expect_code(0);
+    let found = json(&place, "noise--noise=50");
+    assert_eq!(found["residual"][0]["noise"].as_f64().unwrap().round(), 50.0);
+    assert_eq!(found["causes"], serde_json::json!([]), "{}", found["verdict"]);
+    for wrong in ["--noise=0", "--noise=-1", "--noise=nan", "--noise=1e-5rad"] {
+        let said = told(wrong).expect_code(2).stderr;
+        assert!(said.contains("expected a number above zero"), "{said}");
+        assert!(!place.path(&format!("noise{wrong}")).exists());
+    }
+}
+
 #[test]
 fn a_factor_is_folded_into_its_section() {
     let place = TestPlace::new();

@@ -127,7 +127,7 @@ fn one(case: &Case, limit: Duration) -> Result<Option<Judged>> {
         return Ok(None);
     };
     let begun = Instant::now();
-    let diagnosis = diagnose(&campaign, limit)?;
+    let diagnosis = diagnose(&campaign, None, limit)?;
     let wall_s = begun.elapsed().as_secs_f64();
     let finding = Finding::of(&diagnosis);
     let outcome = finding.judge(&campaign.truth);
@@ -160,14 +160,15 @@ fn one(case: &Case, limit: Duration) -> Result<Option<Judged>> {
     }))
 }
 
-/// The same campaign without noise, fitted by the product: what its own form makes of the rig's.
+/// The same campaign without noise, fitted by the product: what its own form makes of the rig's. It is told the noise of the
+/// other: how much a run counts that is off by more than noise goes by that.
 fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value, limit: Duration) -> Result<Vec<Interval>> {
     let mut found = intervals(truth, diagnosis, false);
     if found.is_empty() {
         return Ok(found);
     }
     let quiet = Campaign::draw(case.seed, &Hidden { noise_free: true, ..case.hidden.clone() });
-    let best = intervals(&quiet.truth, &diagnose(&quiet, limit)?, false);
+    let best = intervals(&quiet.truth, &diagnose(&quiet, Some(truth.noise), limit)?, false);
     found.retain_mut(|interval| match best.iter().find(|other| other.of == interval.of) {
         Some(other) => {
             interval.truth = other.value;
@@ -178,8 +179,8 @@ fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value, limit: Duration) -> 
     Ok(found)
 }
 
-/// What `stepvalve diagnose` says of a campaign. It sees the log and the model, no more.
-fn diagnose(campaign: &Campaign, limit: Duration) -> Result<Value> {
+/// What `stepvalve diagnose` says of a campaign. It sees the log and the model, no more, but for a noise that it is told.
+fn diagnose(campaign: &Campaign, noise: Option<f64>, limit: Duration) -> Result<Value> {
     let folder = tempfile::Builder::new().prefix("stepvalve-bench-").tempdir()?;
     let (given, out) = (folder.path().join("given"), folder.path().join("out"));
     let said = folder.path().join("said");
@@ -192,6 +193,7 @@ fn diagnose(campaign: &Campaign, limit: Duration) -> Result<Value> {
         .arg(given.join("model.toml"))
         .arg("--out")
         .arg(&out)
+        .args(noise.map(|noise| format!("--noise={noise:e}")))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(File::create(&said)?)

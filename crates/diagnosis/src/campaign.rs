@@ -3,6 +3,7 @@
 use crate::DiagnosisError;
 use crate::driven::lead_of;
 use crate::facts::Facts;
+use crate::missed;
 use crate::past::{Before, Follower, in_order};
 use crate::piece::{Piece, Ready, check};
 use crate::workers::{Workers, map};
@@ -17,9 +18,16 @@ use valve_model::Model;
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// The longest piece, and the most samples of a log that are fitted; of longer logs pieces are chosen evenly.
+/// The longest piece, and the most samples of a log that are fitted: of torques, and of angles, which cost ten times as much.
+/// Of longer logs pieces are chosen evenly, of an angle log so many of each run or more.
 const LONGEST: usize = 20_000;
-const MOST_SAMPLES: usize = 300_000;
+const MOST_TORQUES: usize = 300_000;
+const MOST_ANGLES: usize = 80_000;
+const PIECES_OF_A_RUN: usize = 2;
+/// Samples of an angle's piece that make up for those before it, from which its prediction begins.
+const LEAST_PIECE: usize = 1000;
+/// An error of the integrator in a sub-step may be this part of the encoder's.
+const OF_THE_NOISE: f64 = 1e-3;
 /// Runs of one kind from which whole runs are held out; below, runs are cut into so many blocks.
 const RUNS_OF_A_KIND: usize = 4;
 const BLOCKS: usize = 4;
@@ -45,6 +53,8 @@ pub(crate) struct Campaign {
     pub angle_zero_per_run: bool,
     /// Samples of the log, chosen or not.
     pub samples: usize,
+    /// The error that the integrator may make in a sub-step, rad.
+    angle_error_rad: f64,
 }
 
 /// A piece before it is made.
@@ -65,7 +75,7 @@ impl Campaign {
         for (run, _) in log.runs.iter().zip(&usable).filter(|(_, usable)| **usable) {
             check(run, channel, LEAST_SAMPLES)?;
         }
-        let (mut plans, groups) = plan(log, &usable, channel);
+        let (mut plans, groups) = plan(log, &usable, channel, longest(log, &usable, channel));
         let noises: Vec<Noise> = map(workers, log.runs.len(), |index| {
             log.runs
                 .get(index)
@@ -73,16 +83,29 @@ impl Campaign {
         });
         let mut facts = Facts::of_model(model, channel);
         follow(log, model, &noises, &mut plans, &mut facts);
-        choose(&mut plans, seed);
+        let chosen = choose(&plans, channel, seed);
+        let angle_error_rad = OF_THE_NOISE * usual_deviation_rad(&noises);
+        let refused = |source| DiagnosisError::Model {
+            run: log.runs.first().map_or(String::new(), |run| run.name.clone()),
+            source,
+        };
+        let ready = Ready::new(model, channel, angle_error_rad).map_err(refused)?;
+        let pitch_rad =
+            model.motor.filter(|_| channel == Channel::Angle).map(|motor| motor.tooth_pitch_rad());
         let make = |index: usize| {
             let plan = plans.get(index)?;
+            if pitch_rad.is_none() && !*chosen.get(index)? {
+                return None;
+            }
             let run = log.runs.get(plan.run)?;
             let noise = *noises.get(plan.run)?;
             let rows = (plan.lead_row, plan.rows.clone());
             let mut piece =
                 Piece::new(run, plan.run, rows, channel, plan.past, noise, facts.reference_temperature_c);
             piece.group = plan.group;
-            Some(piece)
+            // Lost steps are seen at once, and taken out of what the other causes are judged by.
+            piece.jumps.extend(pitch_rad.and_then(|pitch_rad| missed::find(&piece, &ready, pitch_rad)));
+            (*chosen.get(index)? || !piece.jumps.is_empty()).then_some(piece)
         };
         let mut pieces: Vec<Piece> = map(workers, plans.len(), make).into_iter().flatten().collect();
         let (hold_out, fold_of) = deal(log, &pieces, groups.len(), seed);
@@ -99,18 +122,15 @@ impl Campaign {
             fold_of,
             angle_zero_per_run: log.angle_zero == AngleZero::PerRun,
             samples: log.runs.iter().map(Run::len).sum(),
+            angle_error_rad,
         })
     }
 
     /// Refuses a model that can't predict.
     pub fn ready(&self, model: &Model) -> Result<Ready, DiagnosisError> {
-        let run = || {
-            self.pieces
-                .first()
-                .and_then(|piece| self.runs.get(piece.run))
-                .map_or(String::new(), |run| run.0.clone())
-        };
-        Ready::new(model, self.channel).map_err(|source| DiagnosisError::Model { run: run(), source })
+        let run = || self.runs.first().map_or(String::new(), |run| run.0.clone());
+        Ready::new(model, self.channel, self.angle_error_rad)
+            .map_err(|source| DiagnosisError::Model { run: run(), source })
     }
 
     /// Names of the runs, or blocks, that are held out.
@@ -134,8 +154,30 @@ fn channel_of(log: &Log) -> Result<Channel, DiagnosisError> {
     Ok(found)
 }
 
+/// The encoder's deviation in the run in the middle; one that rests on one of its steps shows none.
+fn usual_deviation_rad(noises: &[Noise]) -> f64 {
+    let mut deviations: Vec<f64> = noises.iter().map(|noise| noise.deviation_rad).collect();
+    deviations.sort_by(f64::total_cmp);
+    deviations.get(deviations.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The most samples of a log that are fitted.
+fn most_samples(channel: Channel) -> usize {
+    if channel == Channel::Angle { MOST_ANGLES } else { MOST_TORQUES }
+}
+
+/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some.
+fn longest(log: &Log, usable: &[bool], channel: Channel) -> usize {
+    let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
+    let total: usize = runs().map(Run::len).sum();
+    if channel != Channel::Angle || total <= MOST_ANGLES {
+        return LONGEST;
+    }
+    (MOST_ANGLES / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
+}
+
 /// Cuts the runs: whole ones where there are enough of their kind, blocks otherwise.
-fn plan(log: &Log, usable: &[bool], channel: Channel) -> (Vec<Plan>, Vec<String>) {
+fn plan(log: &Log, usable: &[bool], channel: Channel, longest: usize) -> (Vec<Plan>, Vec<String>) {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let runs = || log.runs.iter().zip(usable).enumerate().filter(|(_, (_, usable))| **usable);
     runs().for_each(|(_, (run, _))| *kinds.entry(&run.kind).or_default() += 1);
@@ -145,7 +187,7 @@ fn plan(log: &Log, usable: &[bool], channel: Channel) -> (Vec<Plan>, Vec<String>
     for (index, (run, _)) in runs() {
         let whole = kinds.get(run.kind.as_str()).is_some_and(|count| *count >= RUNS_OF_A_KIND);
         let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
-        let blocks = wanted.max(run.len().div_ceil(LONGEST));
+        let blocks = wanted.max(run.len().div_ceil(longest));
         let group = groups.len();
         for block in 0..blocks {
             let rows = run.len() * block / blocks..run.len() * (block + 1) / blocks;
@@ -183,22 +225,24 @@ fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts:
     facts.longest_rest_s = follower.longest_rest_s;
 }
 
-/// Of more samples than are fitted, pieces evenly over the log.
-fn choose(plans: &mut Vec<Plan>, seed: u64) {
+/// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.
+fn choose(plans: &[Plan], channel: Channel, seed: u64) -> Vec<bool> {
     let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
-    if total <= MOST_SAMPLES {
-        return;
-    }
-    let part = MOST_SAMPLES as f64 / total as f64;
-    let mut due = Pcg64Mcg::seed_from_u64(seed).random_range(0.0..1.0);
-    plans.retain(|_| {
+    let part = most_samples(channel) as f64 / total as f64;
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut due = random.random_range(0.0..1.0);
+    let mut places: Vec<usize> = (0..plans.len()).collect();
+    let run = |place: &usize| plans.get(*place).map(|plan| plan.run);
+    places.chunk_by_mut(|a, b| run(a) == run(b)).for_each(|of_a_run| of_a_run.shuffle(&mut random));
+    let mut chosen = vec![part >= 1.0; plans.len()];
+    for place in places.into_iter().filter(|_| part < 1.0) {
         due += part;
-        let taken = due >= 1.0;
-        if taken {
+        if due >= 1.0 {
             due -= 1.0;
+            chosen.get_mut(place).into_iter().for_each(|chosen| *chosen = true);
         }
-        taken
-    });
+    }
+    chosen
 }
 
 /// Deals groups to folds and to those held out: neighbours in kind, direction and pressure go different ways.
@@ -272,4 +316,80 @@ fn fastest_command(piece: &Piece) -> f64 {
         (difference(angles) / difference(times)).abs()
     };
     speeds.map(speed).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+    use crate::workers::OneAfterTheOther;
+    use valve_model::MotorParams;
+
+    const RUNS: usize = 20;
+    const LENGTH: usize = 8000;
+    const LOST_AT: usize = 4700;
+
+    fn with_a_motor() -> Model {
+        let motor = MotorParams {
+            phases: 5,
+            rotor_teeth: 50,
+            full_steps_per_rev: 500,
+            microsteps_per_full_step: 225,
+            holding_torque_nm: 6.0,
+            rotor_inertia_kg_m2: 4e-4,
+            damping_nm_s_per_rad: 0.02,
+            max_pulse_rate_hz: 600e3,
+            supply_voltage_v: None,
+            phase_resistance_ohm: None,
+            phase_inductance_h: None,
+            rated_current_a: None,
+            torque_constant_nm_per_a: None,
+        };
+        Model { motor: Some(motor), ..fixtures::model(Vec::new()) }
+    }
+
+    /// Twice as many angles as are fitted, of a rotor that turns evenly; in the last run but one it jumps.
+    fn long(jump_rad: f64) -> Log {
+        let run = |number: usize| {
+            let time_s: Vec<f64> = (0..LENGTH).map(|k| 20.0 * number as f64 + 2e-3 * k as f64).collect();
+            let command: Vec<f64> = (0..LENGTH).map(|k| 1e-3 * k as f64).collect();
+            let jump = |k: usize| if number == RUNS - 2 && k >= LOST_AT { jump_rad } else { 0.0 };
+            Run {
+                name: format!("{number}"),
+                kind: "constant-velocity".to_owned(),
+                angle_rad: command.iter().enumerate().map(|(k, angle)| angle - 5e-3 + jump(k)).collect(),
+                angle_command_rad: Some(command),
+                time_s,
+                ..Run::default()
+            }
+        };
+        Log { runs: (0..RUNS).map(run).collect(), ..Log::default() }
+    }
+
+    #[test]
+    fn of_a_long_angle_log_every_run_keeps_some_and_lost_steps_are_seen_wherever_they_are() {
+        let model = with_a_motor();
+        let pitch_rad = model.motor.unwrap().tooth_pitch_rad();
+        let campaign = |jump_rad: f64, seed: u64| {
+            Campaign::new(&long(jump_rad), &model, seed, &OneAfterTheOther).unwrap()
+        };
+        let holds_it = |piece: &Piece| piece.run == RUNS - 2 && piece.rows.contains(&LOST_AT);
+        let mut left_out = 0;
+        for seed in 0..6 {
+            let whole = campaign(0.0, seed);
+            let samples: usize = whole.pieces.iter().map(Piece::len).sum();
+            assert!((MOST_ANGLES * 9 / 10..MOST_ANGLES * 11 / 10).contains(&samples), "{samples}");
+            for run in 0..RUNS {
+                assert!(whole.pieces.iter().any(|piece| piece.run == run), "seed {seed}: none of run {run}");
+            }
+            left_out += usize::from(!whole.pieces.iter().any(holds_it));
+            let jumped = campaign(-pitch_rad, seed);
+            let piece = jumped.pieces.iter().find(|piece| holds_it(piece)).unwrap();
+            let (row, jump_rad) = *piece.jumps.first().unwrap();
+            assert_eq!(piece.rows.start + row, LOST_AT, "seed {seed}");
+            assert!((jump_rad + pitch_rad).abs() < 1e-12, "{jump_rad}");
+        }
+        assert!(left_out > 0, "no seed leaves it out: nothing is tested");
+    }
 }

@@ -34,12 +34,22 @@ struct Weighed {
     worth: f64,
 }
 
-/// Fits the members that are accepted, by place, without those that are harmful beside the others.
-pub(crate) fn accept(judged: &Judgement<'_>, mut members: Vec<usize>) -> Result<Accepted, DiagnosisError> {
+/// Fits the members that are accepted, by place, without those that are harmful beside the others; `all` is the selection
+/// with what it leaves.
+pub(crate) fn accept(
+    judged: &Judgement<'_>,
+    mut members: Vec<usize>,
+    all: (Point, Vec<Left>),
+) -> Result<Accepted, DiagnosisError> {
     let mut harmful = Vec::new();
+    let mut all = Some(all);
     loop {
         let kept = keep(judged, &members)?;
-        let (point, after) = judged.everywhere(&kept)?;
+        let whole = members.len() == judged.selection.fitted.point.hypothesis.members.len();
+        let (point, after) = match all.take() {
+            Some(all) if whole => all,
+            _ => judged.everywhere(&kept)?,
+        };
         let weighed = weigh(judged, &kept, &after)?;
         let worst = (0..weighed.len()).min_by(|a, b| weighed[*a].worth.total_cmp(&weighed[*b].worth));
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {

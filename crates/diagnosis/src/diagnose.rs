@@ -20,10 +20,12 @@ use std::collections::BTreeMap;
 use valve_model::Model;
 
 /// What can be chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
     /// Decides which runs are held out, and the bootstrap's draws: the same seed, the same answer.
     pub seed: u64,
+    /// The measured channel's noise where it is known, RMS in its unit, above zero; without, it is estimated from the log.
+    pub noise: Option<f64>,
 }
 
 /// What happens on the way.
@@ -103,10 +105,9 @@ pub fn diagnose(
     let mut campaign = Campaign::new(log, model, options.seed, workers)?;
     let ready = campaign.ready(model)?;
     let first = begin(&campaign, &ready);
-    find_missed_steps(&mut campaign, &ready, &first, model);
     check_finite(&campaign, &ready, &first, workers)?;
     tell(Event::Step("estimating the noise"));
-    let noise = estimate(&mut campaign, &ready, &first, options.seed, workers);
+    let noise = estimate(&mut campaign, &ready, &first, options, workers);
     campaign.facts.excitation = excitation(&campaign, noise.channel);
     let (able, unable) = candidates(&campaign.facts, model);
     let nuisances = Nuisances {
@@ -146,15 +147,6 @@ fn judge<'a>(
     let selection = select(&setting, able, base, earlier, &mut |ranking| tell(Event::Ranking(ranking)))?;
     tell(Event::Step("measuring the gain"));
     Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
-}
-
-/// Lost steps are seen at once, and taken out of what the other causes are judged by.
-fn find_missed_steps(campaign: &mut Campaign, ready: &Ready, first: &Point, model: &Model) {
-    let Some(motor) = model.motor.filter(|_| campaign.channel == Channel::Angle) else { return };
-    let pitch_rad = std::f64::consts::TAU / f64::from(motor.rotor_teeth);
-    for (piece, start) in campaign.pieces.iter_mut().zip(&first.starts) {
-        piece.jumps.extend(crate::missed::find(piece, ready, *start, pitch_rad));
-    }
 }
 
 /// Everything that the conclusion rests on.

@@ -47,14 +47,16 @@ pub(crate) fn conclude(
 ) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
     let facts = &judged.setting.campaign.facts;
-    let (_, left_of_all) = judged.everywhere(&selection.fitted)?;
+    let (point_of_all, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_of_all = structure(&judged.setting, &left_of_all);
+    let tone = tone(&judged.setting, &left_of_all);
     let mut against = Against {
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all),
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
     };
-    let Accepted { point, after, mut causes, harmful } = accept(judged, undisputed(selection, &against))?;
+    let Accepted { point, after, mut causes, harmful } =
+        accept(judged, undisputed(selection, &against), (point_of_all, left_of_all))?;
     against.harmful = harmful;
     let structure_kept = structure(&judged.setting, &after);
     for cause in &mut causes {
@@ -65,7 +67,6 @@ pub(crate) fn conclude(
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     let ambiguous = ambiguities(selection, &against, facts);
-    let tone = tone(&judged.setting, &left_of_all);
     let verdict = verdict(&causes, &ambiguous, is_noise(&structure_kept) && tone.is_none());
     let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable

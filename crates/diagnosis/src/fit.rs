@@ -37,6 +37,8 @@ pub(crate) struct Fitted {
     pub groups: Vec<Gram>,
     /// Over what was fitted.
     pub loss: f64,
+    /// Whether further steps would gain little.
+    pub ended: bool,
 }
 
 /// Fits on the pieces that `wanted` picks.
@@ -78,7 +80,8 @@ pub(crate) fn fit(
             }
         };
         let little = gain < (ENOUGH * count).max(part * rest);
-        if (little && (settled || rest < POOR * count)) || damping > MOST_DAMPING {
+        here.fitted.ended = little && (settled || rest < POOR * count);
+        if here.fitted.ended || damping > MOST_DAMPING {
             break;
         }
         if settled && !accepted {
@@ -89,7 +92,8 @@ pub(crate) fn fit(
             let point = with_best_starts(setting, &here.fitted.point, wanted)?;
             here = evaluate(setting, point, wanted)?;
             settled = true;
-            if little && before - here.fitted.loss < part * rest {
+            here.fitted.ended = little && before - here.fitted.loss < part * rest;
+            if here.fitted.ended {
                 break;
             }
         }
@@ -167,7 +171,7 @@ fn evaluate(
     let equations = setting.equations(&point, &columns, wanted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let loss = Loss::of(setting).total(&groups);
-    Ok(Here { equations, fitted: Fitted { point, groups, loss } })
+    Ok(Here { equations, fitted: Fitted { point, groups, loss, ended: false } })
 }
 
 pub(crate) fn sum(groups: &[Gram]) -> Gram {

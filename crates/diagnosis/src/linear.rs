@@ -113,8 +113,7 @@ impl Setting<'_> {
             run: self.campaign.runs.first().map_or(String::new(), |run| run.0.clone()),
             source,
         };
-        let model = hypothesis.model(self.given).map_err(refused)?;
-        Ready::new(&model, self.campaign.channel).map_err(refused)
+        self.campaign.ready(&hypothesis.model(self.given).map_err(refused)?)
     }
 
     /// The equations of the pieces that `wanted` picks, in the pieces' order; `None` for the others.

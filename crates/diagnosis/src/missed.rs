@@ -11,8 +11,8 @@ const WHOLE: f64 = 0.2;
 const AFTER: usize = 20;
 
 /// The sample and the jump, rad, of a piece that loses steps.
-pub(crate) fn find(piece: &Piece, ready: &Ready, start: Begun, pitch_rad: f64) -> Option<(usize, f64)> {
-    let predicted = piece.predict(ready, start);
+pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usize, f64)> {
+    let predicted = piece.predict(ready, Begun::default());
     let residual: Vec<f64> =
         piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();
     let tail = residual.get(residual.len().saturating_sub(AFTER.max(residual.len() / 20))..)?;

@@ -4,6 +4,7 @@
 //! whichever is more: noise that is slower than the sampling shows in holds alone. The encoder's share by measuring the
 //! smoothed motion, or the first angle, once more and predicting again. Samples are weighted by both.
 
+use crate::Options;
 use crate::campaign::Campaign;
 use crate::holds;
 use crate::linear::Point;
@@ -41,18 +42,18 @@ pub(crate) struct NoiseLevel {
     pub total: f64,
 }
 
-/// Estimates the noise, and sets the pieces' weights.
+/// Estimates the noise where it isn't known, and sets the pieces' weights.
 pub(crate) fn estimate(
     campaign: &mut Campaign,
     ready: &Ready,
     first: &Point,
-    seed: u64,
+    options: &Options,
     workers: &dyn Workers,
 ) -> NoiseLevel {
     let (pieces, measured) = (&campaign.pieces, campaign.channel);
     let found = map(workers, pieces.len(), |index| {
         let start = first.start(index);
-        pieces.get(index).map(|piece| look(piece, ready, start, seed, measured)).unwrap_or_default()
+        pieces.get(index).map(|piece| look(piece, ready, start, options.seed, measured)).unwrap_or_default()
     });
     let pool = |blocks: &mut dyn Iterator<Item = f64>| {
         let mut all: Vec<f64> = blocks.filter(|variance| variance.is_finite()).collect();
@@ -66,7 +67,8 @@ pub(crate) fn estimate(
         Ready::Angle(_) => (steps * steps / 12.0).max(1e-18),
     };
     let of_holds = holds::pooled(found.iter().flat_map(|of| of.holds.iter().copied()).collect());
-    let channel = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
+    let estimated = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
+    let channel = options.noise.map_or(estimated, |known| known * known);
     let (mut sum, mut count) = (0.0, 0.0);
     for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
         for (index, weight) in piece.weights.iter_mut().enumerate() {

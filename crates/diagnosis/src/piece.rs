@@ -26,10 +26,11 @@ pub(crate) enum Ready {
 }
 
 impl Ready {
-    pub fn new(model: &Model, channel: Channel) -> Result<Self, ParamError> {
+    /// The integrator of angles may make errors up to `angle_error_rad` in a sub-step.
+    pub fn new(model: &Model, channel: Channel, angle_error_rad: f64) -> Result<Self, ParamError> {
         match channel {
             Channel::Torque => Ok(Self::Torque(Box::new(MotionParams::new(model)?))),
-            _ => Ok(Self::Angle(Box::new(ValveParams::new(model)?))),
+            _ => Ok(Self::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad)))),
         }
     }
 }

@@ -121,7 +121,9 @@ pub(crate) fn fit_rival(
     let id = screened.member.candidate.id;
     let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
     if promises && tried.rms < BEHIND * best {
-        tried = Tried::from(setting, tried.fitted.point, STEPS)?;
+        if !tried.fitted.ended {
+            tried = Tried::from(setting, tried.fitted.point, STEPS)?;
+        }
         let last = tried.fitted.point.hypothesis.members.len() - 1;
         tried = tried.searched(setting, last)?;
     }

@@ -33,6 +33,15 @@ pub struct Arguments {
     /// Decides which runs are held out: the same seed, the same answer
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// The measurement's noise where it is known (a filtered log shows less), RMS in N·m of a torque, rad of an angle;
+    /// without, it is estimated from the log
+    #[arg(long, value_name = "RMS", value_parser = noise)]
+    noise: Option<f64>,
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    let refused = || format!("found `{text}`, expected a number above zero");
+    text.parse().ok().filter(|noise: &f64| noise.is_normal() && *noise > 0.0).ok_or_else(refused)
 }
 
 /// Diagnoses, and writes all three files when all is done.
@@ -48,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     // What the model doesn't know needs no memory from here on.
     log.runs.iter_mut().for_each(|run| run.extra = Vec::new());
     let progress = progress();
-    let options = Options { seed: arguments.seed };
+    let options = Options { seed: arguments.seed, noise: arguments.noise };
     let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
     progress.finish_and_clear();
     let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
