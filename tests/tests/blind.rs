@@ -186,8 +186,15 @@ fn rig_and_prediction_agree_where_nothing_is_hidden() {
                 LogKind::Torque => (run.torque_nm.as_ref().unwrap(), found.torque_nm.as_ref().unwrap()),
                 LogKind::Angle => (&run.angle_rad, &found.angle_rad),
             };
-            square += measured.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-            count += measured.len();
+            let own: f64 = measured.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum();
+            let length = measured.len();
+            // A torque predicted from a shaken spool is its inertia times what the encoder's noise makes of the acceleration.
+            if log == LogKind::Torque && run.kind == "shake" {
+                let ratio = (own / length as f64).sqrt() / campaign.truth.noise;
+                assert!((0.9..4.0).contains(&ratio), "seed {seed}, {}: {ratio}", run.name);
+                continue;
+            }
+            (square, count) = (square + own, count + length);
         }
         let ratio = (square / count as f64).sqrt() / campaign.truth.noise;
         eprintln!("seed {seed}, {log:?} log: residual over noise {ratio:.3}");
