@@ -22,7 +22,7 @@ pub(crate) const LEAST_SAMPLES: usize = 50;
 /// Of longer logs pieces are chosen evenly, of an angle log so many of each run or more.
 const LONGEST: usize = 20_000;
 const MOST_TORQUES: usize = 300_000;
-const MOST_ANGLES: usize = 80_000;
+const MOST_ANGLES: usize = 64_000;
 const PIECES_OF_A_RUN: usize = 2;
 /// Samples of an angle's piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;

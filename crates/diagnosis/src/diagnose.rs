@@ -11,6 +11,7 @@ use crate::measure::{Jumps, Left, gain, left, left_with, nothing, rms_left, sett
 use crate::noise::{NoiseLevel, estimate};
 use crate::outcome::{Cause, Diagnosis, Evidence, ParameterFound, Residual};
 use crate::piece::{Piece, Ready};
+use crate::rivals::fitted_pieces;
 use crate::select::{Selection, select};
 use crate::show::{Structure, structure};
 use crate::table::candidates;
@@ -33,7 +34,7 @@ pub struct Options {
 pub enum Event<'a> {
     /// The residual of the given model and the noise, RMS in the channel's unit.
     Noise {
-        /// Measured less predicted.
+        /// Measured less predicted, on the runs that causes are fitted on.
         rms: f64,
         /// What the measurement scatters by itself.
         noise: f64,
@@ -136,16 +137,18 @@ fn judge<'a>(
     seed: u64,
     tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Judgement<'a>, DiagnosisError> {
-    let everything = |_: &Piece| true;
-    let base = fit(&setting, first.clone(), &|piece: &Piece| !piece.hold_out, 4)?;
-    let base_all = settled(&setting, &base.point, &everything)?;
-    let before = left_with(&setting, &base_all, Jumps::Seen)?;
-    let rms = rms_left(&setting, &before, &everything);
-    tell(Event::Noise { rms, noise: noise.total });
-    let structure_before = structure(&setting, &before);
+    let base = fit(&setting, first.clone(), &fitted_pieces, 4)?;
+    let begun = base.point.clone();
+    let seen = left_with(&setting, &begun, Jumps::Seen)?;
+    tell(Event::Noise { rms: rms_left(&setting, &seen, &fitted_pieces), noise: noise.total });
     tell(Event::Step("screening causes"));
     let selection = select(&setting, able, base, earlier, &mut |ranking| tell(Event::Ranking(ranking)))?;
     tell(Event::Step("measuring the gain"));
+    // Only now: who waits for the first ranking need not wait for this.
+    let everything = |_: &Piece| true;
+    let before = left_with(&setting, &settled(&setting, &begun, &everything)?, Jumps::Seen)?;
+    let rms = rms_left(&setting, &before, &everything);
+    let structure_before = structure(&setting, &before);
     Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
 }
 
