@@ -139,6 +139,25 @@ fn noise_that_is_known_is_what_errors_are_held_against() {
 }
 
 #[test]
+fn the_page_says_how_much_of_a_long_log_was_looked_at() {
+    let place = TestPlace::new();
+    let speeds = [0.5, -0.9, 2.0, -4.0, 0.7, -0.6];
+    let pressures_mpa = [0.0, 4.0, 9.0, 15.0];
+    let run = |number: u64| {
+        let speed = speeds[number as usize % speeds.len()];
+        let pressure_mpa = pressures_mpa[number as usize / speeds.len() % pressures_mpa.len()];
+        sliding(&format!("run-{number:03}"), number, speed, pressure_mpa, 0.0)
+    };
+    let log = write(&place, "long.h5", (0..312).map(run).collect());
+    diagnose(&place, &log, &rig(), "long").expect_code(0);
+    assert_eq!(json(&place, "long")["verdict"], "no-discrepancy");
+    let page = std::fs::read_to_string(place.path("long/report.html")).unwrap();
+    let looked_at = page.split("312, 312000 samples, of which ").nth(1).expect("the page doesn't say it");
+    let count: usize = looked_at.split(' ').next().unwrap().parse().unwrap();
+    assert!((299_000..=300_000).contains(&count), "{count}");
+}
+
+#[test]
 fn a_factor_is_folded_into_its_section() {
     let place = TestPlace::new();
     // The rig of this test has ten times the viscous friction that the model believes in.

@@ -62,7 +62,9 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
         );
         facts.push(("following error in the loop, the controller believing".to_owned(), text));
     }
-    facts.push(("runs".to_owned(), format!("{}, {} samples", log.runs.len(), found.samples.0)));
+    let (all, looked_at) = found.samples;
+    let part = if looked_at < all { format!(", of which {looked_at} were looked at") } else { String::new() };
+    facts.push(("runs".to_owned(), format!("{}, {all} samples{part}", log.runs.len())));
     for nuisance in &diagnosis.nuisances {
         facts.push(("no cause, but there".to_owned(), nuisance.clone()));
     }
