@@ -145,6 +145,14 @@ fn a_weak_effect_that_moves_slips_is_found() {
     assert_eq!(found(180_395, &Hidden::with(LogKind::Angle, &["direction-asymmetry"], WEAK)), Outcome::Right);
 }
 
+/// Two series follow a gear's torque within the angles visited: the second picks from what the first one leaves.
+#[test]
+fn what_is_geared_to_the_spool_is_no_series_over_its_angle() {
+    let hidden = Hidden::with(LogKind::Torque, &["outside-gear"], STRONG);
+    let (campaign, diagnosis) = diagnosed_as_long(210_209, &Hidden { samples: 48_000, ..hidden });
+    assert_eq!(Finding::of(&diagnosis).judge(&campaign.truth), Outcome::Right);
+}
+
 /// A tone that is there at rest too counts as noise, but is none.
 #[test]
 fn a_hum_is_heard() {

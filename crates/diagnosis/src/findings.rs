@@ -126,9 +126,7 @@ fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
 /// The members, by place, that nothing speaks against and that stand alone.
 fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
     let disputed = |id: &str| {
-        against.doubtful
-            || selection.ambiguous.iter().any(|(of, _)| *of == id)
-            || against.geared.iter().any(|(of, _)| *of == id)
+        against.doubtful || selection.ambiguous.iter().any(|(of, _)| *of == id) || against.is_geared(id)
     };
     let members = selection.fitted.point.hypothesis.members.iter().enumerate();
     members.filter(|(_, member)| !disputed(member.candidate.id)).map(|(index, _)| index).collect()

@@ -32,10 +32,15 @@ struct Sample {
     left: f64,
 }
 
+/// Whether an effect is a series over the spool's angle, which beside a gear picks from what that one leaves.
+pub(crate) fn is_over_the_angle(id: &str) -> bool {
+    OVER_THE_ANGLE.contains(&id)
+}
+
 /// The order of the one sine that explains what a series does, where it is no whole number; `left` is by piece.
 pub(crate) fn order_of_a_gear(campaign: &Campaign, member: &Member, left: &[Left]) -> Option<f64> {
     let harmonics = member.numbers.chunks(2).filter(|pair| pair.iter().any(|number| *number != 0.0)).count();
-    if !OVER_THE_ANGLE.contains(&member.candidate.id) || harmonics < 2 {
+    if !is_over_the_angle(member.candidate.id) || harmonics < 2 {
         return None;
     }
     order_beside_whole_ones(&samples(campaign, member, left))

@@ -2,6 +2,7 @@
 
 use crate::candidate::Candidate;
 use crate::facts::Facts;
+use crate::geared::is_over_the_angle;
 use crate::outcome::{Ambiguity, Cause, Judged};
 use crate::select::Selection;
 use crate::twins::missing;
@@ -17,10 +18,17 @@ pub(crate) struct Against {
     pub harmful: Vec<String>,
 }
 
+impl Against {
+    /// Whether a gear stands behind a cause: it is a series over the angle, and one of those is a gear's.
+    pub fn is_geared(&self, id: &str) -> bool {
+        !self.geared.is_empty() && is_over_the_angle(id)
+    }
+}
+
 /// The groups of causes that can't be told apart, and why.
 pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Facts) -> Vec<Ambiguity> {
-    let geared = |id: &str| against.geared.iter().any(|(of, _)| *of == id);
     let groups = selection.ambiguous.iter().filter(|_| !against.doubtful);
+    let geared = |id: &str| against.is_geared(id);
     let open = groups.filter(|(best, others)| !geared(best) && !others.iter().any(|id| geared(id)));
     open.map(|(best, others)| {
         let ids = std::iter::once(best).chain(others).map(|id| (*id).to_owned()).collect();
@@ -72,11 +80,14 @@ fn against_selected(selection: &Selection, id: &str, against: &Against) -> Optio
             "follows it within the angles of this log, but by one sine of order {order:.2}, no whole number in a turn"
         ));
     }
+    let selected = selection.fitted.point.hypothesis.has(id);
+    if let Some((_, order)) = against.geared.first().filter(|_| selected && is_over_the_angle(id)) {
+        return Some(format!("fits what is left of a gear's torque, {order:.2} times in a turn"));
+    }
     if against.harmful.iter().any(|of| of == id) {
         return Some("fits, but makes the error larger on runs that nothing was chosen on".to_owned());
     }
-    let doubtful = against.doubtful && selection.fitted.point.hypothesis.has(id);
-    doubtful.then(|| "fits part of it, but leaves too much to be the cause".to_owned())
+    (against.doubtful && selected).then(|| "fits part of it, but leaves too much to be the cause".to_owned())
 }
 
 /// Why a candidate is not in.
