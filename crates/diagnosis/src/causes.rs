@@ -84,7 +84,7 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
     let hypothesis = &kept.point.hypothesis;
     let spread = match spread(kept, Loss::of(setting)) {
         Some(spread) if !hypothesis.members.is_empty() => {
-            Some(spread.with_motion(setting, kept, judged.seed)?)
+            Some(spread.with_motion(setting, kept, judged.seed)?.with_choice(setting, kept)?)
         }
         spread => spread,
     };

@@ -1,11 +1,12 @@
 //! How well the numbers of a fit are known: the jackknife over groups, so that what noise, runs and the model's misfit
-//! have in common within a run counts once; and what the encoder and the smoothing make of them, which all runs have in
-//! common.
+//! have in common within a run counts once; what the encoder and the smoothing make of them, which all runs have in
+//! common; and what the numbers would make of them that were left out.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
 use crate::fit::{Fitted, sum};
-use crate::gram::{Gram, invert};
+use crate::gram::{Gram, invert, solve};
+use crate::hypothesis::Free;
 use crate::linear::{Setting, by_group};
 use crate::loss::Loss;
 use crate::piece::Piece;
@@ -46,6 +47,46 @@ impl Spread {
         }
         Ok(self)
     }
+
+    /// With what leaving numbers of the same causes out may have done: a weak harmonic, or another exponent, is left out where
+    /// it doesn't pay, and the others then stand for it too. How far they go where it is let in is what that choice is worth
+    /// (Buckland, Burnham and Augustin, Biometrics 53, 1997); of several the one counts that moves a number most.
+    pub fn with_choice(mut self, setting: &Setting<'_>, fitted: &Fitted) -> Result<Self, DiagnosisError> {
+        let changes = changes_with_more(setting, fitted)?;
+        for place in 0..self.covariance.nrows() {
+            let most = changes.iter().map(|change| change[place] * change[place]).fold(0.0, f64::max);
+            self.covariance[(place, place)] += most;
+        }
+        Ok(self)
+    }
+}
+
+/// How far the numbers go where what was left out is let in, one after the other, in one step of the fit.
+fn changes_with_more(setting: &Setting<'_>, fitted: &Fitted) -> Result<Vec<DVector<f64>>, DiagnosisError> {
+    let hypothesis = &fitted.point.hypothesis;
+    let mut columns = setting.own_columns(hypothesis)?;
+    let own: Vec<usize> = (0..columns.len()).collect();
+    let mut others: Vec<Vec<usize>> = Vec::new();
+    for (index, member) in hypothesis.members.iter().enumerate() {
+        for numbers in member.left_out() {
+            others.push((columns.len()..columns.len() + numbers.len()).collect());
+            for number in numbers {
+                columns.push(setting.own_column(hypothesis, Free::Number(index, number))?);
+            }
+        }
+    }
+    if others.is_empty() {
+        return Ok(Vec::new());
+    }
+    let equations = setting.equations(&fitted.point, &columns, fitted_pieces)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let total = sum(&Loss::of(setting).weighted(&groups));
+    let Some((alone, _)) = solve(&total, &own) else { return Ok(Vec::new()) };
+    let with = |more: &Vec<usize>| {
+        let (beta, _) = solve(&total, &[&own[..], more].concat())?;
+        Some(beta.rows(0, own.len()) - &alone)
+    };
+    Ok(others.iter().filter_map(with).collect())
 }
 
 /// How far the numbers go where the motion is measured once more, in one step of the fit.
@@ -95,4 +136,65 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
     let freedom = (count - 1.0).max(1.0);
     let half_width = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
     Some(Spread { covariance, half_width })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::campaign::Campaign;
+    use crate::fit::fit;
+    use crate::fixtures;
+    use crate::hypothesis::{Hypothesis, Member};
+    use crate::linear::{Nuisances, Point};
+    use crate::table::candidate;
+    use crate::workers::OneAfterTheOther;
+    use log_data::{Log, Run};
+
+    const FIRST_NM: f64 = 0.2;
+    const SECOND_NM: f64 = 0.02;
+    const NOISE_NM: f64 = 1e-3;
+
+    /// Turns at the same speed through the same sixth of a turn, whose torque has two harmonics.
+    fn turns() -> Log {
+        let run = |number: usize| {
+            let time_s: Vec<f64> = (0..600).map(|k| 5.0 * number as f64 + 2e-3 * f64::from(k)).collect();
+            let angle_rad: Vec<f64> = (0..600).map(|k| 0.3 + 2e-3 * f64::from(k)).collect();
+            let torque = |at_rad: &f64| 1.5 + FIRST_NM * at_rad.cos() + SECOND_NM * (2.0 * at_rad).cos();
+            Run {
+                name: format!("{number}"),
+                torque_nm: Some(angle_rad.iter().map(torque).collect()),
+                angle_rad,
+                time_s,
+                ..Run::default()
+            }
+        };
+        Log { runs: (0..8).map(run).collect(), ..Log::default() }
+    }
+
+    #[test]
+    fn a_harmonic_left_out_widens_the_intervals_of_those_that_stand_for_it() {
+        let given = fixtures::model(Vec::new());
+        let mut campaign = Campaign::new(&turns(), &given, 0, &OneAfterTheOther).unwrap();
+        campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1.0 / NOISE_NM));
+        let setting = Setting {
+            campaign: &campaign,
+            given: &given,
+            nuisances: Nuisances::default(),
+            workers: &OneAfterTheOther,
+        };
+        let series = candidate("position-torque", &campaign.facts).unwrap();
+        let member = Member::new(&series, series.neutral(), vec![0, 1]);
+        let hypothesis = Hypothesis { members: vec![member], zero_rad: None };
+        let ready = setting.ready(&hypothesis).unwrap();
+        let starts = campaign.pieces.iter().map(|piece: &Piece| piece.first_start(&ready)).collect();
+        let fitted = fit(&setting, Point { hypothesis, starts }, &fitted_pieces, 8).unwrap();
+        let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
+        // All runs are wrong alike: what they scatter knows nothing of it.
+        let alone = spread(&fitted, Loss::of(&setting)).unwrap();
+        let half_width = |of: &Spread| of.half_width * of.covariance[(0, 0)].sqrt();
+        assert!(off > 2.0 * half_width(&alone), "{off} {}", half_width(&alone));
+        let wide = alone.with_choice(&setting, &fitted).unwrap();
+        assert!((off..10.0 * off).contains(&half_width(&wide)), "{off} {}", half_width(&wide));
+    }
 }

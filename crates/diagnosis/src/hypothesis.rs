@@ -19,6 +19,17 @@ impl Member {
         let finer = vec![1.0; numbers.len()];
         Self { candidate: candidate.clone(), numbers, free, finer }
     }
+
+    /// The numbers that a fit might move too and doesn't, those together that are freed together: a harmonic's two.
+    pub fn left_out(&self) -> Vec<Vec<usize>> {
+        let out = |number: &usize| !self.free.contains(number);
+        if self.candidate.series {
+            let orders = (0..self.numbers.len() / 2).map(|order| vec![2 * order, 2 * order + 1]);
+            return orders.filter(|pair| pair.iter().all(out)).collect();
+        }
+        let any = self.candidate.free.iter().chain(&self.candidate.optional).copied();
+        any.filter(out).map(|number| vec![number]).collect()
+    }
 }
 
 /// The model, causes, and the angle's zero.

@@ -60,12 +60,13 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     let Some(member) = point.hypothesis.members.get(index) else { return Ok(()) };
     let mut columns = setting.own_columns(&point.hypothesis)?;
     let mut taken: Vec<usize> = (0..columns.len()).collect();
-    let mut places: Vec<(usize, usize)> = Vec::new();
-    for order in (0..member.numbers.len() / 2).filter(|order| !member.free.contains(&(2 * order))) {
-        places.push((order, columns.len()));
-        for number in [2 * order, 2 * order + 1] {
-            columns.push(setting.own_column(&point.hypothesis, Free::Number(index, number))?);
+    let mut places: Vec<(Vec<usize>, usize)> = Vec::new();
+    for pair in member.left_out() {
+        let at = columns.len();
+        for number in &pair {
+            columns.push(setting.own_column(&point.hypothesis, Free::Number(index, *number))?);
         }
+        places.push((pair, at));
     }
     let equations = setting.equations(&point, &columns, fitted_pieces)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
@@ -79,7 +80,7 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     let mut wider = point.clone();
     while let Some((best, cut)) = places
         .iter()
-        .map(|(order, at)| ((*order, *at), reached - left(&[&taken[..], &[*at, at + 1]].concat())))
+        .map(|place| (place.clone(), reached - left(&[&taken[..], &[place.1, place.1 + 1]].concat())))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .filter(|(_, cut)| *cut >= ORDER_FLOOR)
     {
@@ -87,7 +88,7 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
         taken.extend([best.1, best.1 + 1]);
         places.retain(|place| *place != best);
         if let Some(of) = wider.hypothesis.members.get_mut(index) {
-            of.free.extend([2 * best.0, 2 * best.0 + 1]);
+            of.free.extend(best.0);
         }
     }
     if let Some(of) = wider.hypothesis.members.get_mut(index) {
