@@ -18,11 +18,13 @@ use valve_model::Model;
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// The longest piece, and the most samples of a log that are fitted: of torques, and of angles, which cost ten times as much.
-/// Of longer logs pieces are chosen evenly, of an angle log so many of each run or more.
+/// The longest piece, the most samples of which all are fitted, and how many of a longer log: of torques, and of angles, which
+/// cost ten times as much. Pieces of it are chosen evenly, of an angle log so many of each run or more.
 const LONGEST: usize = 20_000;
-const MOST_TORQUES: usize = 300_000;
-const MOST_ANGLES: usize = 64_000;
+const ALL_TORQUES: usize = 300_000;
+const SOME_TORQUES: usize = 300_000;
+const ALL_ANGLES: usize = 64_000;
+const SOME_ANGLES: usize = 40_000;
 const PIECES_OF_A_RUN: usize = 2;
 /// Samples of an angle's piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;
@@ -161,19 +163,22 @@ fn usual_deviation_rad(noises: &[Noise]) -> f64 {
     deviations.get(deviations.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The most samples of a log that are fitted.
-fn most_samples(channel: Channel) -> usize {
-    if channel == Channel::Angle { MOST_ANGLES } else { MOST_TORQUES }
+/// How many samples of a log that has `total` are fitted.
+fn fitted_samples(channel: Channel, total: usize) -> usize {
+    let (all, some) =
+        if channel == Channel::Angle { (ALL_ANGLES, SOME_ANGLES) } else { (ALL_TORQUES, SOME_TORQUES) };
+    if total <= all { total } else { some }
 }
 
 /// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some.
 fn longest(log: &Log, usable: &[bool], channel: Channel) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
-    if channel != Channel::Angle || total <= MOST_ANGLES {
+    let fitted = fitted_samples(channel, total);
+    if channel != Channel::Angle || total <= fitted {
         return LONGEST;
     }
-    (MOST_ANGLES / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
+    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
 }
 
 /// Cuts the runs: whole ones where there are enough of their kind, blocks otherwise.
@@ -228,7 +233,7 @@ fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts:
 /// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.
 fn choose(plans: &[Plan], channel: Channel, seed: u64) -> Vec<bool> {
     let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
-    let part = most_samples(channel) as f64 / total as f64;
+    let part = fitted_samples(channel, total) as f64 / total as f64;
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut due = random.random_range(0.0..1.0);
     let mut places: Vec<usize> = (0..plans.len()).collect();
@@ -349,7 +354,7 @@ mod tests {
         Model { motor: Some(motor), ..fixtures::model(Vec::new()) }
     }
 
-    /// Twice as many angles as are fitted, of a rotor that turns evenly; in the last run but one it jumps.
+    /// More angles than are fitted, of a rotor that turns evenly; in the last run but one it jumps.
     fn long(jump_rad: f64) -> Log {
         let run = |number: usize| {
             let time_s: Vec<f64> = (0..LENGTH).map(|k| 20.0 * number as f64 + 2e-3 * k as f64).collect();
@@ -379,7 +384,7 @@ mod tests {
         for seed in 0..6 {
             let whole = campaign(0.0, seed);
             let samples: usize = whole.pieces.iter().map(Piece::len).sum();
-            assert!((MOST_ANGLES * 9 / 10..MOST_ANGLES * 11 / 10).contains(&samples), "{samples}");
+            assert!((SOME_ANGLES * 9 / 10..SOME_ANGLES * 11 / 10).contains(&samples), "{samples}");
             for run in 0..RUNS {
                 assert!(whole.pieces.iter().any(|piece| piece.run == run), "seed {seed}: none of run {run}");
             }

@@ -19,9 +19,11 @@ use crate::worth::{cuts, least_cut};
 const SHORT_LIST: usize = 6;
 /// A rival is fitted where its linearised gain is at least this part of what it would have to be.
 const PROMISING: f64 = 0.3;
-/// Steps of its fit, and after how many of them one that leaves so many times what the best does is given up.
+/// Steps of its fit; after how many of them one that leaves so many times what the best does is given up; and after how many
+/// one that leaves more than there was without it.
 pub(crate) const STEPS: usize = 8;
 const FIRST_STEPS: usize = 3;
+const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
 /// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
 pub(crate) const EQUAL: f64 = 0.003;
@@ -84,8 +86,9 @@ pub(crate) fn fit_rivals(
     state: &Selection,
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
+    let least = PROMISING * least_cut(state, Loss::of(setting));
     let mut rivals = Vec::new();
-    if most < PROMISING * least_cut(state, Loss::of(setting)) {
+    if most < least {
         return Ok(rivals);
     }
     let torque = setting.campaign.facts.is_torque();
@@ -94,7 +97,7 @@ pub(crate) fn fit_rivals(
     for screened in screened {
         let id = candidates.get(screened.candidate).map_or("", |candidate| candidate.id);
         let twin = are_twins(id, leader, torque);
-        let promising = screened.gain > 0.25 * most && taken < SHORT_LIST;
+        let promising = screened.gain > least.max(0.25 * most) && taken < SHORT_LIST;
         if !(promising || twin && screened.gain > 0.1 * most) {
             continue;
         }
@@ -117,7 +120,10 @@ pub(crate) fn fit_rival(
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let mut tried = Tried::from(setting, begin, FIRST_STEPS)?;
+    let mut tried = Tried::from(setting, begin, FIRST_STEP)?;
+    if tried.rms < state.rms && !tried.fitted.ended {
+        tried = Tried::from(setting, tried.fitted.point, FIRST_STEPS - FIRST_STEP)?;
+    }
     let id = screened.member.candidate.id;
     let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
     if promises && tried.rms < BEHIND * best {
