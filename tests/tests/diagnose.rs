@@ -205,6 +205,39 @@ fn a_factor_is_folded_into_its_section() {
     assert!(ci95[0].as_f64() <= gain.as_f64() && gain.as_f64() <= ci95[1].as_f64(), "{}", found["gain"]);
 }
 
+/// At one pressure more friction by pressure and more friction are the same: neither is taken, and the model file offers the
+/// one that fitted best to who takes the comment marks away.
+#[test]
+fn what_fitted_best_of_a_group_is_offered_and_not_taken() {
+    let place = TestPlace::new();
+    let speeds = [0.5, -0.9, 2.0, -4.0, 0.7, -0.6, 1.2, -1.5].into_iter().enumerate();
+    let runs =
+        speeds.map(|(number, speed)| sliding(&format!("run-{number}"), number as u64, speed, 10.0, 0.02));
+    let log = write(&place, "log.h5", runs.collect());
+    let finished = diagnose(&place, &log, &rig(), "out").expect_code(0);
+    println!("{}", finished.stdout);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "ambiguous", "{found}");
+    assert_eq!(found["causes"].as_array().unwrap().len(), 0, "{found}");
+    let best = &found["ambiguous"][0]["best"];
+    assert!(found["ambiguous"][0]["ids"].as_array().unwrap().contains(&best["id"]), "{found}");
+    assert!(best["rms_after"].as_f64().unwrap() < 1.2 * NOISE_NM, "{best}");
+    assert!(finished.stdout.contains("With what fitted best ("), "{}", finished.stdout);
+    let offered = std::fs::read_to_string(place.path("out/model-extended.toml")).unwrap();
+    assert!(config::parse_model(&offered, "offered").unwrap().effects.is_empty(), "{offered}");
+    let mut lines: Vec<&str> = offered.lines().collect();
+    let from = lines.iter().position(|line| *line == "# [[effect]]").expect("nothing is offered");
+    lines[from..].iter_mut().for_each(|line| *line = line.trim_start_matches("# "));
+    let taken = place.write("taken.toml", &lines.join("\n"));
+    let log_path = log.to_str().unwrap();
+    let out = place.path("pred.h5");
+    let arguments =
+        ["predict", "--log", log_path, "--model", taken.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    place.stepvalve(&arguments).expect_code(0);
+    diagnose(&place, &log, &taken, "again").expect_code(0);
+    assert_eq!(json(&place, "again")["verdict"], "no-discrepancy", "{offered}");
+}
+
 /// Where the error has a frequency, or comes back turn by turn, the description says so; where it is noise, it says that.
 #[test]
 fn the_error_is_described_by_frequency_and_by_order() {

@@ -32,7 +32,7 @@ pub struct Judged {
     pub intervals: Vec<Interval>,
     /// Intervals of the others, the best fit to noise-free data standing for the truth.
     pub best_fits: Vec<Interval>,
-    /// Held-out RMS after extension, over the rig's noise.
+    /// Held-out RMS after extension, over the rig's noise; where causes can't be told apart, with what fitted best.
     pub rms_over_noise: f64,
     /// Time for the diagnosis, s.
     pub wall_s: f64,
@@ -150,14 +150,21 @@ fn one(case: &Case, limit: Duration) -> Result<Option<Judged>> {
         case: case.clone(),
         intervals: if single { intervals(&campaign.truth, &diagnosis, true) } else { Vec::new() },
         best_fits,
-        rms_over_noise: diagnosis.pointer("/gain/rms_after").and_then(Value::as_f64).unwrap_or(f64::NAN)
-            / campaign.truth.noise,
+        rms_over_noise: rms_after(&diagnosis) / campaign.truth.noise,
         truth: campaign.truth,
         finding,
         outcome,
         baseline,
         wall_s,
     }))
+}
+
+/// Held-out RMS with the extended model; with what fitted best of a group, where that is all that is said.
+fn rms_after(diagnosis: &Value) -> f64 {
+    let extended = diagnosis.pointer("/gain/rms_after");
+    let best =
+        diagnosis.pointer("/ambiguous/0/best/rms_after").filter(|_| diagnosis["verdict"] == "ambiguous");
+    best.or(extended).and_then(Value::as_f64).unwrap_or(f64::NAN)
 }
 
 /// The same campaign without noise, fitted by the product: what its own form makes of the rig's. It is told the noise of the

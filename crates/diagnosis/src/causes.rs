@@ -10,9 +10,10 @@ use crate::hypothesis::{Free, Hypothesis, Member};
 use crate::linear::Point;
 use crate::loss::Loss;
 use crate::measure::{Left, rms_as_fitted, rms_left};
-use crate::outcome::{Cause, Evidence, ParameterFound};
+use crate::outcome::{Cause, Evidence, ParameterFound, Parameters};
 use crate::piece::Piece;
 use std::collections::BTreeMap;
+use valve_model::Effect;
 
 /// A cause beside others that makes the runs held out worse by this part is none.
 const HARMFUL: f64 = -0.02;
@@ -82,12 +83,7 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
     let all = rms_left(setting, after, &wanted);
     let all_as_fitted = rms_as_fitted(setting, after, &wanted);
     let hypothesis = &kept.point.hypothesis;
-    let spread = match spread(kept, Loss::of(setting)) {
-        Some(spread) if !hypothesis.members.is_empty() => {
-            Some(spread.with_motion(setting, kept, judged.seed)?.with_choice(setting, kept)?)
-        }
-        spread => spread,
-    };
+    let spread = errors_of(judged, kept)?;
     let mut weighed = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
         let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
@@ -111,17 +107,38 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
     Ok(weighed)
 }
 
+/// The effects that fitted best of groups that can't be told apart, by name, with their parameters.
+pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Parameters)>, DiagnosisError> {
+    let selection = &judged.selection;
+    let hypothesis = &selection.fitted.point.hypothesis;
+    let spread = errors_of(judged, &selection.fitted)?;
+    let best = selection.ambiguous.iter().filter_map(|(best, _)| {
+        let index = hypothesis.members.iter().position(|member| member.candidate.id == *best)?;
+        let member = hypothesis.members.get(index)?;
+        let effect = member.candidate.effect(judged.setting.given, &member.numbers).ok()?;
+        Some((effect, parameters(hypothesis, index, spread.as_ref())))
+    });
+    Ok(best.collect())
+}
+
+/// How well the numbers of a fit are known.
+fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, DiagnosisError> {
+    let setting = &judged.setting;
+    match spread(fitted, Loss::of(setting)) {
+        Some(spread) if !fitted.point.hypothesis.members.is_empty() => {
+            Ok(Some(spread.with_motion(setting, fitted, judged.seed)?.with_choice(setting, fitted)?))
+        }
+        spread => Ok(spread),
+    }
+}
+
 /// The part that is gone of what was left without.
 fn part_taken(left: f64, without: f64) -> f64 {
     if without > 0.0 { 1.0 - left / without } else { 0.0 }
 }
 
 /// A member's numbers that were fitted, by key.
-fn parameters(
-    hypothesis: &Hypothesis,
-    index: usize,
-    spread: Option<&Spread>,
-) -> BTreeMap<String, ParameterFound> {
+fn parameters(hypothesis: &Hypothesis, index: usize, spread: Option<&Spread>) -> Parameters {
     let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
     let free = hypothesis.free().into_iter().enumerate();
     let own = free.filter_map(|(place, free)| match free {
@@ -171,10 +188,7 @@ fn parameter(
 }
 
 /// Amplitude and phase from the parts along sine and cosine.
-fn eccentricity(
-    member: &Member,
-    parts: &BTreeMap<String, ParameterFound>,
-) -> BTreeMap<String, ParameterFound> {
+fn eccentricity(member: &Member, parts: &Parameters) -> Parameters {
     let number = |index: usize| member.numbers.get(index).copied().unwrap_or(0.0);
     let (along, across) = (number(0), number(1));
     let amplitude = along.hypot(across);

@@ -18,7 +18,7 @@ use crate::table::candidates;
 use crate::workers::{Workers, map};
 use log_data::{Channel, Log};
 use std::collections::BTreeMap;
-use valve_model::Model;
+use valve_model::{Effect, Model};
 
 /// What can be chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -81,6 +81,9 @@ pub struct Found {
     pub diagnosis: Diagnosis,
     /// The given model with what was found.
     pub extended: Model,
+    /// Of each group of causes that can't be told apart, in their order, the effect that fitted best; none where something
+    /// speaks against what was found.
+    pub proposed: Vec<Effect>,
     /// The channel that the model predicts.
     pub channel: Channel,
     /// The first screening: cut of the held-out RMS in parts of the noise.

@@ -2,7 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
-use crate::causes::{Accepted, accept};
+use crate::causes::{Accepted, accept, best_of_groups};
 use crate::diagnose::{Found, Judgement, Shown};
 use crate::geared::order_of_a_gear;
 use crate::hypothesis::Member;
@@ -10,7 +10,9 @@ use crate::loss::Loss;
 use crate::measure::{Left, rms_as_fitted};
 use crate::next::next_experiment;
 use crate::observe::{runs_differ, speed_with_pressure};
-use crate::outcome::{Ambiguity, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Verdict};
+use crate::outcome::{
+    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Verdict,
+};
 use crate::piece::Piece;
 use crate::reasons::{Against, ambiguities, rejected};
 use crate::ripple::phase;
@@ -21,6 +23,7 @@ use crate::table::Untestable;
 use crate::tone::{Tone, tone};
 use crate::whiteness::whiteness;
 use log_data::Channel;
+use valve_model::Effect;
 
 /// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
 const RMS_LEFT: f64 = 1.1;
@@ -55,6 +58,7 @@ pub(crate) fn conclude(
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
     };
+    let with_all = judged.gain_of(&left_of_all).rms_after;
     let Accepted { point, after, mut causes, harmful } =
         accept(judged, undisputed(selection, &against), (point_of_all, left_of_all))?;
     against.harmful = harmful;
@@ -66,7 +70,8 @@ pub(crate) fn conclude(
     }
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
-    let ambiguous = ambiguities(selection, &against, facts);
+    let mut ambiguous = ambiguities(selection, &against, facts);
+    let proposed = propose(judged, &against, with_all, &mut ambiguous)?;
     let verdict = verdict(&causes, &ambiguous, is_noise(&structure_kept) && tone.is_none());
     let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable
@@ -103,7 +108,29 @@ pub(crate) fn conclude(
     };
     let refused = |source| DiagnosisError::Model { run: String::new(), source };
     let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
-    Ok(found(judged, diagnosis, extended, &after))
+    Ok(Found { proposed, ..found(judged, diagnosis, extended, &after) })
+}
+
+/// The best of each group that can't be told apart, told in the group, and as effects, as long as nothing speaks against any
+/// of what was selected: with all of it the RMS on runs held out is `rms_after`.
+fn propose(
+    judged: &Judgement<'_>,
+    against: &Against,
+    rms_after: f64,
+    ambiguous: &mut [Ambiguity],
+) -> Result<Vec<Effect>, DiagnosisError> {
+    let undisputed = !against.doubtful && against.geared.is_empty() && against.harmful.is_empty();
+    if ambiguous.is_empty() || !undisputed {
+        return Ok(Vec::new());
+    }
+    let mut effects = Vec::new();
+    for (effect, parameters) in best_of_groups(judged)? {
+        let id = effect.id().to_owned();
+        let Some(group) = ambiguous.iter_mut().find(|group| group.ids.contains(&id)) else { continue };
+        group.best = Some(BestOfGroup { id, parameters, rms_after });
+        effects.push(effect);
+    }
+    Ok(effects)
 }
 
 /// Whether what was selected leaves too much to be the cause.
@@ -257,6 +284,7 @@ fn found(
         channel: campaign.channel,
         ranking: judged.selection.first_ranking.clone(),
         shown,
+        proposed: Vec::new(),
         samples: (campaign.samples, campaign.pieces.iter().map(Piece::len).sum()),
     }
 }

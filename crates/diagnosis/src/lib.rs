@@ -59,8 +59,8 @@ mod worth;
 pub use diagnose::{Event, Found, Options, Shown, diagnose};
 pub use error::DiagnosisError;
 pub use outcome::{
-    Ambiguity, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain, Judged, Order,
-    ParameterFound, Residual, Verdict,
+    Ambiguity, BestOfGroup, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain,
+    Judged, Order, ParameterFound, Parameters, Residual, Verdict,
 };
 pub use spectrum::Band;
 pub use whiteness::Whiteness;

@@ -60,13 +60,16 @@ pub struct ParameterFound {
     pub unit: String,
 }
 
+/// Parameters by key; a list's entries as `cos[1]`, counted from 1.
+pub type Parameters = BTreeMap<String, ParameterFound>;
+
 /// An accepted cause.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
     /// Name of the effect.
     pub id: String,
-    /// Its parameters by key; a list's entries as `cos[1]`, counted from 1.
-    pub parameters: BTreeMap<String, ParameterFound>,
+    /// Its parameters.
+    pub parameters: Parameters,
     /// What speaks for it, and what beside it was looked at.
     pub evidence: BTreeMap<String, Evidence>,
     /// 1 − rms(all causes)/rms(all but this), on held-out runs.
@@ -80,6 +83,20 @@ pub struct Ambiguity {
     pub ids: Vec<String>,
     /// Why.
     pub reason: String,
+    /// The one that fitted best, where all groups' best and the causes explain it together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub best: Option<BestOfGroup>,
+}
+
+/// What fitted best of causes that can't be told apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BestOfGroup {
+    /// Name of the effect.
+    pub id: String,
+    /// Its parameters.
+    pub parameters: Parameters,
+    /// RMS of measured less predicted on held-out runs with it, the causes, and the best of the other groups.
+    pub rms_after: f64,
 }
 
 /// A name and a reason.

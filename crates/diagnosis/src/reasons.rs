@@ -32,7 +32,7 @@ pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Fact
     let open = groups.filter(|(best, others)| !geared(best) && !others.iter().any(|id| geared(id)));
     open.map(|(best, others)| {
         let ids = std::iter::once(best).chain(others).map(|id| (*id).to_owned()).collect();
-        Ambiguity { ids, reason: why_alike(selection, best, others, facts) }
+        Ambiguity { ids, reason: why_alike(selection, best, others, facts), best: None }
     })
     .collect()
 }

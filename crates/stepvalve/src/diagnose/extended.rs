@@ -2,10 +2,10 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{Cause, Evidence, Found};
+use diagnosis::{Cause, Evidence, Found, ParameterFound, Parameters};
 use valve_model::Model;
 
-use super::words::short;
+use super::words::{short, unit};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {
@@ -29,7 +29,54 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
     for (section, causes) in corrected(causes) {
         comments = comments.with_section(section, causes);
     }
-    write_model(&extended, &comments)
+    write_model(&extended, &comments) + &alternatives(found, given)
+}
+
+/// The best of each group that can't be told apart, in comments: whoever wants it takes the marks away.
+fn alternatives(found: &Found, given: &Model) -> String {
+    let mut text = String::new();
+    for group in &found.diagnosis.ambiguous {
+        let Some(best) = &group.best else { continue };
+        let Some(effect) = found.proposed.iter().find(|effect| effect.id() == best.id) else { continue };
+        let alone = Model { effects: vec![effect.clone()], ..given.clone() };
+        let written = write_model(&alone, &ModelComments::new());
+        let Some((_, entry)) = written.split_once("[[effect]]\n") else { continue };
+        let others: Vec<&str> = group.ids.iter().map(String::as_str).filter(|id| *id != best.id).collect();
+        let mut lines = vec![
+            format!(
+                "These data can't tell {} from {}, which fitted best: {}.",
+                others.join(" or "),
+                best.id,
+                group.reason
+            ),
+            format!(
+                "With it the error on runs not used for fitting is {:.4e} {}. To try it, take the \"# \" off the lines below.",
+                best.rms_after,
+                unit(found.channel)
+            ),
+        ];
+        lines.extend(known(&best.parameters));
+        lines.push("[[effect]]".to_owned());
+        lines.extend(entry.lines().map(str::to_owned));
+        text.push('\n');
+        lines.iter().for_each(|line| text.push_str(&format!("# {line}\n")));
+    }
+    text
+}
+
+/// Each parameter and how well it is known, a line each.
+fn known(parameters: &Parameters) -> Vec<String> {
+    let line = |(key, of): (&String, &ParameterFound)| {
+        format!(
+            "{key}: {} ± {} {}, 95 % between {} and {}",
+            short(of.value),
+            short(of.std_error),
+            of.unit,
+            short(of.ci95[0]),
+            short(of.ci95[1])
+        )
+    };
+    parameters.iter().map(line).collect()
 }
 
 /// What to say above each section whose numbers were corrected.
@@ -61,7 +108,7 @@ fn place(id: &str) -> Option<(&'static str, &'static str)> {
 
 fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {
     let gain = &found.diagnosis.gain;
-    let unit = if found.channel == log_data::Channel::Torque { "N·m" } else { "rad" };
+    let unit = unit(found.channel);
     let mut lines = vec![
         format!("{} ({model}), held against {log} by stepvalve diagnose.", given.name),
         format!("Verdict: {}.", found.diagnosis.verdict.name()),
@@ -91,16 +138,7 @@ fn about(cause: &Cause) -> String {
         "Found by stepvalve diagnose; without it the error on held-out runs is {:.1} % larger.",
         100.0 * cause.rms_gain / (1.0 - cause.rms_gain).max(1e-9)
     )];
-    for (key, of) in &cause.parameters {
-        lines.push(format!(
-            "{key}: {} ± {} {}, 95 % between {} and {}",
-            short(of.value),
-            short(of.std_error),
-            of.unit,
-            short(of.ci95[0]),
-            short(of.ci95[1])
-        ));
-    }
+    lines.extend(known(&cause.parameters));
     if let Some(Evidence::Text(taken)) = cause.evidence.get("taken") {
         lines.push(taken.clone());
     }

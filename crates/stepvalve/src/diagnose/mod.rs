@@ -98,15 +98,13 @@ fn show(progress: &ProgressBar, event: Event<'_>) {
 fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
     say(format_args!("{}: {headline}", diagnosis.verdict.name()));
     for cause in &diagnosis.causes {
-        let parameters: Vec<String> = cause
-            .parameters
-            .iter()
-            .map(|(key, of)| format!("{key} = {:.4} ({:.4} to {:.4})", of.value, of.ci95[0], of.ci95[1]))
-            .collect();
-        say(format_args!("  {}: {}", cause.id, parameters.join(", ")));
+        say(format_args!("  {}: {}", cause.id, words::numbers(&cause.parameters)));
     }
     for group in &diagnosis.ambiguous {
         say(format_args!("  can't be told apart: {}", group.ids.join(", ")));
+        if let Some(best) = &group.best {
+            say(format_args!("  fitted best: {}: {}", best.id, words::numbers(&best.parameters)));
+        }
     }
     for seen in diagnosis.nuisances.iter().chain(&diagnosis.observations) {
         say(format_args!("  seen: {seen}"));

@@ -223,7 +223,12 @@ fn ranking(found: &Found) -> Section {
             row(
                 id,
                 "can't be told apart",
-                "explains it".to_owned(),
+                match group.best.as_ref().filter(|best| best.id == *id) {
+                    None => "explains it".to_owned(),
+                    Some(best) => {
+                        format!("explains it, and fitted best: {}", super::words::numbers(&best.parameters))
+                    }
+                },
                 format!("so do its rivals: {}", group.reason),
             );
         }

@@ -1,6 +1,6 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
-use diagnosis::{Cause, Found, Verdict};
+use diagnosis::{BestOfGroup, Cause, Found, ParameterFound, Parameters, Verdict};
 use log_data::Channel;
 
 /// An error of so many times the noise is more than that.
@@ -48,11 +48,25 @@ pub fn headline(found: &Found) -> String {
             }
             says
         }
-        Verdict::Ambiguous => format!(
-            "The model is wrong by {} {unit}, and these data can't tell which of these it is: {}.",
-            short(rms),
-            groups.join("; ")
-        ),
+        Verdict::Ambiguous => {
+            let mut says = format!(
+                "The model is wrong by {} {unit}, and these data can't tell which of these it is: {}.",
+                short(rms),
+                groups.join("; ")
+            );
+            let best: Vec<&BestOfGroup> =
+                diagnosis.ambiguous.iter().filter_map(|group| group.best.as_ref()).collect();
+            if let Some(first) = best.first() {
+                let ids: Vec<&str> = best.iter().map(|best| best.id.as_str()).collect();
+                says.push_str(&format!(
+                    " With what fitted best ({}) the error on runs not used for fitting would fall from {} to {} {unit}.",
+                    names(&ids),
+                    short(gain.rms_before),
+                    short(first.rms_after)
+                ));
+            }
+            says
+        }
         Verdict::Explained => {
             format!("{}; the model has none of it. With it, {falls}.", joined(&sentences))
         }
@@ -94,6 +108,14 @@ pub fn short(value: f64) -> String {
     } else {
         format!("{value:.2e}")
     }
+}
+
+/// "key = value (from to to), ..."
+pub fn numbers(parameters: &Parameters) -> String {
+    let number = |(key, of): (&String, &ParameterFound)| {
+        format!("{key} = {:.4} ({:.4} to {:.4})", of.value, of.ci95[0], of.ci95[1])
+    };
+    parameters.iter().map(number).collect::<Vec<_>>().join(", ")
 }
 
 /// "a, b and c"
