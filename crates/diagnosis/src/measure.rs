@@ -28,7 +28,9 @@ pub(crate) fn settled(
     let mut frozen = point.clone();
     frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
     let zero = frozen.hypothesis.zero_rad.take();
-    let mut shifted = fit(setting, with_zero(frozen, zero), wanted, 2)?.point;
+    // An angle's best start is searched for anyway.
+    let steps = if setting.campaign.facts.is_torque() { 4 } else { 2 };
+    let mut shifted = fit(setting, with_zero(frozen, zero), wanted, steps)?.point;
     shifted.starts = with_best_starts(setting, &shifted, wanted)?.starts;
     shifted.hypothesis = point.hypothesis.clone();
     Ok(shifted)
