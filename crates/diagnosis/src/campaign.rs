@@ -4,6 +4,7 @@ use crate::DiagnosisError;
 use crate::driven::lead_of;
 use crate::facts::Facts;
 use crate::missed;
+use crate::noise::median;
 use crate::past::{Before, Follower, in_order};
 use crate::piece::{Piece, Ready, check};
 use crate::workers::{Workers, map};
@@ -14,7 +15,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use valve_model::Model;
+use valve_model::{Model, ParamError};
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
@@ -87,11 +88,9 @@ impl Campaign {
         follow(log, model, &noises, &mut plans, &mut facts);
         let chosen = choose(&plans, channel, seed);
         let angle_error_rad = OF_THE_NOISE * usual_deviation_rad(&noises);
-        let refused = |source| DiagnosisError::Model {
-            run: log.runs.first().map_or(String::new(), |run| run.name.clone()),
-            source,
-        };
-        let ready = Ready::new(model, channel, angle_error_rad).map_err(refused)?;
+        let first_run = log.runs.first().map_or("", |run| run.name.as_str());
+        let ready =
+            Ready::new(model, channel, angle_error_rad).map_err(|source| refused(first_run, source))?;
         let pitch_rad =
             model.motor.filter(|_| channel == Channel::Angle).map(|motor| motor.tooth_pitch_rad());
         let make = |index: usize| {
@@ -130,9 +129,12 @@ impl Campaign {
 
     /// Refuses a model that can't predict.
     pub fn ready(&self, model: &Model) -> Result<Ready, DiagnosisError> {
-        let run = || self.runs.first().map_or(String::new(), |run| run.0.clone());
-        Ready::new(model, self.channel, self.angle_error_rad)
-            .map_err(|source| DiagnosisError::Model { run: run(), source })
+        Ready::new(model, self.channel, self.angle_error_rad).map_err(|source| self.refused(source))
+    }
+
+    /// A model that is refused is refused for the first run.
+    pub fn refused(&self, source: ParamError) -> DiagnosisError {
+        refused(self.runs.first().map_or("", |(name, _)| name), source)
     }
 
     /// Names of the runs, or blocks, that are held out.
@@ -143,6 +145,10 @@ impl Campaign {
         held.dedup();
         held.iter().filter_map(|group| self.groups.get(*group).cloned()).collect()
     }
+}
+
+fn refused(run: &str, source: ParamError) -> DiagnosisError {
+    DiagnosisError::Model { run: run.to_owned(), source }
 }
 
 /// Torque where any run has it; the others are then left out.
@@ -158,9 +164,7 @@ fn channel_of(log: &Log) -> Result<Channel, DiagnosisError> {
 
 /// The encoder's deviation in the run in the middle; one that rests on one of its steps shows none.
 fn usual_deviation_rad(noises: &[Noise]) -> f64 {
-    let mut deviations: Vec<f64> = noises.iter().map(|noise| noise.deviation_rad).collect();
-    deviations.sort_by(f64::total_cmp);
-    deviations.get(deviations.len() / 2).copied().unwrap_or(0.0)
+    median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>())
 }
 
 /// How many samples of a log that has `total` are fitted.
@@ -310,8 +314,7 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
         .flat_map(|piece| piece.driven.time_s().windows(2).take(50))
         .map(|pair| pair.iter().fold(0.0, |a, b| b - a))
         .collect();
-    steps.sort_by(f64::total_cmp);
-    facts.step_s = steps.get(steps.len() / 2).copied().unwrap_or(1e-3);
+    facts.step_s = if steps.is_empty() { 1e-3 } else { median(&mut steps) };
 }
 
 fn fastest_command(piece: &Piece) -> f64 {

@@ -109,11 +109,8 @@ impl Setting<'_> {
     }
 
     pub fn ready(&self, hypothesis: &Hypothesis) -> Result<Ready, DiagnosisError> {
-        let refused = |source| DiagnosisError::Model {
-            run: self.campaign.runs.first().map_or(String::new(), |run| run.0.clone()),
-            source,
-        };
-        self.campaign.ready(&hypothesis.model(self.given).map_err(refused)?)
+        let model = hypothesis.model(self.given).map_err(|source| self.campaign.refused(source))?;
+        self.campaign.ready(&model)
     }
 
     /// The equations of the pieces that `wanted` picks, in the pieces' order; `None` for the others.

@@ -1,5 +1,6 @@
 //! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
 
+use crate::noise::median;
 use crate::piece::{Piece, Ready};
 use crate::start::Begun;
 
@@ -16,8 +17,9 @@ pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usiz
     let residual: Vec<f64> =
         piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();
     let tail = residual.get(residual.len().saturating_sub(AFTER.max(residual.len() / 20))..)?;
-    let teeth = (median(tail) / pitch_rad).round();
-    if teeth == 0.0 || (median(tail) / pitch_rad - teeth).abs() > WHOLE {
+    let off = median(&mut tail.to_vec()) / pitch_rad;
+    let teeth = off.round();
+    if teeth == 0.0 || (off - teeth).abs() > WHOLE {
         return None;
     }
     let jump = teeth * pitch_rad;
@@ -25,10 +27,4 @@ pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usiz
     let last = residual.iter().rposition(|value| (value - jump).abs() > LEAST * jump.abs());
     let from = last.map_or(0, |last| last + 1);
     (residual.len() - from >= AFTER).then_some((from, jump))
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }

@@ -173,7 +173,8 @@ fn local_mean_square(values: &[f64], reach: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-fn median(values: &mut [f64]) -> f64 {
+/// The value in the middle, the upper one of two; 0 of none.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

@@ -81,7 +81,7 @@ fn against_selected(selection: &Selection, id: &str, against: &Against) -> Optio
         ));
     }
     let selected = selection.fitted.point.hypothesis.has(id);
-    if let Some((_, order)) = against.geared.first().filter(|_| selected && is_over_the_angle(id)) {
+    if let Some((_, order)) = against.geared.first().filter(|_| selected && against.is_geared(id)) {
         return Some(format!("fits what is left of a gear's torque, {order:.2} times in a turn"));
     }
     if against.harmful.iter().any(|of| of == id) {
