@@ -20,7 +20,7 @@ use valve_model::{Model, ParamError};
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
 /// The longest piece, the most samples of which all are fitted, and how many of a longer log: of torques, and of angles, which
-/// cost ten times as much. Pieces of it are chosen evenly, of an angle log so many of each run or more.
+/// cost ten times as much. Pieces of it are chosen evenly, of an angle log so many of each run or more, if it is no short one.
 const LONGEST: usize = 20_000;
 const ALL_TORQUES: usize = 300_000;
 const SOME_TORQUES: usize = 300_000;
@@ -174,7 +174,8 @@ fn fitted_samples(channel: Channel, total: usize) -> usize {
     if total <= all { total } else { some }
 }
 
-/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some.
+/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
+/// piece are kept whole or not at all.
 fn longest(log: &Log, usable: &[bool], channel: Channel) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();

@@ -4,9 +4,10 @@
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
+use crate::error::if_possible;
 use crate::fit::{Fitted, sum};
 use crate::gram::{Gram, invert, solve};
-use crate::hypothesis::Free;
+use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Setting, by_group};
 use crate::loss::Loss;
 use crate::piece::Piece;
@@ -49,30 +50,36 @@ impl Spread {
     }
 
     /// With what leaving numbers of the same causes out may have done: a weak harmonic, or another exponent, is left out where
-    /// it doesn't pay, and the others then stand for it too. How far they go where it is let in is what that choice is worth
-    /// (Buckland, Burnham and Augustin, Biometrics 53, 1997); of several the one counts that moves a number most.
+    /// it doesn't pay, and the others then stand for it too. How far they go where it is let in is added, squared and by the
+    /// weight that the data give to it (Buckland, Burnham and Augustin, Biometrics 53, 1997); of several the greatest.
     pub fn with_choice(mut self, setting: &Setting<'_>, fitted: &Fitted) -> Result<Self, DiagnosisError> {
         let changes = changes_with_more(setting, fitted)?;
         for place in 0..self.covariance.nrows() {
-            let most = changes.iter().map(|change| change[place] * change[place]).fold(0.0, f64::max);
-            self.covariance[(place, place)] += most;
+            let of = |(change, weight): &(DVector<f64>, f64)| weight * change[place] * change[place];
+            self.covariance[(place, place)] += changes.iter().map(of).fold(0.0, f64::max);
         }
         Ok(self)
     }
 }
 
-/// How far the numbers go where what was left out is let in, one after the other, in one step of the fit.
-fn changes_with_more(setting: &Setting<'_>, fitted: &Fitted) -> Result<Vec<DVector<f64>>, DiagnosisError> {
+/// How far the numbers go where what was left out is let in, one after the other, in one step of the fit, as far as bounds let
+/// it; and Akaike's weight of it.
+fn changes_with_more(
+    setting: &Setting<'_>,
+    fitted: &Fitted,
+) -> Result<Vec<(DVector<f64>, f64)>, DiagnosisError> {
     let hypothesis = &fitted.point.hypothesis;
     let mut columns = setting.own_columns(hypothesis)?;
     let own: Vec<usize> = (0..columns.len()).collect();
-    let mut others: Vec<Vec<usize>> = Vec::new();
+    let mut others: Vec<(Vec<Free>, Vec<usize>)> = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
         for numbers in member.left_out() {
-            others.push((columns.len()..columns.len() + numbers.len()).collect());
-            for number in numbers {
-                columns.push(setting.own_column(hypothesis, Free::Number(index, number))?);
-            }
+            let more: Vec<Free> = numbers.into_iter().map(|number| Free::Number(index, number)).collect();
+            let each: Result<Vec<_>, _> =
+                more.iter().map(|free| setting.own_column(hypothesis, *free)).collect();
+            let Some(each) = if_possible(each)? else { continue };
+            others.push((more, (columns.len()..columns.len() + each.len()).collect()));
+            columns.extend(each);
         }
     }
     if others.is_empty() {
@@ -82,11 +89,25 @@ fn changes_with_more(setting: &Setting<'_>, fitted: &Fitted) -> Result<Vec<DVect
     let groups = by_group(setting.campaign, &equations, columns.len());
     let total = sum(&Loss::of(setting).weighted(&groups));
     let Some((alone, _)) = solve(&total, &own) else { return Ok(Vec::new()) };
-    let with = |more: &Vec<usize>| {
-        let (beta, _) = solve(&total, &[&own[..], more].concat())?;
-        Some(beta.rows(0, own.len()) - &alone)
+    let with = |(more, places): &(Vec<Free>, Vec<usize>)| {
+        let wider = [&own[..], places].concat();
+        let (beta, _) = solve(&total, &wider)?;
+        let gain = total.square_after(&own, &alone) - total.square_after(&wider, &beta);
+        let weight = 1.0 / (1.0 + (more.len() as f64 - 0.5 * gain).exp());
+        let part =
+            more.iter().zip(beta.iter().skip(own.len())).map(|(free, by)| within(hypothesis, *free, *by));
+        let change = (beta.rows(0, own.len()) - &alone) * part.fold(1.0, f64::min);
+        Some((change, weight))
     };
     Ok(others.iter().filter_map(with).collect())
+}
+
+/// The part of a change that a number's bounds allow.
+fn within(hypothesis: &Hypothesis, free: Free, by: f64) -> f64 {
+    let at = hypothesis.get(free);
+    let mut there = hypothesis.clone();
+    there.set(free, at + by);
+    if by == 0.0 { 1.0 } else { (there.get(free) - at) / by }
 }
 
 /// How far the numbers go where the motion is measured once more, in one step of the fit.
@@ -150,17 +171,25 @@ mod tests {
     use crate::table::candidate;
     use crate::workers::OneAfterTheOther;
     use log_data::{Log, Run};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+    use rand_pcg::Pcg64Mcg;
 
     const FIRST_NM: f64 = 0.2;
     const SECOND_NM: f64 = 0.02;
     const NOISE_NM: f64 = 1e-3;
 
-    /// Turns at the same speed through the same sixth of a turn, whose torque has two harmonics.
-    fn turns() -> Log {
+    /// Turns at the same speed through the same sixth of a turn, whose torque has two harmonics; measured with noise.
+    fn turns(second_nm: f64) -> Log {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let noise = Normal::new(0.0, NOISE_NM).unwrap();
         let run = |number: usize| {
             let time_s: Vec<f64> = (0..600).map(|k| 5.0 * number as f64 + 2e-3 * f64::from(k)).collect();
             let angle_rad: Vec<f64> = (0..600).map(|k| 0.3 + 2e-3 * f64::from(k)).collect();
-            let torque = |at_rad: &f64| 1.5 + FIRST_NM * at_rad.cos() + SECOND_NM * (2.0 * at_rad).cos();
+            let torque = |at_rad: &f64| {
+                let wave_nm = FIRST_NM * at_rad.cos() + second_nm * (2.0 * at_rad).cos();
+                1.5 + wave_nm + noise.sample(&mut random)
+            };
             Run {
                 name: format!("{number}"),
                 torque_nm: Some(angle_rad.iter().map(torque).collect()),
@@ -172,10 +201,10 @@ mod tests {
         Log { runs: (0..8).map(run).collect(), ..Log::default() }
     }
 
-    #[test]
-    fn a_harmonic_left_out_widens_the_intervals_of_those_that_stand_for_it() {
+    /// By how much the first harmonic, fitted alone, is off, and its half width without and with what the choice is worth.
+    fn first_alone(second_nm: f64) -> (f64, f64, f64) {
         let given = fixtures::model(Vec::new());
-        let mut campaign = Campaign::new(&turns(), &given, 0, &OneAfterTheOther).unwrap();
+        let mut campaign = Campaign::new(&turns(second_nm), &given, 0, &OneAfterTheOther).unwrap();
         campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1.0 / NOISE_NM));
         let setting = Setting {
             campaign: &campaign,
@@ -190,11 +219,20 @@ mod tests {
         let starts = campaign.pieces.iter().map(|piece: &Piece| piece.first_start(&ready)).collect();
         let fitted = fit(&setting, Point { hypothesis, starts }, &fitted_pieces, 8).unwrap();
         let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
-        // All runs are wrong alike: what they scatter knows nothing of it.
-        let alone = spread(&fitted, Loss::of(&setting)).unwrap();
         let half_width = |of: &Spread| of.half_width * of.covariance[(0, 0)].sqrt();
-        assert!(off > 2.0 * half_width(&alone), "{off} {}", half_width(&alone));
-        let wide = alone.with_choice(&setting, &fitted).unwrap();
-        assert!((off..10.0 * off).contains(&half_width(&wide)), "{off} {}", half_width(&wide));
+        let alone = spread(&fitted, Loss::of(&setting)).unwrap();
+        let narrow = half_width(&alone);
+        (off, narrow, half_width(&alone.with_choice(&setting, &fitted).unwrap()))
+    }
+
+    #[test]
+    fn a_harmonic_left_out_widens_the_intervals_of_those_that_stand_for_it() {
+        // All runs are wrong alike: what they scatter knows nothing of it.
+        let (off, narrow, wide) = first_alone(SECOND_NM);
+        assert!(off > 2.0 * narrow, "{off} {narrow}");
+        assert!((off..10.0 * off).contains(&wide), "{off} {wide}");
+        // One that isn't there is worth little.
+        let (off, narrow, wide) = first_alone(0.0);
+        assert!(off < narrow && wide < 3.0 * narrow, "{off} {narrow} {wide}");
     }
 }

@@ -71,7 +71,7 @@ pub(crate) fn conclude(
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     let mut ambiguous = ambiguities(selection, &against, facts);
-    let proposed = propose(judged, &against, with_all, &mut ambiguous)?;
+    let proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
     let verdict = verdict(&causes, &ambiguous, is_noise(&structure_kept) && tone.is_none());
     let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable
@@ -106,21 +106,23 @@ pub(crate) fn conclude(
         nuisances: judged.nuisances(),
         observations,
     };
-    let refused = |source| DiagnosisError::Model { run: String::new(), source };
+    let refused = |source| judged.setting.campaign.refused(source);
     let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
     Ok(Found { proposed, ..found(judged, diagnosis, extended, &after) })
 }
 
-/// The best of each group that can't be told apart, told in the group, and as effects, as long as nothing speaks against any
-/// of what was selected: with all of it the RMS on runs held out is `rms_after`.
+/// The best of each group that can't be told apart, told in the group, and as effects: where they are all there is, nothing
+/// speaks against them, and with all of them the RMS on runs held out falls, to `rms_after`.
 fn propose(
     judged: &Judgement<'_>,
+    causes: &[Cause],
     against: &Against,
     rms_after: f64,
     ambiguous: &mut [Ambiguity],
 ) -> Result<Vec<Effect>, DiagnosisError> {
     let undisputed = !against.doubtful && against.geared.is_empty() && against.harmful.is_empty();
-    if ambiguous.is_empty() || !undisputed {
+    let alone = causes.is_empty() && !ambiguous.is_empty();
+    if !alone || !undisputed || rms_after >= judged.gain_of(&judged.before).rms_before {
         return Ok(Vec::new());
     }
     let mut effects = Vec::new();

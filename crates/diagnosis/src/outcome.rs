@@ -83,7 +83,7 @@ pub struct Ambiguity {
     pub ids: Vec<String>,
     /// Why.
     pub reason: String,
-    /// The one that fitted best, where all groups' best and the causes explain it together.
+    /// The one that fitted best, where no cause is accepted and nothing speaks against it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub best: Option<BestOfGroup>,
 }
@@ -95,7 +95,7 @@ pub struct BestOfGroup {
     pub id: String,
     /// Its parameters.
     pub parameters: Parameters,
-    /// RMS of measured less predicted on held-out runs with it, the causes, and the best of the other groups.
+    /// RMS of measured less predicted on held-out runs with it, and with the best of the other groups.
     pub rms_after: f64,
 }
 

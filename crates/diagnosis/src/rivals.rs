@@ -7,7 +7,7 @@ use crate::fit::{Fitted, fit};
 use crate::gram::{Gram, HeldOut, leave_out};
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
-use crate::pattern::search;
+use crate::pattern::{ended_poorly, search};
 use crate::piece::Piece;
 use crate::screen::Screened;
 use crate::select::Selection;
@@ -20,7 +20,7 @@ const SHORT_LIST: usize = 6;
 /// A rival is fitted where its linearised gain is at least this part of what it would have to be.
 const PROMISING: f64 = 0.3;
 /// Steps of its fit; after how many of them one that leaves so many times what the best does is given up; and after how many
-/// one that leaves more than there was without it.
+/// one that leaves more than there was without it, where much is left and steps are dear.
 pub(crate) const STEPS: usize = 8;
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
@@ -120,8 +120,9 @@ pub(crate) fn fit_rival(
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let mut tried = Tried::from(setting, begin, FIRST_STEP)?;
-    if tried.rms < state.rms && !tried.fitted.ended {
+    let far = ended_poorly(setting, &state.fitted);
+    let mut tried = Tried::from(setting, begin, if far { FIRST_STEP } else { FIRST_STEPS })?;
+    if far && tried.rms < state.rms && !tried.fitted.ended {
         tried = Tried::from(setting, tried.fitted.point, FIRST_STEPS - FIRST_STEP)?;
     }
     let id = screened.member.candidate.id;

@@ -2,7 +2,7 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{Cause, Evidence, Found, ParameterFound, Parameters};
+use diagnosis::{BestOfGroup, Cause, Evidence, Found, ParameterFound, Parameters};
 use valve_model::Model;
 
 use super::words::{short, unit};
@@ -36,7 +36,9 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
 fn alternatives(found: &Found, given: &Model) -> String {
     let mut text = String::new();
     for group in &found.diagnosis.ambiguous {
-        let Some(best) = &group.best else { continue };
+        // One that the model has already would have to be told from that.
+        let new = |best: &&BestOfGroup| !given.effects.iter().any(|effect| effect.id() == best.id);
+        let Some(best) = group.best.as_ref().filter(new) else { continue };
         let Some(effect) = found.proposed.iter().find(|effect| effect.id() == best.id) else { continue };
         let alone = Model { effects: vec![effect.clone()], ..given.clone() };
         let written = write_model(&alone, &ModelComments::new());
@@ -50,12 +52,14 @@ fn alternatives(found: &Found, given: &Model) -> String {
                 group.reason
             ),
             format!(
-                "With it the error on runs not used for fitting is {:.4e} {}. To try it, take the \"# \" off the lines below.",
+                "With {} the error on runs not used for fitting is {:.4e} {}.",
+                if found.proposed.len() > 1 { "all that is offered here" } else { "it" },
                 best.rms_after,
                 unit(found.channel)
             ),
         ];
         lines.extend(known(&best.parameters));
+        lines.push("To try it, take the \"# \" off [[effect]] and the numbers below it.".to_owned());
         lines.push("[[effect]]".to_owned());
         lines.extend(entry.lines().map(str::to_owned));
         text.push('\n');

@@ -110,10 +110,11 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// "key = value (from to to), ..."
+/// "key = value unit (from to to), ..."
 pub fn numbers(parameters: &Parameters) -> String {
     let number = |(key, of): (&String, &ParameterFound)| {
-        format!("{key} = {:.4} ({:.4} to {:.4})", of.value, of.ci95[0], of.ci95[1])
+        let unit = if of.unit == "1" { String::new() } else { format!(" {}", of.unit) };
+        format!("{key} = {}{unit} ({} to {})", short(of.value), short(of.ci95[0]), short(of.ci95[1]))
     };
     parameters.iter().map(number).collect::<Vec<_>>().join(", ")
 }
