@@ -25,7 +25,7 @@ const LONGEST: usize = 20_000;
 const ALL_TORQUES: usize = 300_000;
 const SOME_TORQUES: usize = 300_000;
 const ALL_ANGLES: usize = 64_000;
-const SOME_ANGLES: usize = 40_000;
+const SOME_ANGLES: usize = 32_000;
 const PIECES_OF_A_RUN: usize = 2;
 /// Samples of an angle's piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;

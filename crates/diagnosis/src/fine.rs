@@ -12,6 +12,7 @@ use crate::loss::Loss;
 use crate::pattern::ended_poorly;
 use crate::rivals::Tried;
 use crate::select::Selection;
+use crate::worth::leaves_much_to_pick;
 
 /// A change over which a slope is taken changes the prediction by so many times the noise at most, as a root of the sum of squares.
 const REACH: f64 = 5.0;
@@ -30,7 +31,9 @@ pub(crate) fn fit_finely(setting: &Setting<'_>, state: &mut Selection) -> Result
     }
     let begin = Point { hypothesis, ..state.fitted.point.clone() };
     let tried = if_possible(Tried::from(setting, begin, STEPS))?;
-    if let Some(tried) = tried.filter(|tried| tried.fitted.loss < state.fitted.loss) {
+    // What a loose form leaves can be fitted better and better, and tells less and less of other runs.
+    let worse = |tried: &Tried| leaves_much_to_pick(state, loss) && tried.rms > state.rms;
+    if let Some(tried) = tried.filter(|tried| tried.fitted.loss < state.fitted.loss && !worse(tried)) {
         state.take(tried);
     }
     Ok(())

@@ -8,7 +8,7 @@ use crate::hypothesis::Hypothesis;
 use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
 use crate::loss::Loss;
 use crate::piece::{Piece, Ready};
-use crate::start::{Begun, best_start, better_start};
+use crate::start::{Begun, best_start, better_start, square_left};
 use crate::workers::map;
 use nalgebra::DVector;
 
@@ -24,10 +24,34 @@ const OF_THE_REST_REFUSED: f64 = 1e-2;
 pub(crate) const POOR: f64 = 0.2;
 /// There a step that was better is tried so many times as far.
 const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
-/// The damping after a refused step is at least this; less would change nothing.
-const LEAST_DAMPING: f64 = 0.1;
+/// The damping after a refused step is at least this, which halves it, and so many times the one before; after a better step so
+/// many times less.
+const LEAST_DAMPING: f64 = 1.0;
+const MORE_DAMPING: f64 = 10.0;
+const LESS_DAMPING: f64 = 0.1;
 /// Beyond so much of it a step is none.
 const MOST_DAMPING: f64 = 1e3;
+
+/// How far a fit has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Progress {
+    damping: f64,
+    /// Whether each piece begins as it comes closest to what was measured.
+    settled: bool,
+}
+
+impl Progress {
+    const NONE: Self = Self { damping: 1e-4, settled: false };
+
+    /// The same starts, as good as they were, for a step of another kind.
+    pub fn undamped(self) -> Self {
+        Self { settled: self.settled, ..Self::NONE }
+    }
+
+    fn damp(&mut self) {
+        self.damping = (self.damping * MORE_DAMPING).max(LEAST_DAMPING);
+    }
+}
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -39,6 +63,7 @@ pub(crate) struct Fitted {
     pub loss: f64,
     /// Whether further steps would gain little.
     pub ended: bool,
+    pub progress: Progress,
 }
 
 /// Fits on the pieces that `wanted` picks.
@@ -48,23 +73,33 @@ pub(crate) fn fit(
     wanted: &(impl Fn(&Piece) -> bool + Sync),
     steps: usize,
 ) -> Result<Fitted, DiagnosisError> {
-    let mut damping = 1e-4;
+    fit_on(setting, (begin, Progress::NONE), wanted, steps)
+}
+
+/// ... on from where a fit has come.
+pub(crate) fn fit_on(
+    setting: &Setting<'_>,
+    (begin, mut progress): (Point, Progress),
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+    steps: usize,
+) -> Result<Fitted, DiagnosisError> {
     let mut here = evaluate(setting, begin, wanted)?;
-    let mut settled = false;
     for _ in 0..steps.min(STEPS) {
         let total = sum(&Loss::of(setting).weighted(&here.fitted.groups));
         let count = total.count.max(1.0);
         let rest = (here.fitted.loss - count).max(0.0);
-        let Some((beta, predicted)) = step(&total, &here.fitted.point.hypothesis, damping) else { break };
+        let Some((beta, predicted)) = step(&total, &here.fitted.point.hypothesis, progress.damping) else {
+            break;
+        };
         let tried = if rest > POOR * count {
-            far(setting, &here, &beta, settled, wanted)?
+            far(setting, &here, &beta, progress.settled, wanted)?
         } else {
             near(setting, &here, &beta, wanted)?
         };
         let (accepted, gain, part) = match tried {
             Step::Refused => {
-                damping = (damping * 30.0).max(LEAST_DAMPING);
-                if damping > MOST_DAMPING {
+                progress.damp();
+                if progress.damping > MOST_DAMPING {
                     break;
                 }
                 continue;
@@ -74,31 +109,31 @@ pub(crate) fn fit(
                 let gain = here.fitted.loss - there.fitted.loss;
                 here = *there;
                 // The step's end has the best starts too.
-                settled = settled && rest > POOR * count;
-                damping = (damping * 0.1).max(1e-7);
+                progress.settled = progress.settled && rest > POOR * count;
+                progress.damping = (progress.damping * LESS_DAMPING).max(1e-7);
                 (true, gain, OF_THE_REST)
             }
         };
         let little = gain < (ENOUGH * count).max(part * rest);
-        here.fitted.ended = little && (settled || rest < POOR * count);
-        if here.fitted.ended || damping > MOST_DAMPING {
+        here.fitted.ended = little && (progress.settled || rest < POOR * count);
+        if here.fitted.ended || progress.damping > MOST_DAMPING {
             break;
         }
-        if settled && !accepted {
-            damping = (damping * 30.0).max(LEAST_DAMPING);
-        } else if !settled && (little || !accepted) {
+        if progress.settled && !accepted {
+            progress.damp();
+        } else if !progress.settled && (little || !accepted) {
             // What a linear step promises is no better than the starts that it is taken from.
             let before = here.fitted.loss;
             let point = with_best_starts(setting, &here.fitted.point, wanted)?;
             here = evaluate(setting, point, wanted)?;
-            settled = true;
+            progress.settled = true;
             here.fitted.ended = little && before - here.fitted.loss < part * rest;
             if here.fitted.ended {
                 break;
             }
         }
     }
-    Ok(here.fitted)
+    Ok(Fitted { progress, ..here.fitted })
 }
 
 /// A fit with its pieces' equations.
@@ -143,7 +178,7 @@ fn far(
     let trial = |times: f64| {
         let mut point = moved(setting, here, &(beta * times), wanted)?;
         if settled {
-            point = with_best_starts(setting, &point, wanted)?;
+            point = with_good_starts(setting, &point, &here.fitted.point, wanted)?;
         }
         let loss = loss_of(setting, &point, wanted)?;
         Ok((point, loss))
@@ -171,7 +206,7 @@ fn evaluate(
     let equations = setting.equations(&point, &columns, wanted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let loss = Loss::of(setting).total(&groups);
-    Ok(Here { equations, fitted: Fitted { point, groups, loss, ended: false } })
+    Ok(Here { equations, fitted: Fitted { point, groups, loss, ended: false, progress: Progress::NONE } })
 }
 
 pub(crate) fn sum(groups: &[Gram]) -> Gram {
@@ -268,6 +303,28 @@ pub(crate) fn with_best_starts(
     let hypothesis = point.hypothesis.clone();
     let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
     let starts = each_start(setting, point, &hypothesis, wanted, |_, piece, ready, start| {
+        best_start(setting, piece, ready, (piece.first_start(ready), start), zero_rad)
+    })?;
+    Ok(Point { starts, hypothesis })
+}
+
+/// As [`with_best_starts`], for a point that `before` led to, whose starts are the best: only where a piece is left with more
+/// than there another start is looked for far and wide.
+fn with_good_starts(
+    setting: &Setting<'_>,
+    point: &Point,
+    before: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let hypothesis = point.hypothesis.clone();
+    let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
+    let zero_before_rad = before.hypothesis.zero_rad.unwrap_or(0.0);
+    let ready_before = setting.ready(&before.hypothesis)?;
+    let starts = each_start(setting, point, &hypothesis, wanted, |index, piece, ready, start| {
+        let left_before = square_left(setting, piece, &ready_before, before.start(index), zero_before_rad);
+        if square_left(setting, piece, ready, start, zero_rad) <= left_before {
+            return start;
+        }
         best_start(setting, piece, ready, (piece.first_start(ready), start), zero_rad)
     })?;
     Ok(Point { starts, hypothesis })

@@ -4,9 +4,10 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
+use crate::loss::Loss;
 use crate::rivals::{NEARLY, Tried};
 use crate::select::Selection;
-use crate::worth::{FLOOR, SHARE};
+use crate::worth::{FLOOR, SHARE, cuts, leaves_much_to_pick};
 
 /// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
 /// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
@@ -42,22 +43,15 @@ pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
 /// Drops causes that no longer pay beside the others.
 pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     while state.fitted.point.hypothesis.members.len() > 1 {
-        let mut idlest: Option<(usize, Tried)> = None;
+        let mut without = Vec::new();
         for index in 0..state.fitted.point.hypothesis.members.len() {
             let begin = Point {
                 hypothesis: state.fitted.point.hypothesis.without(index),
                 starts: state.fitted.point.starts.clone(),
             };
-            let Some(without) = if_possible(Tried::from(setting, begin, 6))? else { continue };
-            if idlest.as_ref().is_none_or(|(_, least)| without.rms < least.rms) {
-                idlest = Some((index, without));
-            }
+            without.extend(if_possible(Tried::from(setting, begin, 6))?.map(|tried| (index, tried)));
         }
-        let Some((index, without)) = idlest else { break };
-        let worth = without.rms.powi(2) - state.rms.powi(2);
-        if without.rms - state.rms >= FLOOR && worth >= SHARE * state.forms.open {
-            break;
-        }
+        let Some((index, without)) = idle(setting, state, without) else { break };
         if let Some(member) = state.fitted.point.hypothesis.members.get(index) {
             let id = member.candidate.id;
             let reason = "no longer cuts the error on held-out runs once the other causes are in".to_owned();
@@ -67,4 +61,37 @@ pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<
         state.take(without);
     }
     Ok(())
+}
+
+/// The place of a cause that doesn't pay, and what the others leave without it: the last one where it was picked, or else the
+/// one that is least missed.
+fn idle(
+    setting: &Setting<'_>,
+    state: &Selection,
+    mut without: Vec<(usize, Tried)>,
+) -> Option<(usize, Tried)> {
+    without.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
+    let picked = without.iter().position(|(index, tried)| is_picked(setting, state, *index, tried));
+    let of_no_worth = |(_, tried): &&(usize, Tried)| {
+        let worth = tried.rms.powi(2) - state.rms.powi(2);
+        tried.rms - state.rms < FLOOR || worth < SHARE * state.forms.open
+    };
+    let place = picked.or(without.first().filter(of_no_worth).map(|_| 0))?;
+    without.into_iter().nth(place)
+}
+
+/// Whether the cause that came last is one of the fits that a loose form leaves to pick from: beside the others as they are
+/// once they have been fitted as long, it cuts less than it would have to.
+fn is_picked(setting: &Setting<'_>, state: &Selection, index: usize, without: &Tried) -> bool {
+    let members = &state.fitted.point.hypothesis.members;
+    let Some(last) = members.get(index).filter(|_| index + 1 == members.len()) else { return false };
+    let before = Selection {
+        fitted: without.fitted.clone(),
+        held_out: without.held_out.clone(),
+        rms: without.rms,
+        ..state.clone()
+    };
+    let loss = Loss::of(setting);
+    leaves_much_to_pick(&before, loss)
+        && !cuts(&before, (last.candidate.id, state.rms, &state.held_out), 1.0, loss)
 }

@@ -8,10 +8,14 @@ use crate::gram::leave_out;
 use crate::hypothesis::{Free, Member};
 use crate::linear::{Point, Setting, by_group};
 use crate::loss::Loss;
+use crate::pattern::ended_poorly;
 use crate::rivals::{Tried, fitted_pieces};
 use crate::screen::ORDER_FLOOR;
 use crate::select::Selection;
 
+/// Steps of a fit with another shape, and after how many of them one that does no better is given up where steps are dear.
+const STEPS: usize = 6;
+const FIRST_STEPS: usize = 2;
 /// A shape is freed where it cuts the RMS by so much, in parts of the noise.
 const REFINED: f64 = 0.003;
 /// A harmonic's squares in parts of their variances, both parts together, that chance alone exceeds in one of twenty.
@@ -26,7 +30,7 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
         if let Some(of) = point.hypothesis.members.get_mut(index) {
             of.free.push(*number);
         }
-        take_if(setting, state, point, |now, then| then < now - REFINED)?;
+        free_if_it_pays(setting, state, point)?;
     }
     // Beside a new cause the series that are in may need other harmonics too: they were chosen without it.
     for series in (0..=index).rev() {
@@ -50,6 +54,21 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
             }
             take_if(setting, state, point, |now, then| then < now + 0.3 * REFINED)?;
         }
+    }
+    Ok(())
+}
+
+/// Takes a point with one number more, where it pays; where much is left and steps are dear one that first steps leave no
+/// better is given up.
+fn free_if_it_pays(setting: &Setting<'_>, state: &mut Selection, point: Point) -> Result<(), DiagnosisError> {
+    let begin = (point, state.fitted.progress.undamped());
+    let steps = if ended_poorly(setting, &state.fitted) { FIRST_STEPS } else { STEPS };
+    let Some(mut tried) = if_possible(Tried::from_progress(setting, begin, steps))? else { return Ok(()) };
+    if steps < STEPS && tried.rms < state.rms {
+        tried = tried.further(setting, STEPS - steps)?;
+    }
+    if tried.rms < state.rms - REFINED {
+        state.take(tried);
     }
     Ok(())
 }
@@ -138,7 +157,7 @@ fn take_if(
     begin: Point,
     better: impl Fn(f64, f64) -> bool,
 ) -> Result<(), DiagnosisError> {
-    let tried = if_possible(Tried::from(setting, begin, 6))?;
+    let tried = if_possible(Tried::from(setting, begin, STEPS))?;
     if let Some(tried) = tried.filter(|tried| better(state.rms, tried.rms)) {
         state.take(tried);
     }

@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::error::if_possible;
-use crate::fit::{Fitted, fit};
+use crate::fit::{Fitted, Progress, fit, fit_on};
 use crate::gram::{Gram, HeldOut, leave_out};
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
@@ -13,7 +13,7 @@ use crate::screen::Screened;
 use crate::select::Selection;
 use crate::twins::are_twins;
 use crate::workers::map;
-use crate::worth::{cuts, least_cut};
+use crate::worth::{cuts, least_cut, leaves_much_to_pick};
 
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
@@ -64,10 +64,30 @@ pub(crate) struct Tried {
 impl Tried {
     /// Fits from `begin` on, in so many steps at most.
     pub fn from(setting: &Setting<'_>, begin: Point, steps: usize) -> Result<Self, DiagnosisError> {
-        let fitted = fit(setting, begin, &fitted_pieces, steps)?;
+        Ok(Self::judged(setting, fit(setting, begin, &fitted_pieces, steps)?))
+    }
+
+    /// ... on from where a fit has come.
+    pub fn from_progress(
+        setting: &Setting<'_>,
+        begin: (Point, Progress),
+        steps: usize,
+    ) -> Result<Self, DiagnosisError> {
+        Ok(Self::judged(setting, fit_on(setting, begin, &fitted_pieces, steps)?))
+    }
+
+    /// So many steps further at most, if it hasn't ended.
+    pub fn further(self, setting: &Setting<'_>, steps: usize) -> Result<Self, DiagnosisError> {
+        if self.fitted.ended {
+            return Ok(self);
+        }
+        Self::from_progress(setting, (self.fitted.point, self.fitted.progress), steps)
+    }
+
+    fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
         let held_out = judge(setting, &fitted.groups);
         let rms = Loss::of(setting).rms(held_out.each(&fitted.groups));
-        Ok(Self { fitted, held_out, rms })
+        Self { fitted, held_out, rms }
     }
 
     /// Fitted on from better numbers of one member, where much is left and a pattern search finds some.
@@ -120,17 +140,15 @@ pub(crate) fn fit_rival(
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let far = ended_poorly(setting, &state.fitted);
+    let far = ended_poorly(setting, &state.fitted) || leaves_much_to_pick(state, Loss::of(setting));
     let mut tried = Tried::from(setting, begin, if far { FIRST_STEP } else { FIRST_STEPS })?;
-    if far && tried.rms < state.rms && !tried.fitted.ended {
-        tried = Tried::from(setting, tried.fitted.point, FIRST_STEPS - FIRST_STEP)?;
+    if far && tried.rms < state.rms {
+        tried = tried.further(setting, FIRST_STEPS - FIRST_STEP)?;
     }
     let id = screened.member.candidate.id;
     let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
     if promises && tried.rms < BEHIND * best {
-        if !tried.fitted.ended {
-            tried = Tried::from(setting, tried.fitted.point, STEPS)?;
-        }
+        tried = tried.further(setting, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;
         tried = tried.searched(setting, last)?;
     }

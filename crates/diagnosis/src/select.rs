@@ -17,7 +17,7 @@ use crate::round::{Round, next_cause};
 use crate::screen::{Screening, screen};
 use crate::simplify::simplify;
 use crate::whiteness::is_white;
-use crate::worth::Forms;
+use crate::worth::{Forms, leaves_much_to_pick};
 
 /// Causes at most.
 const MOST: usize = 6;
@@ -155,10 +155,15 @@ fn grow_on(
             break;
         }
         let screening = screen(setting, candidates, &state.fitted)?;
+        let before = state.fitted.point.hypothesis.members.len();
         if !next_cause(setting, candidates, &screening.ranked, state)? {
             break;
         }
         settle(setting, candidates, state)?;
+        let as_many = state.fitted.point.hypothesis.members.len() <= before;
+        if as_many && leaves_much_to_pick(state, Loss::of(setting)) {
+            break;
+        }
     }
     Ok(())
 }

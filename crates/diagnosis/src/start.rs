@@ -140,8 +140,19 @@ pub(crate) fn better_start(
     (one, two): (Begun, Begun),
     zero_rad: f64,
 ) -> Begun {
-    let left = |start: Begun| square(&left_from(setting, piece, ready, start, zero_rad));
+    let left = |start: Begun| square_left(setting, piece, ready, start, zero_rad);
     if one == two || left(one) <= left(two) { one } else { two }
+}
+
+/// The sum of squares that a start leaves, in parts of the noise.
+pub(crate) fn square_left(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    start: Begun,
+    zero_rad: f64,
+) -> f64 {
+    square(&left_from(setting, piece, ready, start, zero_rad))
 }
 
 /// What a start leaves; the last value draws one that makes no difference towards none, as in the fit.

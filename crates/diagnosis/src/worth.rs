@@ -18,6 +18,14 @@ const LEFT_BY_LOOSE_IN_ANGLES: f64 = 0.3;
 /// ... and to causes that bend what it bends itself, as the elements' own stiffness would.
 const BENDS_AS_LOOSE: [&str; 2] = ["bristle-stiffness", "coupling-compliance"];
 const LEFT_TO_SUCH: f64 = 0.3;
+/// In an angle log a further cause beside it must explain so much of what is left beyond noise.
+const LEAST_BESIDE_LOOSE: f64 = 0.5;
+
+/// Whether a loose form is in where the rotor answers what it leaves with slips at other moments: fits find less to be left
+/// the longer they go on, and a further cause's is one of them.
+pub(crate) fn leaves_much_to_pick(state: &Selection, loss: Loss) -> bool {
+    loss == Loss::OwnNoise && state.fitted.point.hypothesis.has(LOOSE)
+}
 
 /// What the forms of the causes that are in may leave, as mean squares in parts of the noise's.
 #[derive(Debug, Clone, Copy, Default)]
@@ -65,10 +73,9 @@ pub(crate) fn cuts(
 /// By how much a cause must cut the held-out RMS, in parts of the noise.
 pub(crate) fn least_cut(state: &Selection, loss: Loss) -> f64 {
     let square = state.rms.powi(2);
-    let hypothesis = &state.fitted.point.hypothesis;
-    // A loose form leaves as much to pick from as two causes do.
-    let causes = hypothesis.members.len() + usize::from(hypothesis.has(LOOSE));
-    let least = (SHARE * state.forms.open).max(loss.least_part(causes) * (square - 1.0));
+    let causes = state.fitted.point.hypothesis.members.len();
+    let part = if leaves_much_to_pick(state, loss) { LEAST_BESIDE_LOOSE } else { loss.least_part(causes) };
+    let least = (SHARE * state.forms.open).max(part * (square - 1.0));
     FLOOR.max(state.rms - (square - least).max(0.0).sqrt())
 }
 

@@ -196,7 +196,8 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         const NEAR_RAD: f64 = 0.1;
         let ahead_rad = self.command_rad_per_s * (time_s - from.time_s) - (rotor_angle - from.rotor_angle);
         let turn = self.params.rotor_teeth * ahead_rad;
-        if FULL || turn.abs() > NEAR_RAD {
+        let waves = FULL && (self.params.effects.microstep.is_some() || self.params.effects.detent.is_some());
+        if waves || turn.abs() > NEAR_RAD {
             return self.motor_nm(rotor_angle, time_s);
         }
         let square = turn * turn;
