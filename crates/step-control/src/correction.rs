@@ -25,6 +25,8 @@ const SMOOTHING: f64 = 0.1;
 pub(crate) struct Instant {
     /// Where the spool was wanted, rad.
     pub reference_rad: f64,
+    /// How far that was behind the reference on purpose, rad.
+    pub behind_rad: f64,
     /// The torque that the command gives there beyond the one fed forward, N·m.
     pub beyond_nm: f64,
     /// Where the command stands, rad.
@@ -75,11 +77,18 @@ impl Correction {
         *self = Self { trail: [instant; TRAIL], estimate: [0.0, 0.0, instant.beyond_nm], ..Self::default() };
     }
 
-    /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends; teeth
-    /// and half-teeth of the motor do not matter to its torque.
-    pub(crate) fn restart(&mut self, rotor_rad: f64, way_rad: f64, torque_nm: impl Fn(f64) -> f64) {
+    /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends,
+    /// `behind_rad` behind the reference; teeth and half-teeth of the motor do not matter to its torque.
+    pub(crate) fn restart(
+        &mut self,
+        rotor_rad: f64,
+        way_rad: f64,
+        behind_rad: f64,
+        torque_nm: impl Fn(f64) -> f64,
+    ) {
         for (age, instant) in self.trail.iter_mut().enumerate() {
             instant.reference_rad = rotor_rad - way_rad * age as f64;
+            instant.behind_rad = behind_rad;
             instant.beyond_nm = torque_nm(instant.command_rad - instant.reference_rad);
         }
         *self = Self { trail: self.trail, ..Self::default() };
@@ -102,6 +111,20 @@ impl Correction {
         self.trail.get(age).copied().unwrap_or_default()
     }
 
+    /// Takes note of a cycle in which nothing was read or commanded: the estimate goes on with the command.
+    pub(crate) fn go_on(&mut self, params: &Params, instant: Instant) {
+        if let Some(observer) = &params.observer {
+            self.estimate = self.predicted(params, observer);
+        }
+        self.push(instant);
+    }
+
+    /// The estimate at the time of this cycle's reading, before it.
+    fn predicted(&self, params: &Params, observer: &Observer) -> Vector {
+        let age = age(params, observer);
+        observer.predicted(&self.estimate, self.instant(age + 1).beyond_nm, self.instant(age).beyond_nm)
+    }
+
     /// Takes a cycle's reading in and looks ahead over the dead time.
     pub(crate) fn step(
         &mut self,
@@ -111,10 +134,10 @@ impl Correction {
         angle_rad: Option<f64>,
         next: &Reference,
     ) -> Wish {
-        let age = (params.loop_delay_cycles + observer.settings.delay_cycles) as usize;
-        let (read, before) = (self.instant(age), self.instant(age + 1));
-        let predicted = observer.predicted(&self.estimate, before.beyond_nm, read.beyond_nm);
-        let reading_rad = angle_rad.map_or(predicted[0], |angle_rad| angle_rad - read.reference_rad);
+        let age = age(params, observer);
+        let predicted = self.predicted(params, observer);
+        let reading_rad =
+            angle_rad.map_or(predicted[0], |angle_rad| angle_rad - self.instant(age).reference_rad);
         let (filter, limit_nm) = (tuning.filter(observer), tuning.observer_limit_nm(observer));
         self.estimate = observer.corrected(&filter, &predicted, reading_rad, limit_nm);
         self.rest(observer, next, reading_rad, params.period_s);
@@ -139,4 +162,9 @@ impl Correction {
         let counts = if self.holds { RELEASE_COUNTS } else { HOLD_COUNTS };
         self.holds = settled && self.smoothed_rad.abs() < counts * observer.settings.count_rad;
     }
+}
+
+/// How old a reading is when it is taken in, in cycles commanded since.
+fn age(params: &Params, observer: &Observer) -> usize {
+    (params.loop_delay_cycles + observer.settings.delay_cycles) as usize
 }

@@ -102,10 +102,11 @@ fn begin(params: &Params, state: &mut State, feedback: &Feedback) {
     state.following_error_peak_rad = 0.0;
     state.load_angle_rad = None;
     state.lost = false;
+    state.unheard = false;
     state.pace = 1.0;
     let beyond_nm = torque_beyond_nm(params, state.position, &reference, &FeedForward::default());
     let reference_rad = reference.angle_rad;
-    state.correction.begin(Instant { reference_rad, beyond_nm, command_rad });
+    state.correction.begin(Instant { reference_rad, behind_rad: 0.0, beyond_nm, command_rad });
 }
 
 /// Looks for a reason to stop, while running.
@@ -141,8 +142,9 @@ fn fault_of(params: &Params, state: &State, feedback: &Feedback) -> FaultCode {
         };
     }
     let limit_rad = state.tuning.following_error_limit_rad(params, state.window.now().speed_rad_per_s);
-    // What is being caught up after lost steps is known, and no error of following.
-    if (state.following_error_rad - state.recovery.offset_rad()).abs() > limit_rad {
+    // What is being caught up, after lost steps or a pause, is known, and no error of following.
+    let behind_rad = state.correction.commanded(params.loop_delay_cycles).behind_rad;
+    if (state.following_error_rad - behind_rad).abs() > limit_rad {
         return FaultCode::FollowingError;
     }
     FaultCode::None

@@ -116,6 +116,10 @@ pub enum ControlError {
     Drive(#[from] drive::DriveError),
 }
 
+/// The part of the holding torque that accelerates the way back after lost steps or a pause: it leaves the motor most of
+/// its torque, and the resonance nearly at rest.
+const WAY_BACK_PART: f64 = 1.0 / 8.0;
+
 impl Params {
     /// These settings with an observer designed for them.
     #[must_use]
@@ -138,6 +142,11 @@ impl Params {
         let damping = self.motor.damping_nm_s_per_rad + self.viscous_nm_s_per_rad;
         let ratio = damping / (2.0 * (stiffness * self.inertia_kg_m2).sqrt());
         Self { shaper: Shaper::design(frequency, ratio, self.period_s), ..self }
+    }
+
+    /// How hard the way back to the reference is accelerated, rad/s².
+    pub(crate) fn way_back_rad_per_s2(&self) -> f64 {
+        WAY_BACK_PART * self.motor.holding_torque_nm / self.inertia_kg_m2
     }
 
     /// Checks all numbers that this crate uses itself; motor and friction are validated where they are made.

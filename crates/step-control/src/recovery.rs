@@ -1,8 +1,9 @@
-//! Lost steps: seen from the load angle, and how the command finds back to the rotor without a jerk.
+//! Lost steps: seen from the load angle; and how the command finds back to a rotor, or to the reference, without a jerk.
 //!
 //! Beyond 180° of electrical lag the motor pulls into the next tooth: the command is then whole tooth pitches away from
-//! the angle that it holds. Re-synchronising takes these teeth for granted, lets the target begin where the rotor is, at
-//! the rotor's speed, and brings it back to the reference as a critically damped spring would.
+//! the angle that it holds. Re-synchronising takes these teeth for granted, and lets the target begin where the rotor is, at
+//! the rotor's speed. After a pause it begins likewise where the command went meanwhile: the reference went on unheard,
+//! and a jump to it would be more than a rotor follows. From there the target comes back.
 
 use signals::Reference;
 use std::f64::consts::{PI, TAU};
@@ -12,7 +13,8 @@ use std::f64::consts::{PI, TAU};
 const DOUBTFUL_RAD: f64 = PI + 0.6;
 const CERTAIN_RAD: f64 = 1.5 * PI;
 
-/// Rate of the way back, 1/s: a tooth is caught up in some 0.2 s, at less than 1 rad/s.
+/// Rate of the way back, 1/s. A pause in which the command goes on at the way's speed takes it no further off than it was
+/// if it is shorter than two over this, 80 ms: pauses one after another don't add up.
 const RATE_PER_S: f64 = 25.0;
 
 /// An offset smaller than this is over, rad.
@@ -56,29 +58,42 @@ impl Recovery {
         self.before_rad = 0.0;
     }
 
+    /// Lets the target go on from `aim` to a reference, a cycle later, that was not heard of for a while.
+    pub(crate) fn bridge(&mut self, aim: &Reference, reference: &Reference, period_s: f64) {
+        let (speed, acceleration) = (reference.speed_rad_per_s, reference.acceleration_rad_per_s2);
+        let before_rad = reference.angle_rad - period_s * (speed - acceleration * period_s / 2.0);
+        self.offset_rad = before_rad - aim.angle_rad;
+        self.offset_rad_per_s = speed - acceleration * period_s - aim.speed_rad_per_s;
+    }
+
+    /// Falls behind by so much more, rad, in a cycle for which no command went out.
+    pub(crate) fn go_on(&mut self, behind_rad: f64) {
+        self.offset_rad += behind_rad;
+    }
+
     /// How far the target is behind the reference, rad.
     pub(crate) fn offset_rad(&self) -> f64 {
         self.offset_rad
     }
 
-    /// The target that belongs to a reference, a cycle after the one before.
-    pub(crate) fn target(&mut self, reference: &Reference, period_s: f64) -> Reference {
+    /// The target that belongs to a reference, a cycle after the one before; on its way back it is accelerated by
+    /// `most_rad_per_s2` at the most.
+    pub(crate) fn target(&mut self, reference: &Reference, period_s: f64, most_rad_per_s2: f64) -> Reference {
         if self.offset_rad == 0.0 && self.offset_rad_per_s == 0.0 {
             return *reference;
         }
-        let fading = (-RATE_PER_S * period_s).exp();
-        let pull = self.offset_rad_per_s + RATE_PER_S * self.offset_rad;
-        let offset_rad = (self.offset_rad + pull * period_s) * fading;
-        let rate = self.offset_rad_per_s * fading - RATE_PER_S * pull * period_s * fading;
-        (self.offset_rad, self.offset_rad_per_s) = (offset_rad, rate);
-        if offset_rad.abs() < OVER_RAD && rate.abs() < OVER_RAD * RATE_PER_S {
+        let wanted = -RATE_PER_S * self.offset_rad;
+        let acceleration =
+            ((wanted - self.offset_rad_per_s) / period_s).clamp(-most_rad_per_s2, most_rad_per_s2);
+        self.offset_rad += period_s * (self.offset_rad_per_s + acceleration * period_s / 2.0);
+        self.offset_rad_per_s += acceleration * period_s;
+        if self.offset_rad.abs() < OVER_RAD && self.offset_rad_per_s.abs() < OVER_RAD * RATE_PER_S {
             (self.offset_rad, self.offset_rad_per_s) = (0.0, 0.0);
         }
         Reference {
-            angle_rad: reference.angle_rad - offset_rad,
-            speed_rad_per_s: reference.speed_rad_per_s - rate,
-            acceleration_rad_per_s2: reference.acceleration_rad_per_s2
-                + RATE_PER_S * (2.0 * rate + RATE_PER_S * offset_rad),
+            angle_rad: reference.angle_rad - self.offset_rad,
+            speed_rad_per_s: reference.speed_rad_per_s - self.offset_rad_per_s,
+            acceleration_rad_per_s2: reference.acceleration_rad_per_s2 - acceleration,
             ..*reference
         }
     }
@@ -87,6 +102,8 @@ impl Recovery {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
 
     #[test]
     fn a_rotor_that_swings_back_has_lost_nothing() {
@@ -99,19 +116,43 @@ mod tests {
         assert!(recovery.lost(CERTAIN_RAD + 0.1));
     }
 
+    const PERIOD_S: f64 = 1e-3;
+    const MOST_RAD_PER_S2: f64 = 1500.0;
+
+    fn turning(cycle: u64) -> Reference {
+        Reference { angle_rad: 5.0 * PERIOD_S * cycle as f64, speed_rad_per_s: 5.0, ..Reference::default() }
+    }
+
+    /// Follows the reference for a second from `target` on; the target ends on it.
+    fn assert_comes_back(recovery: &mut Recovery, mut target: Reference) {
+        for cycle in 1..=1000 {
+            let next = recovery.target(&turning(cycle), PERIOD_S, MOST_RAD_PER_S2);
+            let change = next.speed_rad_per_s - target.speed_rad_per_s;
+            assert!(change.abs() <= MOST_RAD_PER_S2 * PERIOD_S * (1.0 + 1e-9), "{change} rad/s in a cycle");
+            assert_relative_eq!(next.acceleration_rad_per_s2, change / PERIOD_S, epsilon = 0.1);
+            let mean = (next.speed_rad_per_s + target.speed_rad_per_s) / 2.0;
+            assert_relative_eq!(next.angle_rad - target.angle_rad, mean * PERIOD_S, epsilon = 2.0 * OVER_RAD);
+            target = next;
+        }
+        assert_eq!(recovery.target(&turning(1001), PERIOD_S, MOST_RAD_PER_S2), turning(1001));
+    }
+
     #[test]
-    fn the_target_leaves_the_rotor_smoothly_and_arrives() {
+    fn the_target_leaves_a_rotor_smoothly_and_arrives() {
         let mut recovery = Recovery::default();
         recovery.resynchronise(TAU, 0.1257, 3.0);
         assert_eq!((recovery.teeth, recovery.lost_teeth), (1, 1));
-        let reference = Reference { angle_rad: 1.0, ..Reference::default() };
-        let (mut angle_rad, mut speed) = (1.0 - 0.1257, -3.0);
-        for _ in 0..1000 {
-            let target = recovery.target(&reference, 1e-3);
-            assert!((target.speed_rad_per_s - speed).abs() < 0.3, "{} after {speed}", target.speed_rad_per_s);
-            assert!((target.angle_rad - angle_rad - 1e-3 * target.speed_rad_per_s).abs() < 2e-4);
-            (angle_rad, speed) = (target.angle_rad, target.speed_rad_per_s);
+        let rotor = Reference { angle_rad: -0.1257, speed_rad_per_s: 2.0, ..Reference::default() };
+        assert_comes_back(&mut recovery, rotor);
+    }
+
+    proptest! {
+        #[test]
+        fn the_target_leaves_a_pause_smoothly_and_arrives(angle in -0.3..0.3_f64, speed in -12.0..12.0_f64) {
+            let mut recovery = Recovery::default();
+            let aim = Reference { angle_rad: angle, speed_rad_per_s: speed, ..Reference::default() };
+            recovery.bridge(&aim, &turning(1), PERIOD_S);
+            assert_comes_back(&mut recovery, aim);
         }
-        assert_eq!(recovery.target(&reference, 1e-3), reference);
     }
 }

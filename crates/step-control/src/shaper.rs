@@ -54,6 +54,15 @@ impl Shaped {
         self.past = [*reference; MEMORY];
     }
 
+    /// Takes the past of `newest` for a motion at its speed: the true one was not heard of.
+    pub(crate) fn go_back(&mut self, newest: &Reference, period_s: f64) {
+        let way_rad = newest.speed_rad_per_s * period_s;
+        for (past, age) in self.past.iter_mut().zip(1_u8..) {
+            let angle_rad = newest.angle_rad - way_rad * f64::from(age);
+            *past = Reference { angle_rad, acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0, ..*newest };
+        }
+    }
+
     /// Takes the newest reference in and gives the shaped one.
     pub(crate) fn step(&mut self, shaper: &Shaper, newest: &Reference) -> Reference {
         self.past.rotate_right(1);

@@ -20,6 +20,8 @@ pub struct State {
     pub(crate) feedback: Partner,
     pub(crate) reference: Partner,
     pub(crate) window: Window,
+    /// Whether references went by since the last one that was heard of and followed.
+    pub(crate) unheard: bool,
     pub(crate) shaped: Shaped,
     /// What the command aimed at last: the reference, shaped, and behind it while the rotor comes back.
     pub(crate) aim: Reference,
@@ -67,6 +69,7 @@ impl State {
             feedback: Partner::default(),
             reference: Partner::default(),
             window: Window::default(),
+            unheard: false,
             shaped: Shaped::default(),
             aim: Reference::default(),
             contact: Contact::relaxed(),

@@ -53,6 +53,7 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Ou
 fn pass_over(params: &Params, state: &mut State, cycle: u64) {
     let passed = state.last_cycle.map_or(0, |last| cycle.saturating_sub(last).saturating_sub(1));
     state.last_cycle = Some(cycle);
+    state.unheard |= passed > 0;
     // Beyond the silence limit the drive has stopped by itself, and says so.
     for _ in 0..passed.min(params.drive.silence_cycles) {
         state.window.shift(None, params.period_s);
@@ -65,6 +66,7 @@ fn pass_over(params: &Params, state: &mut State, cycle: u64) {
 fn listen(params: &Params, state: &mut State, input: &Input) {
     state.feedback.note(input.feedback.is_some());
     state.reference.note(input.reference.is_some());
+    state.unheard |= input.reference.is_none();
     state.window.shift(input.reference, params.period_s);
     if state.machine != ControllerState::Running
         && let Some(reference) = input.reference

@@ -16,13 +16,22 @@ const WAITS_BEYOND: f64 = 0.5;
 /// One cycle of it.
 pub(crate) fn track(params: &Params, state: &mut State) {
     let mut reference = state.window.commanded(params.loop_delay_cycles, params.period_s);
+    // What went by unheard is not between this reference and the one followed last.
+    let heard_again = state.unheard && state.reference.silent_cycles() == 0;
+    state.unheard &= !heard_again;
     if let Some(shaper) = &params.shaper {
+        if heard_again {
+            state.shaped.go_back(&reference, params.period_s);
+        }
         reference = state.shaped.step(shaper, &reference);
+    }
+    if heard_again {
+        state.recovery.bridge(&state.aim, &reference, params.period_s);
     }
     if state.lost && params.lost_steps == LostSteps::Resynchronise {
         resynchronise(params, state, &reference);
     }
-    let target = state.recovery.target(&reference, params.period_s);
+    let target = state.recovery.target(&reference, params.period_s, params.way_back_rad_per_s2());
     let level = state.tuning.compensation(params);
     let fed = feed_forward(params, level, &mut state.contact, &state.surroundings, &state.aim, &target);
     state.aim = target;
@@ -36,17 +45,21 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     let position = state.position.round();
     state.correction.push(Instant {
         reference_rad: target.angle_rad,
+        behind_rad: state.recovery.offset_rad(),
         beyond_nm: torque_beyond_nm(params, position, &target, &fed),
         command_rad: position * params.drive.microstep_angle_rad,
     });
     state.pace = pace(params, state);
 }
 
-/// A cycle for which no command went out: command and reference went on at their last speed.
+/// A cycle for which no command went out: the command went on at its last rate, and the rotor with it.
 pub(crate) fn go_on(params: &Params, state: &mut State) {
-    let way_rad = state.aim.speed_rad_per_s * params.period_s;
+    let way_rad = state.travel * params.drive.microstep_angle_rad;
+    let unheard_way_rad = state.window.newest().speed_rad_per_s * params.period_s;
+    state.recovery.go_on(unheard_way_rad - way_rad);
     state.aim = Reference {
         angle_rad: state.aim.angle_rad + way_rad,
+        speed_rad_per_s: way_rad / params.period_s,
         acceleration_rad_per_s2: 0.0,
         jerk_rad_per_s3: 0.0,
         ..state.aim
@@ -55,11 +68,13 @@ pub(crate) fn go_on(params: &Params, state: &mut State) {
     state.target += state.travel;
     state.target_before += state.travel;
     let last = state.correction.commanded(0);
-    state.correction.push(Instant {
+    let instant = Instant {
         reference_rad: last.reference_rad + way_rad,
+        behind_rad: state.recovery.offset_rad(),
         command_rad: state.position.round() * params.drive.microstep_angle_rad,
         ..last
-    });
+    };
+    state.correction.go_on(params, instant);
 }
 
 /// Where the command is wanted; whether it had to stay behind to keep hold of the rotor.
@@ -94,7 +109,9 @@ fn resynchronise(params: &Params, state: &mut State, reference: &Reference) {
     let behind_rad_per_s = reference.speed_rad_per_s - way_rad / params.period_s;
     state.recovery.resynchronise(lag_rad, behind_rad, behind_rad_per_s);
     let holding_nm = params.motor.holding_torque_nm;
-    state.correction.restart(rotor_rad, way_rad, |lead_rad| holding_nm * (teeth * lead_rad).sin());
+    state
+        .correction
+        .restart(rotor_rad, way_rad, behind_rad, |lead_rad| holding_nm * (teeth * lead_rad).sin());
     state.aim = Reference {
         angle_rad: rotor_rad,
         speed_rad_per_s: way_rad / params.period_s,

@@ -28,6 +28,11 @@ impl Window {
         &self.now
     }
 
+    /// Reference k+2.
+    pub(crate) fn newest(&self) -> &Reference {
+        &self.newest
+    }
+
     /// The motion wanted at the end of the commanded cycle: Reference k+2, or one cycle further for a loop with one
     /// cycle more of delay, continued at its jerk.
     pub(crate) fn commanded(&self, loop_delay_cycles: u64, period_s: f64) -> Reference {
