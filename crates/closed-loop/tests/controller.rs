@@ -171,3 +171,44 @@ fn a_reference_beyond_the_limits_is_a_fault_in_the_same_cycle() {
         assert_eq!(found.1, if fault == FaultCode::None { 0 } else { 200 }, "{factor}");
     }
 }
+
+/// Loses the references of cycles 200 to 209; those after are this far from where they were, rad.
+struct Leaping(f64);
+
+impl Wire for Leaping {
+    fn presence(&self, _: Source, _: u64) -> Presence {
+        Presence::Runs
+    }
+    fn feedback(&mut self, cycle: u64, body: Feedback) -> Option<Feedback> {
+        Perfect.feedback(cycle, body)
+    }
+    fn reference(&mut self, cycle: u64, body: Reference) -> Option<Reference> {
+        let leap_rad = if cycle >= 210 { self.0 } else { 0.0 };
+        let heard = !(200..210).contains(&cycle);
+        heard.then_some(Reference { angle_rad: body.angle_rad + leap_rad, ..body })
+    }
+    fn command(&mut self, cycle: u64, body: StepCommand) -> Option<StepCommand> {
+        Perfect.command(cycle, body)
+    }
+    fn status(&mut self, cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
+        Perfect.status(cycle, body)
+    }
+}
+
+#[test]
+fn a_reference_that_leapt_while_it_was_not_heard_is_a_fault() {
+    let mut scenario = scenario(0.5, "");
+    scenario.safety.silence_cycles = 20;
+    let parts = wire(&scenario, &Valve::default().model(), &Valve::default().model()).unwrap();
+    // In eleven cycles of 1 ms the limit of 12.6 rad/s, one way instead of the other, makes 0.28 rad of it.
+    for (leap_rad, fault) in
+        [(0.0, FaultCode::None), (0.25, FaultCode::None), (-0.3, FaultCode::ReferenceLimit)]
+    {
+        let mut run = InProcess::over(&parts, Leaping(leap_rad));
+        let mut found = FaultCode::None.code();
+        while let Some(outputs) = run.cycle() {
+            found = outputs.controller.unwrap().status.fault.max(found);
+        }
+        assert_eq!(FaultCode::from_code(found), Some(fault), "{leap_rad} rad");
+    }
+}

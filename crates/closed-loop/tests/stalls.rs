@@ -2,14 +2,33 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use closed_loop::{InProcess, Parts, Presence, Wire, wire};
-use config::{parse_model, parse_scenario};
+use config::{Damping, parse_model, parse_scenario};
 use proptest::prelude::*;
 use signals::{ControlStatus, FaultCode, Feedback, Reference, Source, StepCommand};
 
-fn parts(scenario: &str) -> Parts {
+/// What differs from a scenario as it is shipped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Variant {
+    Shipped,
+    Shaped,
+    TwoCyclesOfDelay,
+    WithoutEncoder,
+}
+
+fn parts(scenario: &str, variant: Variant) -> Parts {
     let read = |path: String| std::fs::read_to_string(path).unwrap();
     let root = format!("{}/../../rt-config", env!("CARGO_MANIFEST_DIR"));
-    let scenario = parse_scenario(&read(format!("{root}/scenarios/{scenario}")), scenario).unwrap();
+    let mut scenario = parse_scenario(&read(format!("{root}/scenarios/{scenario}")), scenario).unwrap();
+    match variant {
+        Variant::Shipped => {}
+        Variant::Shaped => scenario.control.damping = Damping::Shaping,
+        Variant::TwoCyclesOfDelay => scenario.loop_delay_cycles = 2,
+        Variant::WithoutEncoder => {
+            scenario.encoder.fitted = false;
+            scenario.control.observer = false;
+            scenario.control.damping = Damping::None;
+        }
+    }
     let model = parse_model(&read(format!("{root}/models/rig.toml")), "rig.toml").unwrap();
     wire(&scenario, &model, &model).unwrap()
 }
@@ -19,19 +38,22 @@ fn parts(scenario: &str) -> Parts {
 struct Stalls {
     first: u64,
     runs_and_stalls: Vec<(u64, u64)>,
-    /// Who stalls.
-    sources: &'static [Source],
+    /// Who stalls, and how many cycles later than the others: processes wake one after another.
+    sources: &'static [(Source, u64)],
 }
 
 impl Wire for Stalls {
     fn presence(&self, source: Source, cycle: u64) -> Presence {
-        let mut begin = self.first;
+        let Some((_, late)) = self.sources.iter().find(|(stalling, _)| *stalling == source) else {
+            return Presence::Runs;
+        };
+        let mut begin = self.first + late;
         let stalled = self.runs_and_stalls.iter().any(|(runs, stall)| {
             let from = begin + runs;
             begin = from + stall;
             (from..begin).contains(&cycle)
         });
-        if stalled && self.sources.contains(&source) { Presence::PassedOver } else { Presence::Runs }
+        if stalled { Presence::PassedOver } else { Presence::Runs }
     }
 
     fn feedback(&mut self, _cycle: u64, body: Feedback) -> Option<Feedback> {
@@ -64,14 +86,21 @@ fn run(parts: &Parts, stalls: Stalls) -> (FaultCode, u64) {
     (fault, lost)
 }
 
-const MACHINE: &[Source] = &[Source::Plant, Source::Trajectory, Source::Controller];
-const WHO: [&[Source]; 5] = [
+const PLANT: (Source, u64) = (Source::Plant, 0);
+const TRAJECTORY: (Source, u64) = (Source::Trajectory, 0);
+const CONTROLLER: (Source, u64) = (Source::Controller, 0);
+const MACHINE: &[(Source, u64)] = &[PLANT, TRAJECTORY, CONTROLLER];
+const WHO: [&[(Source, u64)]; 7] = [
     MACHINE,
-    &[Source::Trajectory],
-    &[Source::Controller],
-    &[Source::Trajectory, Source::Controller],
-    &[Source::Plant],
+    &[PLANT, (Source::Trajectory, 1), CONTROLLER],
+    &[PLANT, TRAJECTORY, (Source::Controller, 1)],
+    &[TRAJECTORY],
+    &[CONTROLLER],
+    &[TRAJECTORY, CONTROLLER],
+    &[PLANT],
 ];
+const VARIANTS: [Variant; 4] =
+    [Variant::Shipped, Variant::Shaped, Variant::TwoCyclesOfDelay, Variant::WithoutEncoder];
 
 /// Scenarios, and the cycles in which their valve begins to move, turns back or stops.
 const SCENARIOS: [(&str, &[u64]); 3] = [
@@ -95,11 +124,11 @@ fn stalls() -> impl Strategy<Value = (&'static str, Stalls)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(150) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
 
     #[test]
-    fn no_step_is_lost_for_stalls((scenario, stalls) in stalls()) {
-        let (fault, lost) = run(&parts(scenario), stalls);
+    fn no_step_is_lost_for_stalls((scenario, stalls) in stalls(), variant in prop::sample::select(&VARIANTS[..])) {
+        let (fault, lost) = run(&parts(scenario, variant), stalls);
         prop_assert_eq!((fault, lost), (FaultCode::None, 0));
     }
 }
@@ -108,14 +137,17 @@ proptest! {
 #[test]
 fn a_stall_after_a_single_cycle_finds_the_command_at_a_rate_that_can_be_held() {
     let stalls = Stalls { first: 322, runs_and_stalls: vec![(0, 11), (1, 4)], sources: MACHINE };
-    assert_eq!(run(&parts("rotation-200khz.toml"), stalls), (FaultCode::None, 0));
+    assert_eq!(run(&parts("rotation-200khz.toml", Variant::Shipped), stalls), (FaultCode::None, 0));
 }
 
 /// A stall while the valve brakes: the drive goes on at the last rate, 4.6° too far, and comes back.
 #[test]
 fn a_stall_while_braking_is_no_fault() {
-    for stall in 1..20 {
-        let stalls = Stalls { first: 2642, runs_and_stalls: vec![(0, stall)], sources: MACHINE };
-        assert_eq!(run(&parts("step-sequence.toml"), stalls), (FaultCode::None, 0), "{stall} cycles");
+    for variant in VARIANTS {
+        for stall in 1..20 {
+            let stalls = Stalls { first: 2642, runs_and_stalls: vec![(0, stall)], sources: MACHINE };
+            let found = run(&parts("step-sequence.toml", variant), stalls);
+            assert_eq!(found, (FaultCode::None, 0), "{variant:?}, {stall} cycles");
+        }
     }
 }

@@ -25,8 +25,6 @@ const SMOOTHING: f64 = 0.1;
 pub(crate) struct Instant {
     /// Where the spool was wanted, rad.
     pub reference_rad: f64,
-    /// How far that was behind the reference on purpose, rad.
-    pub behind_rad: f64,
     /// The torque that the command gives there beyond the one fed forward, N·m.
     pub beyond_nm: f64,
     /// Where the command stands, rad.
@@ -77,18 +75,11 @@ impl Correction {
         *self = Self { trail: [instant; TRAIL], estimate: [0.0, 0.0, instant.beyond_nm], ..Self::default() };
     }
 
-    /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends,
-    /// `behind_rad` behind the reference; teeth and half-teeth of the motor do not matter to its torque.
-    pub(crate) fn restart(
-        &mut self,
-        rotor_rad: f64,
-        way_rad: f64,
-        behind_rad: f64,
-        torque_nm: impl Fn(f64) -> f64,
-    ) {
+    /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends; teeth
+    /// and half-teeth of the motor do not matter to its torque.
+    pub(crate) fn restart(&mut self, rotor_rad: f64, way_rad: f64, torque_nm: impl Fn(f64) -> f64) {
         for (age, instant) in self.trail.iter_mut().enumerate() {
             instant.reference_rad = rotor_rad - way_rad * age as f64;
-            instant.behind_rad = behind_rad;
             instant.beyond_nm = torque_nm(instant.command_rad - instant.reference_rad);
         }
         *self = Self { trail: self.trail, ..Self::default() };

@@ -24,6 +24,7 @@ mod state;
 mod step;
 mod track;
 mod tuning;
+mod way_back;
 mod window;
 
 pub use observer::{Observer, ObserverSettings};

@@ -6,6 +6,7 @@ use crate::params::{LostSteps, Params};
 use crate::recovery::Recovery;
 use crate::state::State;
 use crate::step::Input;
+use crate::way_back::WayBack;
 use signals::{
     ControlParameter, ControllerState, FaultCode, Feedback, OperatorCommand, OperatorKind, OperatorResult,
     Reference, validity,
@@ -102,11 +103,15 @@ fn begin(params: &Params, state: &mut State, feedback: &Feedback) {
     state.following_error_peak_rad = 0.0;
     state.load_angle_rad = None;
     state.lost = false;
-    state.unheard = false;
+    state.unheard_cycles = 0;
+    state.leapt = false;
+    state.sets_out = false;
+    state.way_back = WayBack::default();
+    state.led = reference;
     state.pace = 1.0;
     let beyond_nm = torque_beyond_nm(params, state.position, &reference, &FeedForward::default());
     let reference_rad = reference.angle_rad;
-    state.correction.begin(Instant { reference_rad, behind_rad: 0.0, beyond_nm, command_rad });
+    state.correction.begin(Instant { reference_rad, beyond_nm, command_rad });
 }
 
 /// Looks for a reason to stop, while running.
@@ -119,7 +124,9 @@ pub(crate) fn watch(params: &Params, state: &mut State, cycle: u64, input: &Inpu
         FaultCode::FeedbackSilent
     } else if state.reference.silent(limit) {
         FaultCode::ReferenceSilent
-    } else if input.reference.is_some_and(|reference| params.reference_limits.exceeded(reference)) {
+    } else if state.leapt
+        || input.reference.is_some_and(|reference| params.reference_limits.exceeded(reference))
+    {
         FaultCode::ReferenceLimit
     } else {
         input.feedback.map_or(FaultCode::None, |feedback| fault_of(params, state, feedback))
@@ -142,9 +149,8 @@ fn fault_of(params: &Params, state: &State, feedback: &Feedback) -> FaultCode {
         };
     }
     let limit_rad = state.tuning.following_error_limit_rad(params, state.window.now().speed_rad_per_s);
-    // What is being caught up, after lost steps or a pause, is known, and no error of following.
-    let behind_rad = state.correction.commanded(params.loop_delay_cycles).behind_rad;
-    if (state.following_error_rad - behind_rad).abs() > limit_rad {
+    // Against what the command aimed at: what it catches up, or is late by because it is shaped, is no error of following.
+    if state.behind_aim_rad.abs() > limit_rad {
         return FaultCode::FollowingError;
     }
     FaultCode::None

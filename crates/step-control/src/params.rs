@@ -2,6 +2,7 @@
 
 use crate::observer::{Observer, ObserverSettings, Shaft};
 use crate::shaper::Shaper;
+use crate::way_back::WayBackLimits;
 use serde::{Deserialize, Serialize};
 use signals::Reference;
 use thiserror::Error;
@@ -53,6 +54,12 @@ impl ReferenceLimits {
         let above = self.max_angle_rad.is_some_and(|max| angle > max + Self::SLACK_RAD) && speed > 0.0;
         below || above || speed.abs() > self.max_speed_rad_per_s * (1.0 + Self::SLACK)
     }
+
+    /// Whether a leap, rad, from where a reference led that was last heard `time_s` ago, is more than the largest speed
+    /// the other way makes of it.
+    pub(crate) fn leapt(&self, leap_rad: f64, time_s: f64) -> bool {
+        leap_rad.abs() > 2.0 * self.max_speed_rad_per_s * (1.0 + Self::SLACK) * time_s + Self::SLACK_RAD
+    }
 }
 
 /// The controller's settings; [`Params::validate`] once, before the first step.
@@ -88,7 +95,8 @@ pub struct Params {
     pub drive: drive::Params,
     /// What a reference keeps to; one that does not is a fault.
     pub reference_limits: ReferenceLimits,
-    /// Following error at rest that is a fault, rad.
+    /// Following error at rest that is a fault, rad, against what the command aimed at: the reference, shaped, or
+    /// coming back to it.
     pub max_following_error_rad: f64,
     /// By how much that grows with the reference's speed, s.
     pub following_error_per_speed_s: f64,
@@ -116,8 +124,8 @@ pub enum ControlError {
     Drive(#[from] drive::DriveError),
 }
 
-/// The part of the holding torque that accelerates the way back after lost steps or a pause: it leaves the motor most of
-/// its torque, and the resonance nearly at rest.
+/// The part of the holding torque that accelerates the way back to the reference: it leaves the motor most of its torque,
+/// and the resonance nearly at rest.
 const WAY_BACK_PART: f64 = 1.0 / 8.0;
 
 impl Params {
@@ -144,9 +152,12 @@ impl Params {
         Self { shaper: Shaper::design(frequency, ratio, self.period_s), ..self }
     }
 
-    /// How hard the way back to the reference is accelerated, rad/s².
-    pub(crate) fn way_back_rad_per_s2(&self) -> f64 {
-        WAY_BACK_PART * self.motor.holding_torque_nm / self.inertia_kg_m2
+    /// What the way back to the reference keeps to.
+    pub(crate) fn way_back_limits(&self) -> WayBackLimits {
+        WayBackLimits {
+            speed_rad_per_s: self.reference_limits.max_speed_rad_per_s,
+            acceleration_rad_per_s2: WAY_BACK_PART * self.motor.holding_torque_nm / self.inertia_kg_m2,
+        }
     }
 
     /// Checks all numbers that this crate uses itself; motor and friction are validated where they are made.

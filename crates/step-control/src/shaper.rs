@@ -54,13 +54,16 @@ impl Shaped {
         self.past = [*reference; MEMORY];
     }
 
-    /// Takes the past of `newest` for a motion at its speed: the true one was not heard of.
-    pub(crate) fn go_back(&mut self, newest: &Reference, period_s: f64) {
-        let way_rad = newest.speed_rad_per_s * period_s;
-        for (past, age) in self.past.iter_mut().zip(1_u8..) {
-            let angle_rad = newest.angle_rad - way_rad * f64::from(age);
-            *past = Reference { angle_rad, acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0, ..*newest };
+    /// Begins anew on a motion at the speed of `shaped`, which is what comes out; what goes in.
+    pub(crate) fn restart(&mut self, shaper: &Shaper, shaped: &Reference, period_s: f64) -> Reference {
+        let speed = shaped.speed_rad_per_s;
+        let late_s = (1.0 - shaper.first) * (shaper.cycles as f64 * period_s - shaper.rest_s);
+        let line = Reference { acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0, ..*shaped };
+        let at = |age: u8| shaped.angle_rad + speed * (late_s - period_s * f64::from(age));
+        for (past, age) in self.past.iter_mut().zip(0..) {
+            *past = Reference { angle_rad: at(age), ..line };
         }
+        Reference { angle_rad: at(0), ..line }
     }
 
     /// Takes the newest reference in and gives the shaped one.

@@ -6,6 +6,7 @@ use crate::partner::Partner;
 use crate::recovery::Recovery;
 use crate::shaper::Shaped;
 use crate::tuning::Tuning;
+use crate::way_back::WayBack;
 use crate::window::Window;
 use signals::{ControllerState, FaultCode, OperatorResult, Reference};
 
@@ -20,10 +21,17 @@ pub struct State {
     pub(crate) feedback: Partner,
     pub(crate) reference: Partner,
     pub(crate) window: Window,
-    /// Whether references went by since the last one that was heard of and followed.
-    pub(crate) unheard: bool,
+    /// Cycles since the last reference that was heard of.
+    pub(crate) unheard_cycles: u64,
+    /// Whether this cycle's reference is further from the last one than any motion goes.
+    pub(crate) leapt: bool,
+    /// Whether the next target sets out from `led`, and does not go on from the reference before.
+    pub(crate) sets_out: bool,
+    pub(crate) way_back: WayBack,
+    /// What was followed last: the reference, or what comes back to it.
+    pub(crate) led: Reference,
     pub(crate) shaped: Shaped,
-    /// What the command aimed at last: the reference, shaped, and behind it while the rotor comes back.
+    /// The same, shaped: what the command aimed at.
     pub(crate) aim: Reference,
     /// The believed contact at the end of the cycle commanded last.
     pub(crate) contact: Contact,
@@ -51,6 +59,8 @@ pub struct State {
     /// The driver's limits that held it back: bits of [`signals::limiting`].
     pub(crate) limits: u64,
     pub(crate) following_error_rad: f64,
+    /// How far the reading is behind what the command aimed at for its time, rad.
+    pub(crate) behind_aim_rad: f64,
     pub(crate) following_error_peak_rad: f64,
     pub(crate) tuning: Tuning,
     pub(crate) operator_id: u64,
@@ -69,7 +79,11 @@ impl State {
             feedback: Partner::default(),
             reference: Partner::default(),
             window: Window::default(),
-            unheard: false,
+            unheard_cycles: 0,
+            leapt: false,
+            sets_out: false,
+            way_back: WayBack::default(),
+            led: Reference::default(),
             shaped: Shaped::default(),
             aim: Reference::default(),
             contact: Contact::relaxed(),
@@ -88,6 +102,7 @@ impl State {
             target_before: position,
             limits: 0,
             following_error_rad: 0.0,
+            behind_aim_rad: 0.0,
             following_error_peak_rad: 0.0,
             tuning: Tuning::default(),
             operator_id: 0,

@@ -4,7 +4,7 @@ use crate::compensation::{Surroundings, Wanted};
 use crate::machine::{obey, settle, watch};
 use crate::params::Params;
 use crate::state::State;
-use crate::track::{go_on, track};
+use crate::track::{go_on, set_out_from_aim, track};
 use signals::{
     ControlStatus, ControllerState, FaultCode, Feedback, OperatorCommand, Reference, StepCommand, validity,
 };
@@ -53,7 +53,7 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Ou
 fn pass_over(params: &Params, state: &mut State, cycle: u64) {
     let passed = state.last_cycle.map_or(0, |last| cycle.saturating_sub(last).saturating_sub(1));
     state.last_cycle = Some(cycle);
-    state.unheard |= passed > 0;
+    state.unheard_cycles = state.unheard_cycles.saturating_add(passed);
     // Beyond the silence limit the drive has stopped by itself, and says so.
     for _ in 0..passed.min(params.drive.silence_cycles) {
         state.window.shift(None, params.period_s);
@@ -61,12 +61,15 @@ fn pass_over(params: &Params, state: &mut State, cycle: u64) {
             go_on(params, state);
         }
     }
+    if passed > 0 {
+        set_out_from_aim(params, state);
+    }
 }
 
 fn listen(params: &Params, state: &mut State, input: &Input) {
     state.feedback.note(input.feedback.is_some());
     state.reference.note(input.reference.is_some());
-    state.unheard |= input.reference.is_none();
+    hear(params, state, input.reference);
     state.window.shift(input.reference, params.period_s);
     if state.machine != ControllerState::Running
         && let Some(reference) = input.reference
@@ -76,6 +79,22 @@ fn listen(params: &Params, state: &mut State, input: &Input) {
     }
     if let Some(feedback) = input.feedback {
         note_surroundings(&mut state.surroundings, feedback);
+    }
+}
+
+/// What went by unheard does not lead from the reference before to this one.
+fn hear(params: &Params, state: &mut State, reference: Option<&Reference>) {
+    state.leapt = false;
+    let Some(reference) = reference else {
+        state.unheard_cycles = state.unheard_cycles.saturating_add(1);
+        return;
+    };
+    if state.unheard_cycles > 0 {
+        let leap_rad = state.window.leap_rad(reference, params.period_s);
+        let time_s = (state.unheard_cycles + 1) as f64 * params.period_s;
+        state.leapt = params.reference_limits.leapt(leap_rad, time_s);
+        state.sets_out = true;
+        state.unheard_cycles = 0;
     }
 }
 
@@ -99,13 +118,14 @@ fn measure(params: &Params, state: &mut State, feedback: Option<&Feedback>) {
     let Some(feedback) = feedback else { return };
     state.following_error_rad = state.window.now().angle_rad - feedback.angle_rad;
     state.following_error_peak_rad = state.following_error_peak_rad.max(state.following_error_rad.abs());
+    let age_cycles = params.loop_delay_cycles + params.encoder_delay_cycles;
+    let commanded = state.correction.commanded(age_cycles);
+    state.behind_aim_rad = commanded.reference_rad - feedback.angle_rad;
     if feedback.validity & validity::ENCODER == 0 {
         return;
     }
     state.reading_rad = Some(feedback.angle_rad);
     state.reading_way_rad = before_rad.map_or(0.0, |before_rad| feedback.angle_rad - before_rad);
-    let age_cycles = params.loop_delay_cycles + params.encoder_delay_cycles;
-    let commanded = state.correction.commanded(age_cycles);
     let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - feedback.angle_rad);
     state.load_angle_rad = Some(lag_rad - TAU * state.recovery.teeth as f64);
     state.lost = state.recovery.lost(lag_rad);

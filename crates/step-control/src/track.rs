@@ -10,28 +10,23 @@ use crate::state::State;
 use signals::{Reference, limiting};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// While the rotor is further than this part of a tooth pitch from the reference, the reference waits for it.
+/// While the target is further than this part of a tooth pitch behind the reference, the reference waits for it.
 const WAITS_BEYOND: f64 = 0.5;
 
 /// One cycle of it.
 pub(crate) fn track(params: &Params, state: &mut State) {
-    let mut reference = state.window.commanded(params.loop_delay_cycles, params.period_s);
-    // What went by unheard is not between this reference and the one followed last.
-    let heard_again = state.unheard && state.reference.silent_cycles() == 0;
-    state.unheard &= !heard_again;
-    if let Some(shaper) = &params.shaper {
-        if heard_again {
-            state.shaped.go_back(&reference, params.period_s);
-        }
-        reference = state.shaped.step(shaper, &reference);
-    }
-    if heard_again {
-        state.recovery.bridge(&state.aim, &reference, params.period_s);
-    }
+    let reference = state.window.commanded(params.loop_delay_cycles, params.period_s);
     if state.lost && params.lost_steps == LostSteps::Resynchronise {
         resynchronise(params, state, &reference);
     }
-    let target = state.recovery.target(&reference, params.period_s, params.way_back_rad_per_s2());
+    if std::mem::take(&mut state.sets_out) {
+        state.way_back.set_out(&state.led, &reference, params.period_s);
+    }
+    state.led = state.way_back.target(&reference, params.period_s, &params.way_back_limits());
+    let target = match &params.shaper {
+        Some(shaper) => state.shaped.step(shaper, &state.led),
+        None => state.led,
+    };
     let level = state.tuning.compensation(params);
     let fed = feed_forward(params, level, &mut state.contact, &state.surroundings, &state.aim, &target);
     state.aim = target;
@@ -45,7 +40,6 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     let position = state.position.round();
     state.correction.push(Instant {
         reference_rad: target.angle_rad,
-        behind_rad: state.recovery.offset_rad(),
         beyond_nm: torque_beyond_nm(params, position, &target, &fed),
         command_rad: position * params.drive.microstep_angle_rad,
     });
@@ -55,8 +49,8 @@ pub(crate) fn track(params: &Params, state: &mut State) {
 /// A cycle for which no command went out: the command went on at its last rate, and the rotor with it.
 pub(crate) fn go_on(params: &Params, state: &mut State) {
     let way_rad = state.travel * params.drive.microstep_angle_rad;
-    let unheard_way_rad = state.window.newest().speed_rad_per_s * params.period_s;
-    state.recovery.go_on(unheard_way_rad - way_rad);
+    // The torque that accelerated the shaft is too much now.
+    let freed_nm = params.inertia_kg_m2 * state.aim.acceleration_rad_per_s2;
     state.aim = Reference {
         angle_rad: state.aim.angle_rad + way_rad,
         speed_rad_per_s: way_rad / params.period_s,
@@ -70,11 +64,19 @@ pub(crate) fn go_on(params: &Params, state: &mut State) {
     let last = state.correction.commanded(0);
     let instant = Instant {
         reference_rad: last.reference_rad + way_rad,
-        behind_rad: state.recovery.offset_rad(),
+        beyond_nm: last.beyond_nm + freed_nm,
         command_rad: state.position.round() * params.drive.microstep_angle_rad,
-        ..last
     };
     state.correction.go_on(params, instant);
+}
+
+/// Lets the next target set out from what the command aims at.
+pub(crate) fn set_out_from_aim(params: &Params, state: &mut State) {
+    state.led = match &params.shaper {
+        Some(shaper) => state.shaped.restart(shaper, &state.aim, params.period_s),
+        None => state.aim,
+    };
+    state.sets_out = true;
 }
 
 /// Where the command is wanted; whether it had to stay behind to keep hold of the rotor.
@@ -105,25 +107,23 @@ fn resynchronise(params: &Params, state: &mut State, reference: &Reference) {
     let ahead = (params.loop_delay_cycles + params.encoder_delay_cycles) as f64;
     let rotor_rad = reading_rad + way_rad * ahead;
     let lag_rad = teeth * (state.correction.commanded(0).command_rad - rotor_rad);
-    let behind_rad = state.aim.angle_rad + state.recovery.offset_rad() - rotor_rad;
-    let behind_rad_per_s = reference.speed_rad_per_s - way_rad / params.period_s;
-    state.recovery.resynchronise(lag_rad, behind_rad, behind_rad_per_s);
+    state.recovery.resynchronise(lag_rad);
     let holding_nm = params.motor.holding_torque_nm;
-    state
-        .correction
-        .restart(rotor_rad, way_rad, behind_rad, |lead_rad| holding_nm * (teeth * lead_rad).sin());
+    state.correction.restart(rotor_rad, way_rad, |lead_rad| holding_nm * (teeth * lead_rad).sin());
     state.aim = Reference {
         angle_rad: rotor_rad,
         speed_rad_per_s: way_rad / params.period_s,
         acceleration_rad_per_s2: 0.0,
         ..*reference
     };
+    set_out_from_aim(params, state);
 }
 
 /// How fast the reference shall go on, after what this cycle asks of the motor.
 fn pace(params: &Params, state: &State) -> f64 {
     let tooth_rad = TAU / f64::from(params.motor.rotor_teeth);
-    if state.recovery.offset_rad().abs() > WAITS_BEYOND * tooth_rad {
+    let behind_rad = state.way_back.offset_rad() * state.window.now().speed_rad_per_s.signum();
+    if behind_rad > WAITS_BEYOND * tooth_rad {
         return next_pace(state.pace, f64::INFINITY, params.period_s);
     }
     let Wanted { torque_nm, reserve_nm, .. } = state.wanted;

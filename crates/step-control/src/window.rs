@@ -28,9 +28,9 @@ impl Window {
         &self.now
     }
 
-    /// Reference k+2.
-    pub(crate) fn newest(&self) -> &Reference {
-        &self.newest
+    /// How far the next reference is from where the newest one leads, rad.
+    pub(crate) fn leap_rad(&self, next: &Reference, period_s: f64) -> f64 {
+        next.angle_rad - continued(&self.newest, period_s).angle_rad
     }
 
     /// The motion wanted at the end of the commanded cycle: Reference k+2, or one cycle further for a loop with one

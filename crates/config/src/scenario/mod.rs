@@ -163,7 +163,8 @@ pub struct Encoder {
 pub struct Safety {
     /// A partner silent for this many cycles is noticed; the stop begins one later.
     pub silence_cycles: u64,
-    /// Following error at rest that is a fault, in radians.
+    /// Following error at rest that is a fault, in radians, against what the command aimed at: the reference, shaped, or
+    /// coming back to it.
     pub max_following_error_rad: f64,
     /// By how much that grows with the reference's speed, in seconds.
     pub following_error_per_speed_s: f64,
