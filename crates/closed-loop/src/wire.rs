@@ -13,42 +13,33 @@ pub enum Presence {
     Silent,
 }
 
-/// Carries the messages of cycle `cycle` (the one in which they are sent) to those who read them.
+/// Carries the messages of cycle `cycle` (the one in which they are sent) to those who read them; everybody takes part and
+/// everything arrives as it was sent, but for what an implementation says.
 pub trait Wire {
     /// Whether a process takes part in a cycle.
-    fn presence(&self, source: Source, cycle: u64) -> Presence;
+    fn presence(&self, _source: Source, _cycle: u64) -> Presence {
+        Presence::Runs
+    }
     /// What arrives of Feedback k.
-    fn feedback(&mut self, cycle: u64, body: Feedback) -> Option<Feedback>;
+    fn feedback(&mut self, _cycle: u64, body: Feedback) -> Option<Feedback> {
+        Some(body)
+    }
     /// What arrives of Reference k+2.
-    fn reference(&mut self, cycle: u64, body: Reference) -> Option<Reference>;
+    fn reference(&mut self, _cycle: u64, body: Reference) -> Option<Reference> {
+        Some(body)
+    }
     /// What arrives of StepCommand k+1.
-    fn command(&mut self, cycle: u64, body: StepCommand) -> Option<StepCommand>;
+    fn command(&mut self, _cycle: u64, body: StepCommand) -> Option<StepCommand> {
+        Some(body)
+    }
     /// What arrives of ControlStatus k.
-    fn status(&mut self, cycle: u64, body: ControlStatus) -> Option<ControlStatus>;
+    fn status(&mut self, _cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
+        Some(body)
+    }
 }
 
 /// Everything arrives.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Perfect;
 
-impl Wire for Perfect {
-    fn presence(&self, _source: Source, _cycle: u64) -> Presence {
-        Presence::Runs
-    }
-
-    fn feedback(&mut self, _cycle: u64, body: Feedback) -> Option<Feedback> {
-        Some(body)
-    }
-
-    fn reference(&mut self, _cycle: u64, body: Reference) -> Option<Reference> {
-        Some(body)
-    }
-
-    fn command(&mut self, _cycle: u64, body: StepCommand) -> Option<StepCommand> {
-        Some(body)
-    }
-
-    fn status(&mut self, _cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
-        Some(body)
-    }
-}
+impl Wire for Perfect {}

@@ -3,12 +3,10 @@
 
 mod common;
 
-use closed_loop::{CycleMessages, InProcess, Perfect, Presence, Wire, wire};
+use closed_loop::{CycleMessages, InProcess, Wire, wire};
 use common::{Valve, scenario};
 use config::{Damping, LostSteps, Scenario, ScheduledSetPoint, Target};
-use signals::{
-    ControlStatus, ControllerState, FaultCode, Feedback, Reference, Source, StepCommand, limiting,
-};
+use signals::{ControllerState, FaultCode, Reference, limiting};
 
 fn at(time_s: f64, target: Target) -> ScheduledSetPoint {
     ScheduledSetPoint { time_s, target, line: 0 }
@@ -134,21 +132,9 @@ fn the_limit_of_the_following_error_grows_with_speed() {
 struct Hasty(f64);
 
 impl Wire for Hasty {
-    fn presence(&self, _: Source, _: u64) -> Presence {
-        Presence::Runs
-    }
-    fn feedback(&mut self, cycle: u64, body: Feedback) -> Option<Feedback> {
-        Perfect.feedback(cycle, body)
-    }
     fn reference(&mut self, cycle: u64, body: Reference) -> Option<Reference> {
         let factor = if cycle >= 200 { self.0 } else { 1.0 };
         Some(Reference { speed_rad_per_s: body.speed_rad_per_s * factor, ..body })
-    }
-    fn command(&mut self, cycle: u64, body: StepCommand) -> Option<StepCommand> {
-        Perfect.command(cycle, body)
-    }
-    fn status(&mut self, cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
-        Perfect.status(cycle, body)
     }
 }
 
@@ -176,22 +162,10 @@ fn a_reference_beyond_the_limits_is_a_fault_in_the_same_cycle() {
 struct Leaping(f64);
 
 impl Wire for Leaping {
-    fn presence(&self, _: Source, _: u64) -> Presence {
-        Presence::Runs
-    }
-    fn feedback(&mut self, cycle: u64, body: Feedback) -> Option<Feedback> {
-        Perfect.feedback(cycle, body)
-    }
     fn reference(&mut self, cycle: u64, body: Reference) -> Option<Reference> {
         let leap_rad = if cycle >= 210 { self.0 } else { 0.0 };
         let heard = !(200..210).contains(&cycle);
         heard.then_some(Reference { angle_rad: body.angle_rad + leap_rad, ..body })
-    }
-    fn command(&mut self, cycle: u64, body: StepCommand) -> Option<StepCommand> {
-        Perfect.command(cycle, body)
-    }
-    fn status(&mut self, cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
-        Perfect.status(cycle, body)
     }
 }
 

@@ -4,7 +4,7 @@
 use closed_loop::{InProcess, Parts, Presence, Wire, wire};
 use config::{Damping, parse_model, parse_scenario};
 use proptest::prelude::*;
-use signals::{ControlStatus, FaultCode, Feedback, Reference, Source, StepCommand};
+use signals::{FaultCode, Source};
 
 /// What differs from a scenario as it is shipped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,22 +54,6 @@ impl Wire for Stalls {
             (from..begin).contains(&cycle)
         });
         if stalled { Presence::PassedOver } else { Presence::Runs }
-    }
-
-    fn feedback(&mut self, _cycle: u64, body: Feedback) -> Option<Feedback> {
-        Some(body)
-    }
-
-    fn reference(&mut self, _cycle: u64, body: Reference) -> Option<Reference> {
-        Some(body)
-    }
-
-    fn command(&mut self, _cycle: u64, body: StepCommand) -> Option<StepCommand> {
-        Some(body)
-    }
-
-    fn status(&mut self, _cycle: u64, body: ControlStatus) -> Option<ControlStatus> {
-        Some(body)
     }
 }
 

@@ -55,13 +55,14 @@ fn pass_over(params: &Params, state: &mut State, cycle: u64) {
     state.last_cycle = Some(cycle);
     state.unheard_cycles = state.unheard_cycles.saturating_add(passed);
     // Beyond the silence limit the drive has stopped by itself, and says so.
+    let running = state.machine == ControllerState::Running;
     for _ in 0..passed.min(params.drive.silence_cycles) {
         state.window.shift(None, params.period_s);
-        if state.machine == ControllerState::Running {
+        if running {
             go_on(params, state);
         }
     }
-    if passed > 0 {
+    if running && passed > 0 {
         set_out_from_aim(params, state);
     }
 }
