@@ -2,6 +2,7 @@
 
 use crate::repository;
 use std::path::PathBuf;
+use test_needs::skip_on_this_machine;
 
 /// Where they are: `STEPVALVE_DATA`, else beside the repository; `None`, said loudly, where they are absent.
 pub fn measured_data() -> Option<PathBuf> {
@@ -10,6 +11,9 @@ pub fn measured_data() -> Option<PathBuf> {
     if folder.join("README.md").exists() {
         return Some(folder);
     }
-    eprintln!("SKIPPED: no measured data in {} (STEPVALVE_DATA names the folder)", folder.display());
+    skip_on_this_machine(&format!(
+        "no measured data in {}: they are no part of the repository, STEPVALVE_DATA names their folder",
+        folder.display()
+    ));
     None
 }

@@ -12,6 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 use stepvalve_tests::{Finished, TestPlace, despite_stalls};
+use test_needs::skip_on_this_machine;
 
 const LOOP: [&str; 3] = ["plant-simulator", "trajectory-generator", "step-controller"];
 
@@ -169,7 +170,7 @@ impl SmallDisk {
         if mounted.is_ok_and(|status| status.success()) {
             return Some(Self(path));
         }
-        println!("SKIPPED: this test needs the right to mount a tmpfs");
+        skip_on_this_machine("no right to mount a tmpfs");
         None
     }
 }
@@ -214,7 +215,7 @@ fn the_loop_does_not_notice_a_folder_that_takes_no_files() {
         place.stepvalve(&["arm"]).expect_code(0);
         let closed = Command::new("chattr").arg("+i").arg(&out).status().is_ok_and(|status| status.success());
         if !closed {
-            println!("SKIPPED: this test needs the right to make a folder immutable (chattr)");
+            skip_on_this_machine("no right to make a folder immutable (chattr)");
             terminate(run);
             return;
         }

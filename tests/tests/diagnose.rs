@@ -8,6 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use stepvalve_tests::{Finished, TestPlace, repository};
+use test_needs::python_with_browser;
 
 const STEP_RAD: f64 = std::f64::consts::TAU / 8_388_608.0;
 const NOISE_NM: f64 = 0.01;
@@ -275,14 +276,7 @@ fn the_error_is_described_by_frequency_and_by_order() {
 
 /// A headless Chromium shows the page, and its console stays empty.
 fn look_at(page: &Path, says: &str) {
-    let python = std::env::var_os("STEPVALVE_PYTHON")
-        .map_or_else(|| repository().join("tools/.venv/bin/python"), PathBuf::from);
-    let selenium = Command::new(&python).args(["-c", "import selenium"]).output();
-    let browser = PathBuf::from(std::env::var_os("CHROMIUM").unwrap_or_else(|| "/usr/bin/chromium".into()));
-    if !browser.exists() || !selenium.is_ok_and(|output| output.status.success()) {
-        println!("SKIPPED: no Chromium, or {} has no selenium; tools/check installs them", python.display());
-        return;
-    }
+    let Some(python) = python_with_browser() else { return };
     let script = repository().join("tests/browser/test_diagnosis_page.py");
     let output = Command::new(python).arg(script).arg(page).arg(says).output().unwrap();
     print!("{}", Finished::from(output).expect_code(0).stdout);

@@ -1,19 +1,13 @@
 //! The friction torque of given motions against an independent solver: SciPy's Radau at rtol 1e-9.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use stepvalve_tests::{Finished, repository};
+use test_needs::python;
 
 #[test]
 fn friction_agrees_with_scipy() {
-    let python = std::env::var_os("STEPVALVE_PYTHON")
-        .map_or_else(|| repository().join("tools/.venv/bin/python"), PathBuf::from);
-    let works = Command::new(&python).args(["-c", "import scipy.integrate"]).output();
-    if !works.is_ok_and(|output| output.status.success()) {
-        println!("SKIPPED: {} has no SciPy; tools/check installs it", python.display());
-        return;
-    }
+    let Some(python) = python(&["scipy.integrate"]) else { return };
     let mut trace = Command::new(env!("CARGO"))
         .args(["run", "--quiet", "--package", "valve-model", "--example", "friction_trace"])
         .current_dir(repository())

@@ -1,34 +1,16 @@
 //! The page of a run: made by `simulate`, readable in a browser, and never half-written.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use stepvalve_tests::{Finished, TestPlace, despite_stalls, repository};
+use test_needs::python_with_browser;
 
 /// What every run of the loop shows.
 const PANELS: [&str; 6] =
     ["Angle", "Following error", "Torque and friction", "Torque reserve", "Pulse rate", "Pressure and flow"];
 /// What a run in real time shows beside it.
 const TIMING: [&str; 2] = ["Wake-up latency", "Time spent in the cycle"];
-
-/// The Python that `tools/check` prepares, if there is a browser for it.
-fn python_with_browser() -> Option<PathBuf> {
-    let path = std::env::var_os("STEPVALVE_PYTHON")
-        .map_or_else(|| repository().join("tools/.venv/bin/python"), PathBuf::from);
-    let selenium = Command::new(&path).args(["-c", "import selenium"]).output();
-    let selenium = selenium.is_ok_and(|output| output.status.success());
-    let named = |name: &str, usual: &str| {
-        PathBuf::from(std::env::var_os(name).unwrap_or_else(|| usual.into())).exists()
-    };
-    let chromium = named("CHROMIUM", "/usr/bin/chromium") && named("CHROMEDRIVER", "/usr/bin/chromedriver");
-    if !(selenium && chromium) {
-        println!(
-            "SKIPPED: no Chromium with its driver, or {} has no selenium; tools/check installs them",
-            path.display()
-        );
-    }
-    (selenium && chromium).then_some(path)
-}
 
 #[track_caller]
 fn look_at(page: &Path, panels: &[&str]) {

@@ -4,25 +4,14 @@
 use std::path::PathBuf;
 use std::process::Command;
 use stepvalve_tests::{Finished, despite_stalls, repository};
+use test_needs::python;
 
-/// The Python that `tools/check` prepares.
-fn python() -> Option<PathBuf> {
-    let path = std::env::var_os("STEPVALVE_PYTHON")
-        .map_or_else(|| repository().join("tools/.venv/bin/python"), PathBuf::from);
-    let works = Command::new(&path).args(["-c", "import h5py, matplotlib, mcap, mcap_ros2"]).output();
-    let works = works.is_ok_and(|output| output.status.success());
-    if !works {
-        println!(
-            "SKIPPED: {} has no h5py, matplotlib, mcap and mcap-ros2-support; tools/check installs them",
-            path.display()
-        );
-    }
-    works.then_some(path)
-}
+/// What the scripts in tools/ import.
+const MODULES: [&str; 4] = ["h5py", "matplotlib", "mcap", "mcap_ros2"];
 
 #[test]
 fn run_files_and_records_open_in_python() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&MODULES) else { return };
     despite_stalls(|place| {
         let scenario = place.scenario("flow-steps.toml", &[]);
         place.simulate(&scenario, "realtime", "out").expect_code(0);

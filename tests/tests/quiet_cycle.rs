@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 use stepvalve_tests::{Finished, despite_stalls, program};
+use test_needs::{skip_on_this_machine, skip_without};
 
 const LOOP: [&str; 3] = ["plant-simulator", "trajectory-generator", "step-controller"];
 
@@ -23,9 +24,7 @@ fn no_page_fault_and_one_allocation_per_loan() {
                 assert_eq!(process["steady_page_faults"]["minor"], 0, "{name}");
                 assert_eq!(process["steady_page_faults"]["major"], 0, "{name}");
             } else {
-                println!(
-                    "SKIPPED for {name}: without the right to lock memory page faults can't be ruled out"
-                );
+                skip_on_this_machine(&format!("no right to lock memory, so {name} may have page faults"));
             }
         }
     });
@@ -48,7 +47,7 @@ fn steady_calls(trace: &Path) -> Option<(String, Vec<String>)> {
 #[test]
 fn the_only_system_call_is_the_sleep() {
     if Command::new("strace").arg("--version").output().is_err() {
-        println!("SKIPPED: strace is not installed");
+        skip_without("strace");
         return;
     }
     despite_stalls(|place| {

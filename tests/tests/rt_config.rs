@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use stepvalve_tests::{Finished, TestPlace, program, repository};
+use test_needs::skip_on_this_machine;
 
 /// Folders and what they hold at least.
 const FILES: [&str; 8] = [
@@ -70,7 +71,7 @@ fn each_setting_has_its_reason() {
 fn installed(name: &str) -> bool {
     let there = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     if there.is_err() {
-        println!("SKIPPED: {name} is not installed");
+        skip_on_this_machine(&format!("it does not run systemd: there is no {name}"));
     }
     there.is_ok()
 }
@@ -117,7 +118,7 @@ fn every_sysctl_is_one() {
         value.parse::<i64>().expect(line);
         let path = Path::new("/proc/sys").join(key.replace('.', "/"));
         if !path.exists() {
-            println!("SKIPPED: this kernel has no {key}");
+            skip_on_this_machine(&format!("its kernel has no {key}"));
         }
     }
 }

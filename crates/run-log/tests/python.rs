@@ -1,6 +1,6 @@
 //! Files open in other people's programs: h5py, and the public MCAP reader, through the scripts in `tools/`.
 //!
-//! They need Python with `tools/requirements.txt`: the one named by STEPVALVE_PYTHON, else `tools/.venv`.
+//! They need Python with `tools/requirements.txt` (`test_needs::python`).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 #[path = "../../recording/tests/common/mod.rs"]
@@ -11,25 +11,14 @@ use run_log::{convert, read_log};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use test_needs::python;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The Python to use; `None`, said loudly, where there is none with what the scripts need.
-fn python() -> Option<PathBuf> {
-    let venv = root().join("tools/.venv/bin/python");
-    let named = std::env::var_os("STEPVALVE_PYTHON").map(PathBuf::from);
-    let python = named.unwrap_or(venv);
-    let works = Command::new(&python).args(["-c", "import h5py, matplotlib, mcap, mcap_ros2"]).output();
-    if works.is_ok_and(|output| output.status.success()) {
-        return Some(python);
-    }
-    // Past the test harness, which keeps the output of tests that pass to itself.
-    let line = format!("SKIPPED, for want of Python with tools/requirements.txt: {}\n", python.display());
-    std::fs::write("/dev/stderr", line).ok();
-    None
-}
+/// What the scripts in tools/ import.
+const MODULES: [&str; 4] = ["h5py", "matplotlib", "mcap", "mcap_ros2"];
 
 fn run(python: &Path, arguments: &[&OsStr]) -> Output {
     let output = Command::new(python).args(arguments).env("MPLBACKEND", "Agg").output().unwrap();
@@ -40,7 +29,7 @@ fn run(python: &Path, arguments: &[&OsStr]) -> Output {
 
 #[test]
 fn the_public_reader_decodes_a_record_whole_or_cut() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&MODULES) else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("REC-0001.mcap");
     let mut dice = common::Dice(1);
@@ -75,7 +64,7 @@ fn the_public_reader_decodes_a_record_whole_or_cut() {
 
 #[test]
 fn h5py_reads_a_run_and_the_script_plots_it() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&MODULES) else { return };
     let folder = tempfile::tempdir().unwrap();
     let [record, file, picture] = ["REC-0001.mcap", "run.h5", "run.png"].map(|name| folder.path().join(name));
     common::record(&record, 5, 20_000, 20);
@@ -110,7 +99,7 @@ print(math.fsum(run['true_angle'][:1000]).hex())";
 
 #[test]
 fn a_log_written_by_h5py_is_read() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&MODULES) else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rig.h5");
     let script = "import sys, h5py, numpy

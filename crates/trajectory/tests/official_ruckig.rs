@@ -1,14 +1,13 @@
 //! The planned motions beside those of the official ruckig library (C++, through its Python package).
 //!
-//! Runs where Python has the package: `STEPVALVE_PYTHON`, or `tools/.venv/bin/python`. Says so loudly where not.
+//! Runs where Python has the package (`test_needs::python`).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
-#![allow(clippy::print_stderr)]
 
 mod common;
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{PERIOD_S, Rig, set_point};
@@ -16,6 +15,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use signals::{Reference, SetPointKind};
+use test_needs::python;
 use trajectory::Limits;
 
 const SAMPLES: usize = 20;
@@ -41,16 +41,6 @@ fn problems() -> impl Strategy<Value = Problem> {
     (limits, -6.0..6.0_f64, -6.0..6.0_f64, 0..300_usize, 1..30_usize).prop_map(
         |(limits, first_rad, then_rad, after, stride)| Problem { limits, first_rad, then_rad, after, stride },
     )
-}
-
-fn python() -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let candidates =
-        [std::env::var_os("STEPVALVE_PYTHON").map(PathBuf::from), Some(root.join("tools/.venv/bin/python"))];
-    candidates.into_iter().flatten().find(|python| {
-        let probe = Command::new(python).args(["-c", "import ruckig"]).stderr(Stdio::null()).status();
-        probe.is_ok_and(|status| status.success())
-    })
 }
 
 /// Our samples of the second motion, the state it starts from, and the number of cycles until it rests.
@@ -97,12 +87,7 @@ fn theirs(python: &Path, input: &str) -> Vec<Vec<f64>> {
 
 #[test]
 fn motions_are_those_of_the_official_library() {
-    let Some(python) = python() else {
-        eprintln!(
-            "\n*** SKIPPED: no Python with the package `ruckig` (STEPVALVE_PYTHON, tools/.venv/bin/python) ***\n"
-        );
-        return;
-    };
+    let Some(python) = python(&["ruckig"]) else { return };
     let mut runner = TestRunner::default();
     let problems: Vec<Problem> =
         (0..1000).map(|_| problems().new_tree(&mut runner).unwrap().current()).collect();
