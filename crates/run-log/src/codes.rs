@@ -24,6 +24,7 @@ pub(crate) fn meaning(topic: Topic, field: &str) -> Option<String> {
         (Topic::Reference, "set_point_kind") | (Topic::SetPoint, "kind") => {
             Some(list(SetPointKind::ALL, SetPointKind::code))
         }
+        (Topic::SetPoint, "value") => Some(format!("unit by kind: {}", units_by_kind())),
         (Topic::Reference, "refusal") => Some(list(SetPointRefusal::ALL, SetPointRefusal::code)),
         (Topic::OperatorCommand, "kind") => Some(list(OperatorKind::ALL, OperatorKind::code)),
         (_, "scheduling") => Some(list(Scheduling::ALL, Scheduling::code)),
@@ -42,6 +43,13 @@ const VALIDITY: &[(u64, &str)] = &[
     (validity::STOPPED_ITSELF, "stopped itself"),
     (validity::COMMAND_MISSED, "command missed"),
 ];
+
+/// `0 hold 1, 1 angle rad, ...`: a set-point's value has the unit of its kind.
+fn units_by_kind() -> String {
+    let parts: Vec<_> =
+        SetPointKind::ALL.iter().map(|kind| format!("{} {kind} {}", kind.code(), kind.unit())).collect();
+    parts.join(", ")
+}
 
 fn list<T: Copy + core::fmt::Display>(all: &[T], code: impl Fn(T) -> u64) -> String {
     let parts: Vec<_> = all.iter().map(|value| format!("{} {value}", code(*value))).collect();
@@ -64,5 +72,7 @@ mod tests {
         let sum: u64 = VALIDITY.iter().map(|(bit, _)| bit).sum();
         assert_eq!(sum, validity::END - 1);
         assert_eq!(meaning(Topic::Feedback, "angle_rad"), None);
+        let units = meaning(Topic::SetPoint, "value").unwrap();
+        assert!(units.contains("1 angle rad") && units.contains("3 flow m^3/s"), "{units}");
     }
 }

@@ -115,6 +115,18 @@ codes! {
     }
 }
 
+impl SetPointKind {
+    /// The unit of [`crate::SetPoint::value`] for this kind, as run files write units; "1" where it has no value.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Hold | Self::Opening => "1",
+            Self::Angle | Self::Sine => "rad",
+            Self::Flow => "m^3/s",
+            Self::Speed => "rad/s",
+        }
+    }
+}
+
 codes! {
     /// Why a set-point was refused.
     SetPointRefusal {

@@ -7,7 +7,7 @@ message! {
         id: u64 ["1", Any],
         /// What kind, a [`crate::SetPointKind`].
         kind: u64 ["1", Below(crate::SetPointKind::END)],
-        /// Angle (rad), opening (1), flow (m³/s), speed (rad/s) or a sine's amplitude (rad), by kind.
+        /// Angle, opening, flow, speed or a sine's amplitude, in [`crate::SetPointKind::unit`] of its kind.
         value: f64 ["1", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
         /// A sine's frequency; else 0.
         frequency_hz: f64 ["Hz", Within(0.0, 1e6)],
