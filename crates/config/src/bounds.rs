@@ -2,6 +2,12 @@
 
 use crate::units::Dimension;
 
+/// Any angle of a scenario, rad.
+pub(crate) const ANGLE: Bounds = Bounds::either_sign(1e6);
+
+/// Any pressure drop of a scenario, Pa.
+pub(crate) const PRESSURE: Bounds = Bounds::within(0.0, 1e8);
+
 /// A range of values in SI; the lower end may be excluded.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {

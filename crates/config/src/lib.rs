@@ -21,6 +21,6 @@ pub use error::{ConfigError, ConfigErrors};
 pub use model::{ModelComments, parse_model, write_model};
 pub use scenario::{
     AfterStop, Compensation, Control, Damping, Driver, Encoder, FlowPressure, LostSteps, MotionLimits,
-    Profile, Safety, Scenario, ScheduledSetPoint, Target, TaskTiming, Timing, parse_scenario,
+    Profile, Safety, Scenario, ScheduledSetPoint, SetPoint, TaskTiming, Timing, parse_scenario,
 };
 pub use units::{Dimension, QuantityError, parse_quantity};

@@ -4,7 +4,7 @@ use valve_model::Model;
 
 use crate::reader::{Field, Section};
 use crate::scenario::{
-    FlowPressure, Scenario, ScheduledSetPoint, Target, angle_outside, angle_within, refuse_sine_outside,
+    FlowPressure, Scenario, ScheduledSetPoint, SetPoint, angle_outside, angle_within, refuse_sine_outside,
 };
 use crate::units::Dimension;
 
@@ -13,43 +13,43 @@ pub(crate) fn check_set_points(root: &Section<'_>, scenario: &Scenario, belief: 
     let mut rest_angle_rad = Some(scenario.initial_angle_rad);
     for (field, set_point) in root.list("set_point").iter().zip(&scenario.set_points) {
         let Some(section) = field.section("a table [[set_point]]") else { continue };
-        check_target(&section, scenario, belief, set_point, rest_angle_rad);
-        rest_angle_rad = rest_after(&set_point.target, belief, rest_angle_rad);
+        check_set_point(&section, scenario, belief, set_point, rest_angle_rad);
+        rest_angle_rad = rest_after(&set_point.set_point, belief, rest_angle_rad);
     }
 }
 
-fn check_target(
+fn check_set_point(
     section: &Section<'_>,
     scenario: &Scenario,
     belief: &Model,
     set_point: &ScheduledSetPoint,
     rest_angle_rad: Option<f64>,
 ) {
-    match set_point.target {
-        Target::Opening { opening } => check_opening(section, scenario, belief, opening),
-        Target::Flow { flow_m3_per_s, pressure_drop } => {
+    match set_point.set_point {
+        SetPoint::Opening { opening } => check_opening(section, scenario, belief, opening),
+        SetPoint::Flow { flow_m3_per_s, pressure_drop } => {
             let pressure_drop_pa = match pressure_drop {
                 FlowPressure::Given(pressure_drop_pa) => pressure_drop_pa,
                 FlowPressure::Measured => scenario.pressure_drop.at(set_point.time_s),
             };
             check_flow(section, scenario, belief, flow_m3_per_s, pressure_drop_pa);
         }
-        Target::PulseRate { pulse_rate_hz } => check_pulse_rate(section, scenario, belief, pulse_rate_hz),
-        Target::Sine { amplitude_rad, .. } => {
+        SetPoint::PulseRate { pulse_rate_hz } => check_pulse_rate(section, scenario, belief, pulse_rate_hz),
+        SetPoint::Sine { amplitude_rad, .. } => {
             if let (Some(field), Some(centre_rad)) = (section.find("sine"), rest_angle_rad) {
                 refuse_sine_outside(&field, centre_rad, amplitude_rad, &scenario.limits);
             }
         }
-        Target::Angle { .. } | Target::Speed { .. } | Target::Hold => {}
+        SetPoint::Angle { .. } | SetPoint::Speed { .. } | SetPoint::Hold => {}
     }
 }
 
 /// Where the valve rests after a set-point, as far as that is known beforehand.
-fn rest_after(target: &Target, belief: &Model, before_rad: Option<f64>) -> Option<f64> {
-    match *target {
-        Target::Angle { angle_rad } => Some(angle_rad),
-        Target::Opening { opening } => belief.orifice.map(|orifice| orifice.angle_for_opening(opening)),
-        Target::Hold => before_rad,
+fn rest_after(set_point: &SetPoint, belief: &Model, before_rad: Option<f64>) -> Option<f64> {
+    match *set_point {
+        SetPoint::Angle { angle_rad } => Some(angle_rad),
+        SetPoint::Opening { opening } => belief.orifice.map(|orifice| orifice.angle_for_opening(opening)),
+        SetPoint::Hold => before_rad,
         _ => None,
     }
 }

@@ -13,6 +13,7 @@ use crate::bounds::Bounds;
 use crate::source::Source;
 use crate::suggest::nearest;
 use crate::units::{Dimension, parse_quantity, shown};
+use valve_model::ParamError;
 
 /// Parses a text as TOML; reports what is wrong with it and gives `None` then. Depth of nesting is bounded by `toml`.
 pub(crate) fn parse_document<'a>(text: &'a str, source: &Source<'a>) -> Option<DeTable<'a>> {
@@ -174,6 +175,19 @@ impl<'a> Section<'a> {
             known
         });
         known && version_known
+    }
+
+    /// Ends a section: unknown keys first, then what the model itself refuses, unless a value is missing already.
+    pub(crate) fn conclude(self, validated: Result<(), ParamError>) {
+        if let Err(error) = validated
+            && self.is_clean()
+        {
+            match self.find(error.key) {
+                Some(field) => field.refuse(error.expected),
+                None => self.refuse_key(error.key, "nothing", error.expected),
+            }
+        }
+        self.finish();
     }
 
     /// Reports every key that nothing asked for.

@@ -1,8 +1,6 @@
 //! The model's file, section by section. Which values a section may hold, `valve_model` says.
 
-use valve_model::{
-    LoadParams, Model, MotorParams, OilParams, OrificeParams, ParamError, Window, WindowTable,
-};
+use valve_model::{LoadParams, Model, MotorParams, OilParams, OrificeParams, Window, WindowTable};
 
 use crate::error::ConfigErrors;
 use crate::model::read_design::read_design;
@@ -56,19 +54,6 @@ fn read(root: Section<'_>) -> Option<Model> {
     })
 }
 
-/// Ends a section: unknown keys first, then what the model itself refuses, unless a value is missing already.
-pub(super) fn conclude(section: Section<'_>, validated: Result<(), ParamError>) {
-    if let Err(error) = validated
-        && section.is_clean()
-    {
-        match section.find(error.key) {
-            Some(field) => field.refuse(error.expected),
-            None => section.refuse_key(error.key, "nothing", error.expected),
-        }
-    }
-    section.finish();
-}
-
 fn read_motor(section: Section<'_>) -> MotorParams {
     let motor = MotorParams {
         phases: section.count("phases"),
@@ -85,13 +70,13 @@ fn read_motor(section: Section<'_>) -> MotorParams {
         rated_current_a: section.optional_number("rated_current_a"),
         torque_constant_nm_per_a: section.optional_number("torque_constant_nm_per_a"),
     };
-    conclude(section, motor.validate());
+    section.conclude(motor.validate());
     motor
 }
 
 fn read_load(section: Section<'_>) -> LoadParams {
     let load = LoadParams { inertia_kg_m2: section.number("inertia_kg_m2") };
-    conclude(section, load.validate());
+    section.conclude(load.validate());
     load
 }
 
@@ -103,7 +88,7 @@ fn read_orifice(section: Section<'_>) -> OrificeParams {
         open_angle_rad: section.number("open_angle_rad"),
         window: read_window(&section),
     };
-    conclude(section, orifice.validate());
+    section.conclude(orifice.validate());
     orifice
 }
 
@@ -153,6 +138,6 @@ fn read_oil(section: Section<'_>) -> OilParams {
         kinematic_viscosity_m2_per_s: section.number("kinematic_viscosity_m2_per_s"),
         reference_temperature_c: section.number("reference_temperature_c"),
     };
-    conclude(section, oil.validate());
+    section.conclude(oil.validate());
     oil
 }

@@ -2,7 +2,6 @@
 
 use valve_model::{ClearanceParams, OilParams, SealParams};
 
-use crate::model::read::conclude;
 use crate::reader::Section;
 
 /// What is given by design calculation. The numbers are placeholders where a section was refused.
@@ -75,7 +74,7 @@ fn read_clearance(section: Section<'_>) -> ClearanceParams {
         groove_width_m: section.number("groove_width_m"),
         opening_area_m2: section.number("opening_area_m2"),
     };
-    conclude(section, clearance.validate());
+    section.conclude(clearance.validate());
     clearance
 }
 
@@ -89,6 +88,6 @@ fn read_seals(section: Section<'_>) -> SealParams {
         friction_coefficient: section.number("friction_coefficient"),
         static_ratio: section.number("static_ratio"),
     };
-    conclude(section, seals.validate());
+    section.conclude(seals.validate());
     seals
 }

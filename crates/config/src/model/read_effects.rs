@@ -2,7 +2,6 @@
 
 use valve_model::{EFFECTS, Effect, EffectSpec, EffectValue, ParameterSpec, ValueKind};
 
-use crate::model::read::conclude;
 use crate::reader::{Field, Section};
 use crate::suggest::nearest;
 
@@ -23,7 +22,7 @@ fn read_effect(field: &Field<'_>) -> Option<Effect> {
     let parts: Vec<(&str, EffectValue)> = parts.into_iter().map(|part| (part.key, part.value)).collect();
     let effect = Effect::from_parts(spec.id, &parts);
     let validated = effect.as_ref().map_or_else(|error| Err(error.clone()), |_| Ok(()));
-    conclude(section, validated);
+    section.conclude(validated);
     effect.ok()
 }
 

@@ -2,7 +2,6 @@
 
 use valve_model::{DahlParams, FrictionParams, LeuvenParams, LuGreParams, StribeckParams};
 
-use crate::model::read::conclude;
 use crate::model::read_design::Design;
 use crate::reader::Section;
 
@@ -28,7 +27,7 @@ pub(super) fn read_friction(section: Section<'_>, design: &Design) -> Option<Fri
         Law::LuGre => FrictionParams::LuGre(read_lugre(&section, design)),
         Law::Leuven => FrictionParams::Leuven(read_leuven(&section, design)),
     };
-    conclude(section, friction.validate());
+    section.conclude(friction.validate());
     Some(friction)
 }
 

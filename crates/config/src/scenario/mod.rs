@@ -6,12 +6,12 @@ mod read;
 mod read_control;
 mod read_set_points;
 mod read_timing;
-mod target;
+mod set_point;
 
 pub(crate) use checks::{angle_outside, angle_within, refuse_sine_outside};
 pub use profile::Profile;
 pub use read::parse_scenario;
-pub use target::{FlowPressure, ScheduledSetPoint, Target};
+pub use set_point::{FlowPressure, ScheduledSetPoint, SetPoint};
 
 /// Shorter periods work where the machine does, but nothing is promised.
 const SHORTEST_SUPPORTED_PERIOD_NS: u64 = 250_000;

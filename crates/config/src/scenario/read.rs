@@ -1,6 +1,6 @@
 //! The scenario's file, section by section.
 
-use crate::bounds::Bounds;
+use crate::bounds::{ANGLE, Bounds, PRESSURE};
 use crate::error::ConfigErrors;
 use crate::reader::{Section, parse_document};
 use crate::scenario::read_control::read_compensation;
@@ -17,7 +17,6 @@ const FORMAT_VERSION: u64 = 1;
 
 const PERIOD: Bounds = Bounds::within(1e-4, 1e-2);
 const DURATION: Bounds = Bounds::positive(30.0 * 86_400.0);
-pub(super) const ANGLE: Bounds = Bounds::either_sign(1e6);
 const SPEED: Bounds = Bounds::positive(1e4);
 const ACCELERATION: Bounds = Bounds::positive(1e7);
 const JERK: Bounds = Bounds::positive(1e10);
@@ -26,7 +25,6 @@ const PULSE_ACCELERATION: Bounds = Bounds::positive(1e12);
 const NOISE: Bounds = Bounds::within(0.0, 1.0);
 const FOLLOWING_ERROR: Bounds = Bounds::positive(1e6);
 const PER_SPEED: Bounds = Bounds::within(0.0, 10.0);
-pub(super) const PRESSURE: Bounds = Bounds::within(0.0, 1e8);
 const TEMPERATURE: Bounds = Bounds::within(-60.0, 200.0);
 const TIME: Bounds = Bounds::within(0.0, 30.0 * 86_400.0);
 

@@ -1,9 +1,8 @@
 //! `[[set_point]]`: what the valve shall do, by time.
 
-use crate::bounds::Bounds;
+use crate::bounds::{ANGLE, Bounds, PRESSURE};
 use crate::reader::{Field, Section};
-use crate::scenario::read::{ANGLE, PRESSURE};
-use crate::scenario::{FlowPressure, MotionLimits, ScheduledSetPoint, Target, checks};
+use crate::scenario::{FlowPressure, MotionLimits, ScheduledSetPoint, SetPoint, checks};
 use crate::units::Dimension;
 
 const KINDS: &[&str] = &["angle", "opening", "flow", "speed", "pulse_rate", "sine", "hold"];
@@ -32,9 +31,9 @@ pub(super) fn read_set_points(root: &Section<'_>, frame: &Frame) -> Vec<Schedule
     for field in root.list("set_point") {
         let Some(section) = field.section("a table [[set_point]]") else { continue };
         let time_s = read_time_s(&section, before_s, frame.duration_s);
-        if let Some(target) = read_target(&section, frame, rest_angle_rad) {
-            rest_angle_rad = rest_after(&target, rest_angle_rad);
-            set_points.push(ScheduledSetPoint { time_s, target, line: field.line() });
+        if let Some(set_point) = read_set_point(&section, frame, rest_angle_rad) {
+            rest_angle_rad = rest_after(&set_point, rest_angle_rad);
+            set_points.push(ScheduledSetPoint { time_s, set_point, line: field.line() });
         }
         section.finish();
         before_s = before_s.max(time_s);
@@ -43,10 +42,10 @@ pub(super) fn read_set_points(root: &Section<'_>, frame: &Frame) -> Vec<Schedule
 }
 
 /// Where the valve rests after a set-point, as far as that is known without the models.
-fn rest_after(target: &Target, before_rad: Option<f64>) -> Option<f64> {
-    match *target {
-        Target::Angle { angle_rad } => Some(angle_rad),
-        Target::Hold => before_rad,
+fn rest_after(set_point: &SetPoint, before_rad: Option<f64>) -> Option<f64> {
+    match *set_point {
+        SetPoint::Angle { angle_rad } => Some(angle_rad),
+        SetPoint::Hold => before_rad,
         _ => None,
     }
 }
@@ -62,7 +61,7 @@ fn read_time_s(section: &Section<'_>, before_s: f64, duration_s: f64) -> f64 {
     time_s
 }
 
-fn read_target(section: &Section<'_>, frame: &Frame, rest_angle_rad: Option<f64>) -> Option<Target> {
+fn read_set_point(section: &Section<'_>, frame: &Frame, rest_angle_rad: Option<f64>) -> Option<SetPoint> {
     let present = section.present(KINDS);
     let [kind] = present.as_slice() else {
         let found = if present.is_empty() { "nothing".to_owned() } else { present.join(" and ") };
@@ -77,7 +76,7 @@ fn read_target(section: &Section<'_>, frame: &Frame, rest_angle_rad: Option<f64>
     }
     match *kind {
         "angle" => Some(read_angle(&field, frame)),
-        "opening" => Some(Target::Opening { opening: field.quantity(Dimension::Ratio, OPENING) }),
+        "opening" => Some(SetPoint::Opening { opening: field.quantity(Dimension::Ratio, OPENING) }),
         "flow" => Some(read_flow(&field, pressure.as_ref())),
         "speed" => Some(read_speed(&field, frame)),
         "pulse_rate" => Some(read_pulse_rate(&field, frame)),
@@ -86,15 +85,15 @@ fn read_target(section: &Section<'_>, frame: &Frame, rest_angle_rad: Option<f64>
     }
 }
 
-fn read_angle(field: &Field<'_>, frame: &Frame) -> Target {
+fn read_angle(field: &Field<'_>, frame: &Frame) -> SetPoint {
     let angle_rad = field.quantity(Dimension::Angle, ANGLE);
     checks::refuse_angle_outside(field, angle_rad, &frame.limits);
-    Target::Angle { angle_rad }
+    SetPoint::Angle { angle_rad }
 }
 
-fn read_flow(field: &Field<'_>, pressure: Option<&Field<'_>>) -> Target {
+fn read_flow(field: &Field<'_>, pressure: Option<&Field<'_>>) -> SetPoint {
     let given = |field: &Field<'_>| FlowPressure::Given(field.quantity(Dimension::Pressure, PRESSURE));
-    Target::Flow {
+    SetPoint::Flow {
         flow_m3_per_s: field.quantity(Dimension::Flow, FLOW),
         pressure_drop: pressure.map_or(FlowPressure::Measured, given),
     }
@@ -109,17 +108,17 @@ fn refuse_rotation_in_limits(field: &Field<'_>, limits: &MotionLimits) {
     }
 }
 
-fn read_speed(field: &Field<'_>, frame: &Frame) -> Target {
+fn read_speed(field: &Field<'_>, frame: &Frame) -> SetPoint {
     let speed_rad_per_s = field.quantity(Dimension::Speed, SPEED);
     refuse_rotation_in_limits(field, &frame.limits);
     let limit = frame.limits.max_speed_rad_per_s;
     if speed_rad_per_s.abs() > limit {
         field.refuse(format!("a speed within limits.max_speed, {}", Dimension::Speed.display(limit)));
     }
-    Target::Speed { speed_rad_per_s }
+    SetPoint::Speed { speed_rad_per_s }
 }
 
-fn read_pulse_rate(field: &Field<'_>, frame: &Frame) -> Target {
+fn read_pulse_rate(field: &Field<'_>, frame: &Frame) -> SetPoint {
     let pulse_rate_hz = field.quantity(Dimension::PulseRate, PULSE_RATE);
     refuse_rotation_in_limits(field, &frame.limits);
     let limit = frame.max_pulse_rate_hz;
@@ -129,10 +128,10 @@ fn read_pulse_rate(field: &Field<'_>, frame: &Frame) -> Target {
             Dimension::PulseRate.display(limit)
         ));
     }
-    Target::PulseRate { pulse_rate_hz }
+    SetPoint::PulseRate { pulse_rate_hz }
 }
 
-fn read_sine(field: &Field<'_>, frame: &Frame, rest_angle_rad: Option<f64>) -> Option<Target> {
+fn read_sine(field: &Field<'_>, frame: &Frame, rest_angle_rad: Option<f64>) -> Option<SetPoint> {
     let section = field.section("{ amplitude = …, frequency = … }")?;
     let amplitude_rad = section.quantity("amplitude", Dimension::Angle, AMPLITUDE);
     let frequency_hz = section.quantity("frequency", Dimension::Frequency, FREQUENCY);
@@ -147,13 +146,13 @@ fn read_sine(field: &Field<'_>, frame: &Frame, rest_angle_rad: Option<f64>) -> O
     if let Some(centre_rad) = rest_angle_rad {
         checks::refuse_sine_outside(field, centre_rad, amplitude_rad, &frame.limits);
     }
-    Some(Target::Sine { amplitude_rad, frequency_hz })
+    Some(SetPoint::Sine { amplitude_rad, frequency_hz })
 }
 
-fn read_hold(field: &Field<'_>) -> Option<Target> {
+fn read_hold(field: &Field<'_>) -> Option<SetPoint> {
     let hold = field.boolean();
     if !hold {
         field.refuse("true");
     }
-    hold.then_some(Target::Hold)
+    hold.then_some(SetPoint::Hold)
 }

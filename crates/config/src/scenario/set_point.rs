@@ -6,14 +6,14 @@ pub struct ScheduledSetPoint {
     /// Time in seconds after arming.
     pub time_s: f64,
     /// What the valve shall do.
-    pub target: Target,
+    pub set_point: SetPoint,
     /// Line in the scenario's file, from 1, for messages.
     pub line: usize,
 }
 
 /// What the valve shall do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Target {
+pub enum SetPoint {
     /// Go to an angle and stay.
     Angle {
         /// The angle, in radians.

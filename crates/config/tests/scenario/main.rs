@@ -7,7 +7,8 @@ mod set_points;
 mod values;
 
 use config::{
-    AfterStop, Compensation, ConfigErrors, Damping, FlowPressure, LostSteps, Scenario, Target, parse_scenario,
+    AfterStop, Compensation, ConfigErrors, Damping, FlowPressure, LostSteps, Scenario, SetPoint,
+    parse_scenario,
 };
 
 const FULL: &str = r#"format = "stepvalve-scenario"
@@ -160,16 +161,16 @@ fn everything_means_what_it_says() {
 
 #[test]
 fn set_points_mean_what_they_say() {
-    let targets: Vec<Target> = full().set_points.iter().map(|point| point.target).collect();
+    let targets: Vec<SetPoint> = full().set_points.iter().map(|point| point.set_point).collect();
     let flow_m3_per_s = 1e-3;
     let expected = [
-        Target::Angle { angle_rad: 17f64 * std::f64::consts::PI / 180.0 },
-        Target::Opening { opening: 0.5 },
-        Target::Flow { flow_m3_per_s, pressure_drop: FlowPressure::Measured },
-        Target::Flow { flow_m3_per_s, pressure_drop: FlowPressure::Given(2e6) },
-        Target::Angle { angle_rad: 0.3 },
-        Target::Sine { amplitude_rad: 0.2, frequency_hz: 1.0 },
-        Target::Hold,
+        SetPoint::Angle { angle_rad: 17f64 * std::f64::consts::PI / 180.0 },
+        SetPoint::Opening { opening: 0.5 },
+        SetPoint::Flow { flow_m3_per_s, pressure_drop: FlowPressure::Measured },
+        SetPoint::Flow { flow_m3_per_s, pressure_drop: FlowPressure::Given(2e6) },
+        SetPoint::Angle { angle_rad: 0.3 },
+        SetPoint::Sine { amplitude_rad: 0.2, frequency_hz: 1.0 },
+        SetPoint::Hold,
     ];
     assert_eq!(targets, expected);
     let points = full().set_points;
@@ -191,10 +192,10 @@ fn defaults() {
     let rotation = format!(
         "{SMALL}[[set_point]]\ntime = 0\npulse_rate = \"-200kHz\"\n[[set_point]]\ntime = 0.5\nspeed = 11.17"
     );
-    let targets: Vec<Target> =
-        parse_scenario(&rotation, "x").unwrap().set_points.iter().map(|p| p.target).collect();
+    let targets: Vec<SetPoint> =
+        parse_scenario(&rotation, "x").unwrap().set_points.iter().map(|p| p.set_point).collect();
     assert_eq!(
         targets,
-        [Target::PulseRate { pulse_rate_hz: -2e5 }, Target::Speed { speed_rad_per_s: 11.17 }]
+        [SetPoint::PulseRate { pulse_rate_hz: -2e5 }, SetPoint::Speed { speed_rad_per_s: 11.17 }]
     );
 }
