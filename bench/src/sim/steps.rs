@@ -3,7 +3,7 @@
 use crate::output::{Sheet, digits};
 use crate::scenario::Variant;
 use anyhow::{Result, anyhow};
-use closed_loop::{ControllerRole, GeneratorRole, PlantRole};
+use closed_loop::{ControllerRole, PlantRole, TrajectoryRole};
 use hdrhistogram::Histogram;
 use realtime::now_ns;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 pub fn run(cycles: u64) -> Result<(Sheet, Value)> {
     let parts = Variant::of_1khz(cycles).parts()?;
     let mut plant = PlantRole::new(parts.plant.clone());
-    let mut generator = GeneratorRole::new(parts.generator.clone());
+    let mut trajectory = TrajectoryRole::new(parts.trajectory.clone());
     let mut controller = ControllerRole::new(&parts.controller);
     let mut times = [histogram()?, histogram()?, histogram()?, histogram()?, histogram()?];
     let (mut command, mut status) = (None, None);
@@ -24,7 +24,7 @@ pub fn run(cycles: u64) -> Result<(Sheet, Value)> {
         let nothing = now_ns();
         let sample = plant.sample(cycle);
         let generating = now_ns();
-        let reference = generator.step(cycle, Some(&sample.feedback), status.as_ref(), None);
+        let reference = trajectory.step(cycle, Some(&sample.feedback), status.as_ref(), None);
         let controlling = now_ns();
         let output = controller.step(cycle, Some(&sample.feedback), Some(&reference), None);
         let moving = now_ns();

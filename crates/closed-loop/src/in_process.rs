@@ -1,7 +1,7 @@
 //! The whole loop in one thread, without clock or shared memory: for campaigns, tests and diagnosis.
 
 use crate::wire::{Perfect, Presence, Wire};
-use crate::{ControllerRole, GeneratorRole, Parts, PlantRole, PlantSample};
+use crate::{ControllerRole, Parts, PlantRole, PlantSample, TrajectoryRole};
 use signals::{ControlStatus, Feedback, Reference, Source, StepCommand};
 use step_control::Output;
 
@@ -53,7 +53,7 @@ pub struct Arrived {
 /// The loop, cycle by cycle: an iterator over the run's messages.
 pub struct InProcess<W: Wire = Perfect> {
     plant: PlantRole,
-    generator: GeneratorRole,
+    trajectory: TrajectoryRole,
     controller: ControllerRole,
     wire: W,
     cycle: u64,
@@ -75,7 +75,7 @@ impl<W: Wire> InProcess<W> {
     pub fn over(parts: &Parts, wire: W) -> Self {
         Self {
             plant: PlantRole::new(parts.plant.clone()),
-            generator: GeneratorRole::new(parts.generator.clone()),
+            trajectory: TrajectoryRole::new(parts.trajectory.clone()),
             controller: ControllerRole::new(&parts.controller),
             wire,
             cycle: 0,
@@ -98,7 +98,7 @@ impl<W: Wire> InProcess<W> {
         let sent = plant.filter(|_| runs(&self.wire, Source::Plant));
         let feedback = sent.and_then(|sample| self.wire.feedback(cycle, sample.feedback));
         let reference = runs(&self.wire, Source::Trajectory)
-            .then(|| self.generator.step(cycle, feedback.as_ref(), self.status.as_ref(), None));
+            .then(|| self.trajectory.step(cycle, feedback.as_ref(), self.status.as_ref(), None));
         let heard = reference.and_then(|reference| self.wire.reference(cycle, reference));
         let controller = runs(&self.wire, Source::Controller)
             .then(|| self.controller.step(cycle, feedback.as_ref(), heard.as_ref(), None));

@@ -6,17 +6,17 @@
 
 mod controller;
 mod encoder;
-mod generator;
 mod in_process;
 mod plant;
 mod pulses;
 mod timeline;
+mod trajectory;
 mod wire;
 mod wiring;
 
+pub use crate::trajectory::{DueSetPoint, TrajectoryPart, TrajectoryRole};
 pub use controller::{ControllerPart, ControllerRole};
 pub use encoder::EncoderParams;
-pub use generator::{DueSetPoint, GeneratorPart, GeneratorRole};
 pub use in_process::{Arrived, CycleMessages, CycleOutputs, InProcess};
 pub use plant::{PlantPart, PlantRole, PlantSample};
 pub use timeline::{ARM_CYCLE, Timeline};

@@ -49,7 +49,7 @@ pub struct PlantRole {
     encoder: Option<Encoder>,
     // The command of the last cycle, which a loop with two cycles of delay follows in this one.
     delayed: Option<StepCommand>,
-    motion: Option<drive::Motion>,
+    motion: Option<drive::Output>,
     output: Option<ValveOutput>,
     // Of the last cycle.
     pulses: Pulses,

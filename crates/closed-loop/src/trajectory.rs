@@ -39,7 +39,7 @@ impl DueSetPoint {
 
 /// What the trajectory generator is told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct GeneratorPart {
+pub struct TrajectoryPart {
     /// Limits, orifice, period.
     pub params: trajectory::Params,
     /// Angle at the start, rad.
@@ -49,16 +49,16 @@ pub struct GeneratorPart {
 }
 
 /// The trajectory generator between two cycles.
-pub struct GeneratorRole {
-    part: GeneratorPart,
+pub struct TrajectoryRole {
+    part: TrajectoryPart,
     state: trajectory::State,
     next: usize,
     last_cycle: Option<u64>,
 }
 
-impl GeneratorRole {
+impl TrajectoryRole {
     /// A trajectory that holds where the scenario begins.
-    pub fn new(part: GeneratorPart) -> Self {
+    pub fn new(part: TrajectoryPart) -> Self {
         let state = trajectory::State::at_rest(part.initial_angle_rad);
         Self { part, state, next: 0, last_cycle: None }
     }

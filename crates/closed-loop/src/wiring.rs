@@ -2,10 +2,10 @@
 
 use crate::controller::ControllerPart;
 use crate::encoder::EncoderParams;
-use crate::generator::{DueSetPoint, GeneratorPart};
 use crate::plant::PlantPart;
 use crate::timeline::Timeline;
-use config::{FlowPressure, Scenario, ScheduledSetPoint, Target};
+use crate::trajectory::{DueSetPoint, TrajectoryPart};
+use config::{FlowPressure, Scenario, ScheduledSetPoint, SetPoint};
 use signals::SetPointKind;
 use std::f64::consts::TAU;
 use step_control::ObserverSettings;
@@ -41,7 +41,7 @@ pub struct Parts {
     /// For the plant simulator: the truth.
     pub plant: PlantPart,
     /// For the trajectory generator.
-    pub generator: GeneratorPart,
+    pub trajectory: TrajectoryPart,
     /// For the step controller: the belief.
     pub controller: ControllerPart,
 }
@@ -54,7 +54,7 @@ impl Parts {
         self.plant.timeline = self.timeline;
         self.controller.params.arm_at_cycle = None;
         self.controller.params.disarm_at_cycle = None;
-        self.generator.set_points.clear();
+        self.trajectory.set_points.clear();
         self
     }
 }
@@ -81,13 +81,13 @@ pub fn wire(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Parts,
         params = params.with_shaper();
     }
     params.validate()?;
-    let generator = generator_part(scenario, belief, &timeline, drive.microstep_angle_rad);
-    generator.params.validate()?;
+    let trajectory = trajectory_part(scenario, belief, &timeline, drive.microstep_angle_rad);
+    trajectory.params.validate()?;
     let initial_microsteps = (scenario.initial_angle_rad / drive.microstep_angle_rad).round() as i64;
     Ok(Parts {
         timeline,
         plant: plant_part(scenario, valve, truth_motor, drive, timeline),
-        generator,
+        trajectory,
         controller: ControllerPart { params, initial_microsteps },
     })
 }
@@ -221,14 +221,14 @@ fn plant_part(
     }
 }
 
-fn generator_part(
+fn trajectory_part(
     scenario: &Scenario,
     belief: &Model,
     timeline: &Timeline,
     microstep_rad: f64,
-) -> GeneratorPart {
+) -> TrajectoryPart {
     let limits = &scenario.limits;
-    GeneratorPart {
+    TrajectoryPart {
         params: trajectory::Params {
             period_s: scenario.period_s(),
             limits: trajectory::Limits {
@@ -249,21 +249,21 @@ fn generator_part(
 fn due(point: &ScheduledSetPoint, timeline: &Timeline, microstep_rad: f64) -> DueSetPoint {
     let nothing = DueSetPoint::hold(timeline.cycle_of(point.time_s));
     let of = |kind: SetPointKind, value: f64| DueSetPoint { kind: kind.code(), value, ..nothing };
-    match point.target {
-        Target::Angle { angle_rad } => of(SetPointKind::Angle, angle_rad),
-        Target::Opening { opening } => of(SetPointKind::Opening, opening),
-        Target::Flow { flow_m3_per_s, pressure_drop } => DueSetPoint {
+    match point.set_point {
+        SetPoint::Angle { angle_rad } => of(SetPointKind::Angle, angle_rad),
+        SetPoint::Opening { opening } => of(SetPointKind::Opening, opening),
+        SetPoint::Flow { flow_m3_per_s, pressure_drop } => DueSetPoint {
             pressure_drop_pa: match pressure_drop {
                 FlowPressure::Measured => None,
                 FlowPressure::Given(pressure_pa) => Some(pressure_pa),
             },
             ..of(SetPointKind::Flow, flow_m3_per_s)
         },
-        Target::Speed { speed_rad_per_s } => of(SetPointKind::Speed, speed_rad_per_s),
-        Target::PulseRate { pulse_rate_hz } => of(SetPointKind::Speed, pulse_rate_hz * microstep_rad),
-        Target::Sine { amplitude_rad, frequency_hz } => {
+        SetPoint::Speed { speed_rad_per_s } => of(SetPointKind::Speed, speed_rad_per_s),
+        SetPoint::PulseRate { pulse_rate_hz } => of(SetPointKind::Speed, pulse_rate_hz * microstep_rad),
+        SetPoint::Sine { amplitude_rad, frequency_hz } => {
             DueSetPoint { frequency_hz, ..of(SetPointKind::Sine, amplitude_rad) }
         }
-        Target::Hold => nothing,
+        SetPoint::Hold => nothing,
     }
 }

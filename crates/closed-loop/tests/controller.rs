@@ -5,11 +5,11 @@ mod common;
 
 use closed_loop::{CycleMessages, InProcess, Wire, wire};
 use common::{Valve, scenario};
-use config::{Damping, LostSteps, Scenario, ScheduledSetPoint, Target};
+use config::{Damping, LostSteps, Scenario, ScheduledSetPoint, SetPoint};
 use signals::{ControllerState, FaultCode, Reference, limiting};
 
-fn at(time_s: f64, target: Target) -> ScheduledSetPoint {
-    ScheduledSetPoint { time_s, target, line: 0 }
+fn at(time_s: f64, set_point: SetPoint) -> ScheduledSetPoint {
+    ScheduledSetPoint { time_s, set_point, line: 0 }
 }
 
 fn run(scenario: &Scenario, truth: &Valve, belief: &Valve) -> Vec<CycleMessages> {
@@ -25,7 +25,7 @@ fn at_rest_the_noise_of_the_encoder_moves_no_pulse() {
     for seed in 0..5 {
         let mut scenario = scenario(3.0, "");
         scenario.seed = seed;
-        scenario.set_points = vec![at(0.1, Target::Angle { angle_rad: 0.3 })];
+        scenario.set_points = vec![at(0.1, SetPoint::Angle { angle_rad: 0.3 })];
         // A belief that is wrong leaves something to correct before it can be quiet.
         let belief = Valve { coulomb_torque_nm: 1.0, static_torque_nm: 2.2, ..Valve::default() };
         let messages = run(&scenario, &Valve::default(), &belief);
@@ -42,7 +42,7 @@ fn at_rest_the_noise_of_the_encoder_moves_no_pulse() {
 #[test]
 fn through_zero_speed_the_command_reverses_without_chatter() {
     let mut scenario = scenario(2.2, "");
-    scenario.set_points = vec![at(0.1, Target::Sine { amplitude_rad: 0.2, frequency_hz: 1.0 })];
+    scenario.set_points = vec![at(0.1, SetPoint::Sine { amplitude_rad: 0.2, frequency_hz: 1.0 })];
     let belief = Valve { coulomb_torque_nm: 1.9, static_torque_nm: 2.2, ..Valve::default() };
     let messages = run(&scenario, &Valve::default(), &belief);
     let rates: Vec<f64> = messages
@@ -67,8 +67,8 @@ fn short_of_torque_the_reference_slows_down_and_recovers() {
         scenario.control.observer = fitted;
         scenario.control.damping = if fitted { Damping::Active } else { Damping::None };
         scenario.set_points = vec![
-            at(0.1, Target::Speed { speed_rad_per_s: 12.5 }),
-            at(1.0, Target::Speed { speed_rad_per_s: 2.0 }),
+            at(0.1, SetPoint::Speed { speed_rad_per_s: 12.5 }),
+            at(1.0, SetPoint::Speed { speed_rad_per_s: 2.0 }),
         ];
         let messages = run(&scenario, &valve, &valve);
         let slowest = messages.iter().map(|m| m.reference.time_scale).fold(1.0, f64::min);
@@ -85,7 +85,7 @@ fn short_of_torque_the_reference_slows_down_and_recovers() {
 fn lost_steps_are_a_fault_or_caught_up_without_a_jerk() {
     let truth = Valve { missed_step_at_s: Some(0.5), ..Valve::default() };
     let mut scenario = scenario(2.0, "");
-    scenario.set_points = vec![at(0.1, Target::Speed { speed_rad_per_s: 1.0 })];
+    scenario.set_points = vec![at(0.1, SetPoint::Speed { speed_rad_per_s: 1.0 })];
     let faulted = run(&scenario, &truth, &Valve::default());
     assert_eq!(faulted.last().unwrap().status.fault, FaultCode::LostSteps.code());
     let found = faulted.iter().find(|m| m.status.fault != 0).unwrap();
@@ -108,7 +108,7 @@ fn lost_steps_are_a_fault_or_caught_up_without_a_jerk() {
 #[test]
 fn the_limit_of_the_following_error_grows_with_speed() {
     let mut scenario = scenario(1.0, "");
-    scenario.set_points = vec![at(0.1, Target::Speed { speed_rad_per_s: 11.0 })];
+    scenario.set_points = vec![at(0.1, SetPoint::Speed { speed_rad_per_s: 11.0 })];
     scenario.compensation = config::Compensation::None;
     scenario.control.observer = false;
     scenario.control.damping = Damping::None;
@@ -142,7 +142,7 @@ impl Wire for Hasty {
 fn a_reference_beyond_the_limits_is_a_fault_in_the_same_cycle() {
     let mut scenario = scenario(0.5, "");
     let most = scenario.limits.max_speed_rad_per_s;
-    scenario.set_points = vec![at(0.01, Target::Speed { speed_rad_per_s: 0.99 * most })];
+    scenario.set_points = vec![at(0.01, SetPoint::Speed { speed_rad_per_s: 0.99 * most })];
     let parts = wire(&scenario, &Valve::default().model(), &Valve::default().model()).unwrap();
     for (factor, fault) in [(1.0, FaultCode::None), (1.05, FaultCode::ReferenceLimit)] {
         let mut run = InProcess::over(&parts, Hasty(factor));

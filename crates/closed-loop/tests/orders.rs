@@ -3,9 +3,9 @@
 
 mod common;
 
-use closed_loop::{ControllerRole, GeneratorRole, PlantRole, wire};
+use closed_loop::{ControllerRole, PlantRole, TrajectoryRole, wire};
 use common::{Valve, scenario};
-use config::{Scenario, ScheduledSetPoint, Target};
+use config::{Scenario, ScheduledSetPoint, SetPoint};
 use signals::{ControlParameter, ControlStatus, OperatorCommand, OperatorKind, OperatorResult};
 
 /// Runs a scenario with orders due in these cycles; status and true error of every cycle.
@@ -16,14 +16,14 @@ fn run(
 ) -> Vec<(ControlStatus, f64)> {
     let parts = wire(scenario, &Valve::default().model(), &belief.model()).unwrap();
     let mut plant = PlantRole::new(parts.plant.clone());
-    let mut generator = GeneratorRole::new(parts.generator.clone());
+    let mut trajectory = TrajectoryRole::new(parts.trajectory.clone());
     let mut controller = ControllerRole::new(&parts.controller);
     let (mut command, mut status, mut id) = (None, None, 0);
     let mut references = vec![0.0; 2];
     let mut all = Vec::new();
     for cycle in 0..parts.timeline.last_cycle {
         let sample = plant.sample(cycle);
-        let reference = generator.step(cycle, Some(&sample.feedback), status.as_ref(), None);
+        let reference = trajectory.step(cycle, Some(&sample.feedback), status.as_ref(), None);
         references.push(reference.angle_rad);
         let order = orders.iter().find(|order| order.0 == cycle).map(|&(_, parameter, value)| {
             id += 1;
@@ -46,7 +46,7 @@ fn moving() -> Scenario {
     let mut scenario = scenario(3.0, "");
     scenario.set_points = vec![ScheduledSetPoint {
         time_s: 0.05,
-        target: Target::Sine { amplitude_rad: 0.2, frequency_hz: 1.0 },
+        set_point: SetPoint::Sine { amplitude_rad: 0.2, frequency_hz: 1.0 },
         line: 0,
     }];
     scenario

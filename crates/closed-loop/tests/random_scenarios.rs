@@ -6,7 +6,7 @@ mod common;
 
 use closed_loop::{InProcess, Parts, wire};
 use common::{Valve, scenario};
-use config::{Compensation, Control, Damping, LostSteps, Scenario, ScheduledSetPoint, Target};
+use config::{Compensation, Control, Damping, LostSteps, Scenario, ScheduledSetPoint, SetPoint};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use signals::{ControllerState, FaultCode, limiting, validity};
@@ -75,12 +75,12 @@ fn random_scenario(rng: &mut Pcg64Mcg) -> Scenario {
 }
 
 fn random_set_point(rng: &mut Pcg64Mcg, index: u32) -> ScheduledSetPoint {
-    let target = match rng.random_range(0..4) {
-        0 => Target::Speed { speed_rad_per_s: rng.random_range(-12.0..12.0) },
-        1 => Target::Sine { amplitude_rad: 0.02, frequency_hz: rng.random_range(1.0..30.0) },
-        _ => Target::Angle { angle_rad: rng.random_range(-0.8..0.8) },
+    let set_point = match rng.random_range(0..4) {
+        0 => SetPoint::Speed { speed_rad_per_s: rng.random_range(-12.0..12.0) },
+        1 => SetPoint::Sine { amplitude_rad: 0.02, frequency_hz: rng.random_range(1.0..30.0) },
+        _ => SetPoint::Angle { angle_rad: rng.random_range(-0.8..0.8) },
     };
-    ScheduledSetPoint { time_s: 0.01 + 0.09 * f64::from(index), target, line: 0 }
+    ScheduledSetPoint { time_s: 0.01 + 0.09 * f64::from(index), set_point, line: 0 }
 }
 
 /// What came of the scenarios, over all of them.

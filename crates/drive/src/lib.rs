@@ -25,4 +25,4 @@ mod step;
 pub use limits::{Travel, follow, ramp_down};
 pub use params::{AfterStop, DriveError, Params, stop_cycles_bound};
 pub use state::{Mode, State};
-pub use step::{Motion, step};
+pub use step::{Output, step};

@@ -7,7 +7,7 @@ use crate::{AfterStop, Mode, Params, State};
 
 /// How the micro-step command moves in one cycle, and what the drive has to say about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct Output {
     /// Command at the cycle's beginning, whole micro-steps.
     pub start_microsteps: f64,
     /// Command at its end, whole micro-steps; linear in between.
@@ -26,7 +26,7 @@ pub struct Motion {
 /// Takes the guard through cycle `cycle`.
 ///
 /// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.
-pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Motion {
+pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Output {
     match command {
         Some(command) => note_command(params, state, cycle, command),
         None => state.missed = state.missed.saturating_add(1),
@@ -159,7 +159,7 @@ fn switch_current(params: &Params, state: &mut State) {
     }
 }
 
-fn report(params: &Params, state: &State, start: i64, limited: bool, missed: bool) -> Motion {
+fn report(params: &Params, state: &State, start: i64, limited: bool, missed: bool) -> Output {
     let latched = state.mode == Mode::StoppedItself;
     let bits = [
         (validity::ENERGISED, state.energised),
@@ -169,7 +169,7 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
         (validity::STOPPED_ITSELF, latched),
         (validity::COMMAND_MISSED, missed),
     ];
-    Motion {
+    Output {
         start_microsteps: start as f64,
         end_microsteps: state.accepted as f64,
         pulse_rate_hz: state.travel / params.period_s,

@@ -1,7 +1,7 @@
 //! What the guard promises, whatever the commands: limits, settling, stopping, and the latch.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use drive::{AfterStop, Mode, Motion, Params, State, step, stop_cycles_bound};
+use drive::{AfterStop, Mode, Output, Params, State, step, stop_cycles_bound};
 use proptest::prelude::*;
 use signals::{FaultCode, StepCommand, validity};
 
@@ -35,7 +35,7 @@ fn hold() -> StepCommand {
     StepCommand { energise: 1, ..StepCommand::default() }
 }
 
-fn way(motion: &Motion) -> f64 {
+fn way(motion: &Output) -> f64 {
     motion.pulse_rate_hz * PERIOD_S
 }
 
@@ -67,7 +67,7 @@ fn events() -> impl Strategy<Value = Vec<(Event, usize)>> {
 fn play(
     start: i64,
     events: &[(Event, usize)],
-    mut look: impl FnMut(Mode, &Motion, &State),
+    mut look: impl FnMut(Mode, &Output, &State),
 ) -> (State, f64, u64) {
     let params = params();
     let mut state = State::at_rest(start);

@@ -3,7 +3,7 @@
 use crate::complain::complain;
 use crate::frame::{FrameError, read_frame, write_frame};
 use crate::part::{ChildSummary, FromChild, Mode, Part, Task, ToChild};
-use crate::{controller, generator, plant, recorder};
+use crate::{controller, plant, recorder, trajectory};
 use injection::Injection;
 use realtime::{Wanted, obtain};
 use signal_bus::{Bus, BusError};
@@ -206,7 +206,7 @@ fn live(source: Source) -> Result<(), ChildError> {
     };
     let summary = match part.task {
         Task::Plant(part) => plant::run(&child, *part),
-        Task::Generator(part) => generator::run(&child, *part),
+        Task::Trajectory(part) => trajectory::run(&child, *part),
         Task::Controller(part) => controller::run(&child, &part),
         Task::Recorder(part) => recorder::run(&child, &part),
     }?;

@@ -12,7 +12,6 @@ mod complain;
 mod controller;
 mod faults;
 mod frame;
-mod generator;
 mod inbox;
 mod outbox;
 mod paced;
@@ -20,6 +19,7 @@ mod part;
 mod plant;
 mod recorder;
 mod segments;
+mod trajectory;
 
 pub use child::{ChildError, run};
 pub use complain::complain;

@@ -1,6 +1,6 @@
 //! What supervisor and processes say to each other.
 
-use closed_loop::{ControllerPart, GeneratorPart, PlantPart, Timeline};
+use closed_loop::{ControllerPart, PlantPart, Timeline, TrajectoryPart};
 use realtime::{LoopSummary, Obtained, PageFaults};
 use recording::RecordInfo;
 use serde::{Deserialize, Serialize};
@@ -66,7 +66,7 @@ pub enum Task {
     /// plant-simulator.
     Plant(Box<PlantPart>),
     /// trajectory-generator.
-    Generator(Box<GeneratorPart>),
+    Trajectory(Box<TrajectoryPart>),
     /// step-controller.
     Controller(Box<ControllerPart>),
     /// run-recorder.
@@ -78,7 +78,7 @@ impl Task {
     pub fn source(&self) -> Source {
         match self {
             Self::Plant(_) => Source::Plant,
-            Self::Generator(_) => Source::Trajectory,
+            Self::Trajectory(_) => Source::Trajectory,
             Self::Controller(_) => Source::Controller,
             Self::Recorder(_) => Source::Recorder,
         }

@@ -5,30 +5,30 @@ use crate::inbox::Inbox;
 use crate::outbox::Outbox;
 use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::ChildSummary;
-use closed_loop::{GeneratorPart, GeneratorRole};
+use closed_loop::{TrajectoryPart, TrajectoryRole};
 use injection::Injection;
 use signals::{ControlStatus, Feedback, Reference, SetPoint, Source};
 
-struct Generator {
-    role: GeneratorRole,
+struct Trajectory {
+    role: TrajectoryRole,
     reference: Outbox<Reference>,
     feedback: Inbox<Feedback>,
     status: Inbox<ControlStatus>,
     set_points: Inbox<SetPoint>,
 }
 
-pub(crate) fn run(child: &Child, part: GeneratorPart) -> Result<Option<ChildSummary>, ChildError> {
-    let generator = Generator {
-        role: GeneratorRole::new(part),
+pub(crate) fn run(child: &Child, part: TrajectoryPart) -> Result<Option<ChildSummary>, ChildError> {
+    let trajectory = Trajectory {
+        role: TrajectoryRole::new(part),
         reference: Outbox::open(child, Source::Trajectory)?,
         feedback: Inbox::open(child, Source::Plant)?,
         status: Inbox::open(child, Source::Controller)?,
         set_points: Inbox::open(child, Source::Supervisor)?,
     };
-    paced::run(child, generator)
+    paced::run(child, trajectory)
 }
 
-impl Cyclic for Generator {
+impl Cyclic for Trajectory {
     const SOURCE: Source = Source::Trajectory;
 
     fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {

@@ -108,7 +108,7 @@ fn begin(params: &Params, state: &mut State, feedback: &Feedback) {
     state.sets_out = false;
     state.way_back = WayBack::default();
     state.led = reference;
-    state.pace = 1.0;
+    state.time_scale = 1.0;
     let beyond_nm = torque_beyond_nm(params, state.position, &reference, &FeedForward::default());
     let reference_rad = reference.angle_rad;
     state.correction.begin(Instant { reference_rad, beyond_nm, command_rad });

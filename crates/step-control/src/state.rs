@@ -47,7 +47,7 @@ pub struct State {
     /// Whether this cycle's reading says that steps are lost.
     pub(crate) lost: bool,
     /// How fast the trajectory's time shall run.
-    pub(crate) pace: f64,
+    pub(crate) time_scale: f64,
     /// Where the command stands at the end of the cycle commanded last, micro-steps, unrounded.
     pub(crate) position: f64,
     /// Its way in that cycle, micro-steps.
@@ -95,7 +95,7 @@ impl State {
             reading_way_rad: 0.0,
             load_angle_rad: None,
             lost: false,
-            pace: 1.0,
+            time_scale: 1.0,
             position,
             travel: 0.0,
             target: position,

@@ -151,7 +151,7 @@ fn rest(params: &Params, state: &mut State) {
     state.target = state.position;
     state.wanted = Wanted { reserve_nm: params.motor.holding_torque_nm, ..Wanted::default() };
     state.limits = 0;
-    state.pace = 1.0;
+    state.time_scale = 1.0;
 }
 
 fn command(params: &Params, state: &State) -> StepCommand {
@@ -181,7 +181,7 @@ fn status(state: &State) -> ControlStatus {
         lead_angle_rad: state.wanted.lead_rad,
         torque_reserve_nm: state.wanted.reserve_nm,
         limiting: state.limits,
-        time_scale: state.pace,
+        time_scale: state.time_scale,
         lost_teeth: state.recovery.lost_teeth,
         tooth_offset: state.recovery.teeth,
         operator_id: state.operator_id,

@@ -11,8 +11,8 @@ const RECOVERING_PER_S: f64 = 2.0;
 /// The slowest. Not zero, so that a motion away from what is in the way remains possible.
 const SLOWEST: f64 = 0.02;
 
-/// The pace a cycle later, when `strain` (1: all that the motor has) is asked of the motor.
-pub(crate) fn next_pace(pace: f64, strain: f64, period_s: f64) -> f64 {
+/// The time scale a cycle later, when `strain` (1: all that the motor has) is asked of the motor.
+pub(crate) fn next_time_scale(time_scale: f64, strain: f64, period_s: f64) -> f64 {
     let change = if strain > STRAINED {
         -SLOWING_PER_S * period_s
     } else if strain < RELAXED {
@@ -20,7 +20,7 @@ pub(crate) fn next_pace(pace: f64, strain: f64, period_s: f64) -> f64 {
     } else {
         0.0
     };
-    (pace + change).clamp(SLOWEST, 1.0)
+    (time_scale + change).clamp(SLOWEST, 1.0)
 }
 
 #[cfg(test)]
@@ -29,14 +29,14 @@ mod tests {
 
     #[test]
     fn slows_when_strained_and_recovers_to_exactly_one() {
-        let mut pace = 1.0;
+        let mut time_scale = 1.0;
         for _ in 0..100 {
-            pace = next_pace(pace, 1.2, 1e-3);
+            time_scale = next_time_scale(time_scale, 1.2, 1e-3);
         }
-        assert_eq!(pace, SLOWEST);
+        assert_eq!(time_scale, SLOWEST);
         for _ in 0..1000 {
-            pace = next_pace(pace, 0.5, 1e-3);
+            time_scale = next_time_scale(time_scale, 0.5, 1e-3);
         }
-        assert_eq!(pace, 1.0);
+        assert_eq!(time_scale, 1.0);
     }
 }

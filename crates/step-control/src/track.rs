@@ -4,9 +4,9 @@ use crate::compensation::{
     FeedForward, Wanted, command_microsteps, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
 };
 use crate::correction::{Instant, Wish};
-use crate::pace::next_pace;
 use crate::params::{LostSteps, Params};
 use crate::state::State;
+use crate::time_scale::next_time_scale;
 use signals::{Reference, limiting};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -43,7 +43,7 @@ pub(crate) fn track(params: &Params, state: &mut State) {
         beyond_nm: torque_beyond_nm(params, position, &target, &fed),
         command_rad: position * params.drive.microstep_angle_rad,
     });
-    state.pace = pace(params, state);
+    state.time_scale = time_scale(params, state);
 }
 
 /// A cycle for which no command went out: the command went on at its last rate, and the rotor with it.
@@ -120,17 +120,17 @@ fn resynchronise(params: &Params, state: &mut State, reference: &Reference) {
 }
 
 /// How fast the reference shall go on, after what this cycle asks of the motor.
-fn pace(params: &Params, state: &State) -> f64 {
+fn time_scale(params: &Params, state: &State) -> f64 {
     let tooth_rad = TAU / f64::from(params.motor.rotor_teeth);
     let behind_rad = state.way_back.offset_rad() * state.window.now().speed_rad_per_s.signum();
     if behind_rad > WAITS_BEYOND * tooth_rad {
-        return next_pace(state.pace, f64::INFINITY, params.period_s);
+        return next_time_scale(state.time_scale, f64::INFINITY, params.period_s);
     }
     let Wanted { torque_nm, reserve_nm, .. } = state.wanted;
     let available_nm = reserve_nm + torque_nm.abs();
     let by_torque = if available_nm > 0.0 { torque_nm.abs() / available_nm } else { f64::INFINITY };
     let by_lag = state.load_angle_rad.map_or(0.0, |lag_rad| lag_rad.abs() / FRAC_PI_2);
-    next_pace(state.pace, by_torque.max(by_lag), params.period_s)
+    next_time_scale(state.time_scale, by_torque.max(by_lag), params.period_s)
 }
 
 fn limits(travel: &drive::Travel, torque_cut: bool) -> u64 {

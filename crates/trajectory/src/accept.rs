@@ -4,7 +4,7 @@ use signals::{SetPoint, SetPointKind, SetPointRefusal};
 
 use crate::Params;
 use crate::kinematics::Kinematics;
-use crate::motion::{Course, Motion, Planned, Then};
+use crate::motion::{ActiveMotion, Motion, Planned, Then};
 use crate::planner::{plan_angle, plan_speed};
 use crate::profile::Profile;
 use crate::sine::Sine;
@@ -28,7 +28,7 @@ pub(crate) fn accept(
     if absolute && !state.seen.homed {
         return Err(SetPointRefusal::NotHomed);
     }
-    let course = match kind {
+    let active = match kind {
         SetPointKind::Hold => stop(params, state),
         SetPointKind::Speed => Some(to_speed(params, state, set_point.value)?),
         SetPointKind::Sine => Some(to_sine(params, state, set_point)?),
@@ -38,9 +38,9 @@ pub(crate) fn accept(
             Some(to_angle(params, state, target_rad).ok_or(SetPointRefusal::NoPlan)?)
         }
     };
-    state.stop_wanted = course.is_none();
-    if let Some(course) = course {
-        state.course = course;
+    state.stop_wanted = active.is_none();
+    if let Some(active) = active {
+        state.active = active;
     }
     state.followed = Followed { id: set_point.id, kind };
     let holds_flow = kind == SetPointKind::Flow && set_point.pressure_given == 0;
@@ -49,11 +49,11 @@ pub(crate) fn accept(
 }
 
 /// The motion to an angle; `None` if none stays within the limits of motion.
-pub(crate) fn to_angle(params: &Params, state: &State, target_rad: f64) -> Option<Course> {
+pub(crate) fn to_angle(params: &Params, state: &State, target_rad: f64) -> Option<ActiveMotion> {
     let start = state.now(params);
-    if state.course.motion.rest_angle_rad() == Some(target_rad) {
+    if state.active.motion.rest_angle_rad() == Some(target_rad) {
         // The fastest way there is what is left of the present motion.
-        return Some(state.course);
+        return Some(state.active);
     }
     let profile = plan_angle(&params.limits, &start, target_rad - start.angle_rad)?;
     planned(params, &start, profile, Then::Rest { angle_rad: target_rad })
@@ -62,9 +62,9 @@ pub(crate) fn to_angle(params: &Params, state: &State, target_rad: f64) -> Optio
 /// The shortest stop; `None` while it would leave the limits of motion. That happens only when the present motion
 /// turns back just in front of a limit, for which it brakes harder than a stop would: so the stop comes a little
 /// later.
-pub(crate) fn stop(params: &Params, state: &State) -> Option<Course> {
-    if state.course.motion.rests() {
-        return Some(state.course);
+pub(crate) fn stop(params: &Params, state: &State) -> Option<ActiveMotion> {
+    if state.active.motion.rests() {
+        return Some(state.active);
     }
     let start = state.now(params);
     let profile = plan_speed(&params.limits, &start, 0.0)?;
@@ -72,7 +72,7 @@ pub(crate) fn stop(params: &Params, state: &State) -> Option<Course> {
     planned(params, &start, profile, Then::Rest { angle_rad })
 }
 
-fn to_speed(params: &Params, state: &State, speed_rad_per_s: f64) -> Result<Course, SetPointRefusal> {
+fn to_speed(params: &Params, state: &State, speed_rad_per_s: f64) -> Result<ActiveMotion, SetPointRefusal> {
     let limits = &params.limits;
     if limits.min_angle_rad.is_some() || limits.max_angle_rad.is_some() {
         return Err(SetPointRefusal::AngleLimit);
@@ -89,13 +89,13 @@ fn to_speed(params: &Params, state: &State, speed_rad_per_s: f64) -> Result<Cour
 }
 
 /// A sine about where the motion rests, or comes to rest by the shortest stop.
-fn to_sine(params: &Params, state: &State, set_point: &SetPoint) -> Result<Course, SetPointRefusal> {
+fn to_sine(params: &Params, state: &State, set_point: &SetPoint) -> Result<ActiveMotion, SetPointRefusal> {
     let stopping = stop(params, state).ok_or(SetPointRefusal::NoPlan)?;
     let centre_rad = stopping.motion.rest_angle_rad().ok_or(SetPointRefusal::NoPlan)?;
     let (amplitude_rad, frequency_hz) = (set_point.value, set_point.frequency_hz);
     let sine = Sine { centre_rad, amplitude_rad, frequency_hz };
     sine.check(params)?;
-    Ok(Course::starting(match stopping.motion {
+    Ok(ActiveMotion::starting(match stopping.motion {
         Motion::Planned(stop) => Motion::Planned(Planned { then: Then::Sine(sine), ..stop }),
         _ => Motion::Sine(sine),
     }))
@@ -103,7 +103,7 @@ fn to_sine(params: &Params, state: &State, set_point: &SetPoint) -> Result<Cours
 
 /// The planned motion, unless it leaves the limits of motion somewhere. One that starts outside them, because the
 /// valve stood there, may come back but go no further out.
-fn planned(params: &Params, start: &Kinematics, profile: Profile, then: Then) -> Option<Course> {
+fn planned(params: &Params, start: &Kinematics, profile: Profile, then: Then) -> Option<ActiveMotion> {
     let start_rad = start.angle_rad;
     let (low, high) = profile.reach_rad();
     let limits = &params.limits;
@@ -114,5 +114,5 @@ fn planned(params: &Params, start: &Kinematics, profile: Profile, then: Then) ->
         .max_angle_rad
         .is_some_and(|highest| start_rad + high > highest.max(start_rad) + ANGLE_TOLERANCE_RAD);
     let motion = Motion::Planned(Planned { profile, start_rad, then });
-    (!below && !above).then(|| Course::starting(motion))
+    (!below && !above).then(|| ActiveMotion::starting(motion))
 }

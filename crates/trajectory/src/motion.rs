@@ -108,12 +108,12 @@ impl Planned {
 
 /// A motion and the time since its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct ActiveMotion {
     pub motion: Motion,
     pub time: MotionTime,
 }
 
-impl Course {
+impl ActiveMotion {
     /// At the motion's start.
     pub fn starting(motion: Motion) -> Self {
         Self { motion, time: MotionTime::default() }
@@ -124,7 +124,7 @@ impl Course {
         self.motion.at(self.time.seconds(period_s))
     }
 
-    /// The course `periods` later, when time ran at `mean_scale` meanwhile: on the next motion if this one is over.
+    /// The same `periods` later, when time ran at `mean_scale` meanwhile: on the next motion if this one is over.
     pub fn later(&self, periods: u64, period_s: f64, mean_scale: f64) -> Self {
         let time = self.time.later(periods, period_s, mean_scale);
         match self.motion.successor(time.seconds(period_s)) {

@@ -4,15 +4,15 @@ use signals::{Reference, SetPointKind};
 
 use crate::Params;
 use crate::kinematics::Kinematics;
-use crate::motion::{Course, Motion};
-use crate::time_scale::Pace;
+use crate::motion::{ActiveMotion, Motion};
+use crate::time_scale::TimeScale;
 
 /// The trajectory's state between two cycles: plain data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// The present motion, and where on it the last reference stands.
-    pub(crate) course: Course,
-    pub(crate) pace: Pace,
+    pub(crate) active: ActiveMotion,
+    pub(crate) time_scale: TimeScale,
     pub(crate) followed: Followed,
     /// A stop that was asked for and would leave the limits of motion if begun now: tried again in every cycle.
     pub(crate) stop_wanted: bool,
@@ -48,8 +48,8 @@ impl State {
     /// At rest at `angle_rad` (rad), until a Feedback says otherwise.
     pub fn at_rest(angle_rad: f64) -> Self {
         Self {
-            course: Course::starting(Motion::Rest { angle_rad }),
-            pace: Pace::NORMAL,
+            active: ActiveMotion::starting(Motion::Rest { angle_rad }),
+            time_scale: TimeScale::NORMAL,
             followed: Followed::NOTHING,
             stop_wanted: false,
             held_flow_m3_per_s: None,
@@ -61,13 +61,13 @@ impl State {
 
     /// The motion's state at the last reference, at time scale 1.
     pub(crate) fn now(&self, params: &Params) -> Kinematics {
-        self.course.now(params.period_s)
+        self.active.now(params.period_s)
     }
 
     /// Drops all planning and rests at an angle.
     pub(crate) fn rest_at(&mut self, angle_rad: f64) {
-        self.course = Course::starting(Motion::Rest { angle_rad });
-        self.pace = Pace::NORMAL;
+        self.active = ActiveMotion::starting(Motion::Rest { angle_rad });
+        self.time_scale = TimeScale::NORMAL;
         self.followed = Followed::NOTHING;
         self.stop_wanted = false;
         self.held_flow_m3_per_s = None;
@@ -76,7 +76,7 @@ impl State {
     /// The reference as the present motion has it.
     pub(crate) fn reference(&self, params: &Params) -> Reference {
         let state = self.now(params);
-        let Pace { scale, rate_per_s } = self.pace;
+        let TimeScale { scale, rate_per_s } = self.time_scale;
         Reference {
             angle_rad: state.angle_rad,
             speed_rad_per_s: state.speed_rad_per_s * scale,
@@ -84,10 +84,10 @@ impl State {
                 + state.speed_rad_per_s * rate_per_s,
             jerk_rad_per_s3: scale
                 * (state.jerk_rad_per_s3 * scale * scale + 3.0 * state.acceleration_rad_per_s2 * rate_per_s),
-            target_angle_rad: self.course.motion.rest_angle_rad().unwrap_or(state.angle_rad),
+            target_angle_rad: self.active.motion.rest_angle_rad().unwrap_or(state.angle_rad),
             set_point_id: self.followed.id,
             set_point_kind: self.followed.kind.code(),
-            moving: u64::from(!self.course.motion.rests()),
+            moving: u64::from(!self.active.motion.rests()),
             time_scale: scale,
             refused_id: self.refused_id,
             refusal: self.refusal,

@@ -76,20 +76,20 @@ fn note_feedback(state: &mut State, feedback: Option<&Feedback>) {
 /// again in the next cycle if it can't be had in this one; the present motion stays within the limits meanwhile.
 fn follow_up(params: &Params, state: &mut State) {
     if state.stop_wanted
-        && let Some(course) = stop(params, state)
+        && let Some(active) = stop(params, state)
     {
         state.stop_wanted = false;
-        state.course = course;
+        state.active = active;
     }
     let Some((flow_m3_per_s, pressure_drop_pa)) = state.held_flow_m3_per_s.zip(state.seen.pressure_drop_pa)
     else {
         return;
     };
     let Some(target_rad) = held_flow_angle(params, flow_m3_per_s, pressure_drop_pa) else { return };
-    let rest_rad = state.course.motion.rest_angle_rad();
+    let rest_rad = state.active.motion.rest_angle_rad();
     let moved = rest_rad.is_none_or(|rest_rad| (target_rad - rest_rad).abs() > REPLAN_ANGLE_RAD);
-    if moved && let Some(course) = to_angle(params, state, target_rad) {
-        state.course = course;
+    if moved && let Some(active) = to_angle(params, state, target_rad) {
+        state.active = active;
     }
 }
 
@@ -98,8 +98,8 @@ fn advance(params: &Params, state: &mut State, periods: u64) {
     if periods == 0 {
         return;
     }
-    let pace = state.pace.towards(state.seen.time_scale, params, &state.course, periods);
-    let mean_scale = (state.pace.scale + pace.scale) / 2.0;
-    state.course = state.course.later(periods, params.period_s, mean_scale);
-    state.pace = pace;
+    let time_scale = state.time_scale.towards(state.seen.time_scale, params, &state.active, periods);
+    let mean_scale = (state.time_scale.scale + time_scale.scale) / 2.0;
+    state.active = state.active.later(periods, params.period_s, mean_scale);
+    state.time_scale = time_scale;
 }

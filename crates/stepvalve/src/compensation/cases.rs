@@ -1,6 +1,6 @@
 //! What is measured: the shipped scenarios and generated ones, the right belief and wrong ones.
 
-use config::{Scenario, ScheduledSetPoint, Target};
+use config::{Scenario, ScheduledSetPoint, SetPoint};
 use valve_model::{Effect, EffectValue, FrictionParams, LuGreParams, Model, ParamError};
 
 /// What is asked of compensation in a case.
@@ -57,7 +57,11 @@ pub fn triangle(like: &Case, speed_rad_per_s: f64, stick_slip: f64) -> Case {
     let mut angle_rad = half_rad;
     scenario.set_points.clear();
     while time_s < DURATION_S - 0.2 {
-        scenario.set_points.push(ScheduledSetPoint { time_s, target: Target::Angle { angle_rad }, line: 0 });
+        scenario.set_points.push(ScheduledSetPoint {
+            time_s,
+            set_point: SetPoint::Angle { angle_rad },
+            line: 0,
+        });
         time_s += if scenario.set_points.len() == 1 { side_s / 2.0 } else { side_s };
         angle_rad = -angle_rad;
     }
@@ -71,8 +75,8 @@ pub fn sine(like: &Case, amplitude_rad: f64, frequency_hz: f64) -> Case {
     case.demand = Demand::Encoder;
     case.scenario.duration_s = DURATION_S;
     case.scenario.initial_angle_rad = 0.0;
-    let target = Target::Sine { amplitude_rad, frequency_hz };
-    case.scenario.set_points = vec![ScheduledSetPoint { time_s: 0.2, target, line: 0 }];
+    let set_point = SetPoint::Sine { amplitude_rad, frequency_hz };
+    case.scenario.set_points = vec![ScheduledSetPoint { time_s: 0.2, set_point, line: 0 }];
     case
 }
 

@@ -3,8 +3,8 @@
 
 use super::cases::Case;
 use anyhow::Result;
-use closed_loop::{ControllerRole, GeneratorRole, Parts, PlantRole, wire};
-use config::{Compensation, Damping, ScheduledSetPoint, Target};
+use closed_loop::{ControllerRole, Parts, PlantRole, TrajectoryRole, wire};
+use config::{Compensation, Damping, ScheduledSetPoint, SetPoint};
 use signals::{Reference, StepCommand};
 use std::f64::consts::TAU;
 
@@ -40,8 +40,8 @@ pub fn response(like: &Case, setting: Setting) -> Result<Vec<f64>> {
     let scenario = &mut case.scenario;
     (scenario.limits.min_angle_rad, scenario.limits.max_angle_rad) = (None, None);
     scenario.duration_s = (BEFORE + MEASURED) as f64 * scenario.period_s();
-    let target = Target::Speed { speed_rad_per_s: SPEED_RAD_PER_S };
-    scenario.set_points = vec![ScheduledSetPoint { time_s: 0.05, target, line: 0 }];
+    let set_point = SetPoint::Speed { speed_rad_per_s: SPEED_RAD_PER_S };
+    scenario.set_points = vec![ScheduledSetPoint { time_s: 0.05, set_point, line: 0 }];
     scenario.safety.max_following_error_rad = 1.0;
     let (Setting::Command(damping) | Setting::Reference(damping)) = setting;
     scenario.control.damping = damping;
@@ -55,7 +55,7 @@ pub fn response(like: &Case, setting: Setting) -> Result<Vec<f64>> {
 
 fn amplitude(parts: &Parts, frequency_hz: f64, by_reference: bool) -> f64 {
     let mut plant = PlantRole::new(parts.plant.clone());
-    let mut generator = GeneratorRole::new(parts.generator.clone());
+    let mut trajectory = TrajectoryRole::new(parts.trajectory.clone());
     let mut controller = ControllerRole::new(&parts.controller);
     let (mut command, mut status) = (None::<StepCommand>, None);
     let omega = TAU * frequency_hz;
@@ -64,7 +64,7 @@ fn amplitude(parts: &Parts, frequency_hz: f64, by_reference: bool) -> f64 {
     let (mut sine, mut cosine) = (0.0, 0.0);
     for cycle in 0..first + MEASURED {
         let sample = plant.sample(cycle);
-        let mut reference = generator.step(cycle, Some(&sample.feedback), status.as_ref(), None);
+        let mut reference = trajectory.step(cycle, Some(&sample.feedback), status.as_ref(), None);
         if by_reference && cycle > parts.timeline.arm_cycle {
             excite(&mut reference, omega, (cycle + 2) as f64 * period_s);
         }

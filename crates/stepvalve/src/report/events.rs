@@ -1,6 +1,6 @@
 //! What happened when: set-points, refusals, faults, lost steps, restarts.
 
-use super::set_points::SetPoint;
+use super::set_points::FollowedSetPoint;
 use super::table::Table;
 use super::text;
 use ::report::{Level, Marker};
@@ -25,7 +25,7 @@ pub struct Event {
 #[derive(Debug, Default)]
 pub struct Events {
     /// Set-points followed.
-    pub set_points: Vec<SetPoint>,
+    pub set_points: Vec<FollowedSetPoint>,
     /// Set-points refused.
     pub refusals: Vec<Event>,
     /// Faults that the controller found.
@@ -44,7 +44,7 @@ pub struct Events {
 ///
 /// # Errors
 /// [`RunLogError`].
-pub fn read(table: &Table, set_points: &[SetPoint]) -> Result<Events, RunLogError> {
+pub fn read(table: &Table, set_points: &[FollowedSetPoint]) -> Result<Events, RunLogError> {
     let runs = table.file.spans().skip(1);
     let run = |label: &str| if table.closed_loop { format!("restarted ({label})") } else { label.to_owned() };
     Ok(Events {

@@ -1,7 +1,7 @@
 //! Which signals the page shows, in which plots and units.
 
 use super::figures::Figures;
-use super::set_points::{SetPoint, flow_wanted};
+use super::set_points::{FollowedSetPoint, flow_wanted};
 use super::table::Table;
 use ::report::{Line, Panel, TimeAxis, Trace};
 use anyhow::Result;
@@ -77,7 +77,7 @@ const FLOW_PANEL: &str = "Pressure and flow";
 /// The signals that this run has.
 pub struct Plan<'a> {
     signals: Vec<&'static Signal>,
-    set_points: &'a [SetPoint],
+    set_points: &'a [FollowedSetPoint],
     flow_wanted: bool,
     temperature: bool,
     error_unit: (&'static str, f64),
@@ -90,7 +90,7 @@ pub struct Plan<'a> {
 pub fn plan<'a>(
     table: &Table,
     figures: &Figures,
-    set_points: &'a [SetPoint],
+    set_points: &'a [FollowedSetPoint],
 ) -> Result<Plan<'a>, RunLogError> {
     let has = |name: &str| table.file.has_column(name);
     let shown = |signal: &&Signal| has(signal.column) && !signal.unless.is_some_and(has);

@@ -2,7 +2,7 @@
 
 use super::table::Table;
 use super::text;
-use config::{FlowPressure, ScheduledSetPoint, Target, parse_scenario};
+use config::{FlowPressure, ScheduledSetPoint, SetPoint, parse_scenario};
 use run_log::{RunFile, RunLogError};
 use signals::SetPointKind;
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ const MOST: usize = 20_000;
 
 /// A set-point and the row from which on it was followed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SetPoint {
+pub struct FollowedSetPoint {
     /// Its id; 0 before the first.
     pub id: u64,
     /// The row.
@@ -38,7 +38,7 @@ struct Wish {
 ///
 /// # Errors
 /// [`RunLogError`].
-pub fn read(table: &Table) -> Result<Vec<SetPoint>, RunLogError> {
+pub fn read(table: &Table) -> Result<Vec<FollowedSetPoint>, RunLogError> {
     let (changes, _) = table.changes("set_point_id", MOST)?;
     let rows: Vec<usize> = changes.iter().map(|change| change.0).collect();
     let kinds = table.pick("set_point_kind", &rows)?;
@@ -52,13 +52,13 @@ pub fn read(table: &Table) -> Result<Vec<SetPoint>, RunLogError> {
         let wish = wishes.get(&id).copied().filter(|wish| wish.kind == kind);
         let label = wish.map_or_else(|| by_target(kind, target_rad), label);
         let flow = wish.filter(|wish| wish.kind == SetPointKind::Flow).map(|wish| wish.value);
-        SetPoint { id, row, label, flow_m3_per_s: flow }
+        FollowedSetPoint { id, row, label, flow_m3_per_s: flow }
     });
     Ok(set_points.collect())
 }
 
 /// The flow wanted in each row: m³/s, NaN where no flow is.
-pub fn flow_wanted(set_points: &[SetPoint], rows: usize) -> impl Iterator<Item = f64> {
+pub fn flow_wanted(set_points: &[FollowedSetPoint], rows: usize) -> impl Iterator<Item = f64> {
     let ends = set_points.iter().skip(1).map(|next| next.row).chain([rows]);
     let first = set_points.first().map_or(rows, |first| first.row);
     let spans = set_points.iter().zip(ends).flat_map(|(point, end)| {
@@ -104,24 +104,24 @@ fn scheduled(file: &RunFile) -> Result<BTreeMap<u64, Wish>, RunLogError> {
 
 fn of_scenario(point: &ScheduledSetPoint) -> Wish {
     let of = |kind, value| Wish { kind, value, frequency_hz: 0.0, pressure_drop_pa: None, pulse_rate: false };
-    match point.target {
-        Target::Angle { angle_rad } => of(SetPointKind::Angle, angle_rad),
-        Target::Opening { opening } => of(SetPointKind::Opening, opening),
-        Target::Flow { flow_m3_per_s, pressure_drop } => Wish {
+    match point.set_point {
+        SetPoint::Angle { angle_rad } => of(SetPointKind::Angle, angle_rad),
+        SetPoint::Opening { opening } => of(SetPointKind::Opening, opening),
+        SetPoint::Flow { flow_m3_per_s, pressure_drop } => Wish {
             pressure_drop_pa: match pressure_drop {
                 FlowPressure::Measured => None,
                 FlowPressure::Given(pressure_pa) => Some(pressure_pa),
             },
             ..of(SetPointKind::Flow, flow_m3_per_s)
         },
-        Target::Speed { speed_rad_per_s } => of(SetPointKind::Speed, speed_rad_per_s),
-        Target::PulseRate { pulse_rate_hz } => {
+        SetPoint::Speed { speed_rad_per_s } => of(SetPointKind::Speed, speed_rad_per_s),
+        SetPoint::PulseRate { pulse_rate_hz } => {
             Wish { pulse_rate: true, ..of(SetPointKind::Speed, pulse_rate_hz) }
         }
-        Target::Sine { amplitude_rad, frequency_hz } => {
+        SetPoint::Sine { amplitude_rad, frequency_hz } => {
             Wish { frequency_hz, ..of(SetPointKind::Sine, amplitude_rad) }
         }
-        Target::Hold => of(SetPointKind::Hold, 0.0),
+        SetPoint::Hold => of(SetPointKind::Hold, 0.0),
     }
 }
 
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn the_flow_wanted_holds_from_its_row_on() {
-        let point = |row, flow| SetPoint { id: 1, row, label: String::new(), flow_m3_per_s: flow };
+        let point = |row, flow| FollowedSetPoint { id: 1, row, label: String::new(), flow_m3_per_s: flow };
         let found: Vec<f64> =
             flow_wanted(&[point(1, Some(2.0)), point(3, None), point(4, Some(1.0))], 6).collect();
         assert_eq!(found.len(), 6);

@@ -464,7 +464,7 @@ impl<'a> Generation<'a> {
 fn loop_tasks(parts: &Parts) -> [Task; 3] {
     [
         Task::Plant(Box::new(parts.plant.clone())),
-        Task::Generator(Box::new(parts.generator.clone())),
+        Task::Trajectory(Box::new(parts.trajectory.clone())),
         Task::Controller(Box::new(parts.controller.clone())),
     ]
 }

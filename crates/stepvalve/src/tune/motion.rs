@@ -1,7 +1,7 @@
 //! The identification run: a motion that shows every parameter of the friction law, and what drive and encoder say of it.
 
 use closed_loop::{InProcess, WiringError, wire};
-use config::{Compensation, Damping, Scenario, ScheduledSetPoint, Target};
+use config::{Compensation, Damping, Scenario, ScheduledSetPoint, SetPoint};
 use signals::ControllerState;
 use valve_model::Model;
 
@@ -49,13 +49,13 @@ pub fn identification(scenario: &Scenario) -> Scenario {
         let amplitude_rad = amplitude_rad.min(most);
         set_points.push(ScheduledSetPoint {
             time_s,
-            target: Target::Sine { amplitude_rad, frequency_hz },
+            set_point: SetPoint::Sine { amplitude_rad, frequency_hz },
             line: 0,
         });
         time_s += length_s;
         // Back to where it began, so that the amplitudes always have their room.
         let angle_rad = scenario.initial_angle_rad;
-        set_points.push(ScheduledSetPoint { time_s, target: Target::Angle { angle_rad }, line: 0 });
+        set_points.push(ScheduledSetPoint { time_s, set_point: SetPoint::Angle { angle_rad }, line: 0 });
         time_s += REST_S;
     }
     scenario.duration_s = time_s;
