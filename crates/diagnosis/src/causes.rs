@@ -3,10 +3,10 @@
 
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
-use crate::diagnose::Judgement;
 use crate::errors::{Spread, spread};
 use crate::fit::{Fitted, fit};
 use crate::hypothesis::{Free, Hypothesis, Member};
+use crate::judgement::Judgement;
 use crate::linear::Point;
 use crate::loss::Loss;
 use crate::measure::{Left, rms_as_fitted, rms_left};
@@ -72,7 +72,7 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
         accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
     let hypothesis = Hypothesis { members, ..judged.without_causes() };
     let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
-    fit(&judged.setting, begin, &|piece: &Piece| !piece.hold_out, 8)
+    fit(&judged.setting, begin, &Piece::is_fitted, 8)
 }
 
 /// Each cause, in the order of the members.
@@ -87,7 +87,7 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
     let mut weighed = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
         let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
-        let without = fit(setting, begin, &|piece: &Piece| !piece.hold_out, 6)?;
+        let without = fit(setting, begin, &Piece::is_fitted, 6)?;
         let (_, left) = judged.everywhere(&without)?;
         let rms = rms_left(setting, &left, &wanted);
         let mut evidence = BTreeMap::new();

@@ -11,7 +11,6 @@ use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Setting, by_group};
 use crate::loss::Loss;
 use crate::piece::Piece;
-use crate::rivals::fitted_pieces;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -85,7 +84,7 @@ fn changes_with_more(
     if others.is_empty() {
         return Ok(Vec::new());
     }
-    let equations = setting.equations(&fitted.point, &columns, fitted_pieces)?;
+    let equations = setting.equations(&fitted.point, &columns, Piece::is_fitted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let total = sum(&Loss::of(setting).weighted(&groups));
     let Some((alone, _)) = solve(&total, &own) else { return Ok(Vec::new()) };
@@ -118,7 +117,7 @@ fn change_with_motion(
 ) -> Result<Option<DVector<f64>>, DiagnosisError> {
     let columns = setting.own_columns(&fitted.point.hypothesis)?;
     let again = |piece: &Piece| Some(piece.again(seed));
-    let equations = setting.equations_as_seen(&fitted.point, &columns, fitted_pieces, again)?;
+    let equations = setting.equations_as_seen(&fitted.point, &columns, Piece::is_fitted, again)?;
     let there = sum(&by_group(setting.campaign, &equations, columns.len()));
     let all: Vec<usize> = (0..columns.len()).collect();
     let (_, left_here) = sum(&fitted.groups).part(&all);
@@ -217,7 +216,7 @@ mod tests {
         let hypothesis = Hypothesis { members: vec![member], zero_rad: None };
         let ready = setting.ready(&hypothesis).unwrap();
         let starts = campaign.pieces.iter().map(|piece: &Piece| piece.first_start(&ready)).collect();
-        let fitted = fit(&setting, Point { hypothesis, starts }, &fitted_pieces, 8).unwrap();
+        let fitted = fit(&setting, Point { hypothesis, starts }, &Piece::is_fitted, 8).unwrap();
         let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
         let half_width = |of: &Spread| of.half_width * of.covariance[(0, 0)].sqrt();
         let alone = spread(&fitted, Loss::of(&setting)).unwrap();

@@ -2,7 +2,7 @@
 //! is judged whether the data that tell twins apart are there.
 
 use crate::campaign::Campaign;
-use crate::facts::Facts;
+use crate::facts::{Excitation, Facts};
 use crate::piece::Piece;
 use std::collections::BTreeMap;
 
@@ -15,25 +15,6 @@ const TURN_NOISE: f64 = 5.0;
 const WINDOW: usize = 64;
 /// Frequencies closer than this factor count as one.
 const APART: f64 = 1.5;
-
-/// What the motion excites.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Excitation {
-    /// Swings between turns that stay within the bristles' reach.
-    pub small_swings: usize,
-    /// Turns in all, after a swing beyond that reach too.
-    pub turns: usize,
-    /// How far the part of the inertia's torque that a spring as stiff as the bristles would add stands out of the noise,
-    /// in standard deviations.
-    pub ringing: f64,
-    /// Frequencies at which inertia shows, in torque logs.
-    pub frequencies: usize,
-    /// Samples whose command moves near the motor's resonance and shows, in angle logs.
-    pub near_resonance: usize,
-    /// Correlation of the distance travelled with pressure and with temperature from run to run.
-    pub drift_with_pressure: f64,
-    pub drift_with_temperature: f64,
-}
 
 /// Looks at a campaign whose noise is known; `noise` is that of the predicted channel.
 pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {

@@ -1,6 +1,5 @@
 //! What a campaign spans: by it the sizes of steps are chosen, and what can't be tested is known.
 
-use crate::excitation::Excitation;
 use log_data::Channel;
 use valve_model::{FrictionParams, Model};
 
@@ -35,6 +34,25 @@ pub(crate) struct Facts {
     pub longest_rest_s: f64,
     pub rotor_inertia: f64,
     pub excitation: Excitation,
+}
+
+/// What the motion excites.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Excitation {
+    /// Swings between turns that stay within the bristles' reach.
+    pub small_swings: usize,
+    /// Turns in all, after a swing beyond that reach too.
+    pub turns: usize,
+    /// How far the part of the inertia's torque that a spring as stiff as the bristles would add stands out of the noise,
+    /// in standard deviations.
+    pub ringing: f64,
+    /// Frequencies at which inertia shows, in torque logs.
+    pub frequencies: usize,
+    /// Samples whose command moves near the motor's resonance and shows, in angle logs.
+    pub near_resonance: usize,
+    /// Correlation of the distance travelled with pressure and with temperature from run to run.
+    pub drift_with_pressure: f64,
+    pub drift_with_temperature: f64,
 }
 
 impl Facts {

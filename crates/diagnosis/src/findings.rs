@@ -3,9 +3,10 @@
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::causes::{Accepted, accept, best_of_groups};
-use crate::diagnose::{Found, Judgement, Shown};
+use crate::found::{Found, Shown};
 use crate::geared::order_of_a_gear;
 use crate::hypothesis::Member;
+use crate::judgement::{Judgement, MISFIT};
 use crate::loss::Loss;
 use crate::measure::{Left, rms_as_fitted};
 use crate::next::next_experiment;
@@ -16,7 +17,7 @@ use crate::outcome::{
 use crate::piece::Piece;
 use crate::reasons::{Against, ambiguities, rejected};
 use crate::ripple::phase;
-use crate::select::Selection;
+use crate::selection::Selection;
 use crate::show::{Structure, structure};
 use crate::spectrum::spectrum;
 use crate::table::Untestable;
@@ -34,9 +35,7 @@ const CHANCE: f64 = 0.01;
 /// that together: they have more to bend.
 const EXPLAINED: f64 = 0.5;
 const EXPLAINED_TOGETHER: f64 = 0.7;
-/// What the misfit of a form may leave, in parts of what the causes explain ...
-pub(crate) const MISFIT: f64 = 0.02;
-/// ... beyond it, one covariate that explains this part of what is left speaks of another cause.
+/// Beyond the misfit of a form, one covariate that explains this part of what is left speaks of another cause.
 const ANOTHER: f64 = 0.15;
 /// Causes that take any function of what they depend on: alone, they leave no more than this part of what they explain.
 const GENERAL: [&str; 5] =

@@ -10,9 +10,9 @@ use crate::hypothesis::{Free, Hypothesis};
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
 use crate::pattern::ended_poorly;
-use crate::rivals::Tried;
-use crate::select::Selection;
-use crate::worth::leaves_much_to_pick;
+use crate::selection::Selection;
+use crate::threshold::leaves_much_to_pick;
+use crate::tried::Tried;
 
 /// A change over which a slope is taken changes the prediction by so many times the noise at most, as a root of the sum of squares.
 const REACH: f64 = 5.0;

@@ -7,8 +7,8 @@ use crate::gram::{Gram, invert};
 use crate::hypothesis::Hypothesis;
 use crate::linear::{PieceEquations, Point, Setting, by_group, start_change};
 use crate::loss::Loss;
-use crate::piece::{Piece, Ready};
-use crate::start::{Begun, best_start, better_start, square_left};
+use crate::piece::{Begun, Piece, Ready};
+use crate::start::{best_start, better_start, square_left};
 use crate::workers::map;
 use nalgebra::DVector;
 

@@ -2,6 +2,7 @@
 //! differences between neighbours, a hold also shows noise that is slower than the sampling.
 
 use crate::piece::Piece;
+use crate::statistics::median;
 use log_data::Channel;
 
 /// Samples of a hold that are taken together, and how many holds it takes for their median to say anything.
@@ -58,8 +59,7 @@ pub(crate) fn pooled(mut variances: Vec<f64>) -> Option<f64> {
     if variances.len() < REPEATED {
         return None;
     }
-    let middle = variances.len() / 2;
-    Some(*variances.select_nth_unstable_by(middle, f64::total_cmp).1)
+    Some(median(&mut variances))
 }
 
 #[cfg(test)]

@@ -68,6 +68,11 @@ impl Hypothesis {
         more.with_usual_changes()
     }
 
+    /// The given model, with no cause.
+    pub fn without_causes(&self) -> Self {
+        Self { members: Vec::new(), zero_rad: self.zero_rad }
+    }
+
     pub fn without(&self, index: usize) -> Self {
         let mut less = self.clone();
         if index < less.members.len() {

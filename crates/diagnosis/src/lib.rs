@@ -20,10 +20,14 @@ mod fine;
 mod fit;
 #[cfg(test)]
 mod fixtures;
+mod forms;
+mod found;
+mod gain;
 mod geared;
 mod gram;
 mod holds;
 mod hypothesis;
+mod judgement;
 mod line;
 mod linear;
 mod loss;
@@ -32,6 +36,7 @@ mod missed;
 mod next;
 mod noise;
 mod observe;
+mod options;
 mod outcome;
 mod pair;
 mod past;
@@ -45,23 +50,26 @@ mod rivals;
 mod round;
 mod screen;
 mod select;
+mod selection;
 mod show;
 mod simplify;
 mod spectrum;
 mod start;
+mod statistics;
 mod table;
+mod threshold;
 mod tone;
+mod tried;
 mod twins;
 mod whiteness;
 mod workers;
-mod worth;
 
-pub use diagnose::{Event, Found, Options, Shown, diagnose};
+pub use diagnose::diagnose;
 pub use error::DiagnosisError;
+pub use found::{Event, Found, Shown};
+pub use options::Options;
 pub use outcome::{
-    Ambiguity, BestOfGroup, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain,
-    Judged, Order, ParameterFound, Parameters, Residual, Verdict,
+    Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain,
+    Judged, Order, ParameterFound, Parameters, Residual, Verdict, Whiteness,
 };
-pub use spectrum::Band;
-pub use whiteness::Whiteness;
 pub use workers::{OneAfterTheOther, Workers};

@@ -1,17 +1,11 @@
-//! What causes are worth on runs that they were not fitted on, with an interval from a bootstrap over runs.
+//! The residual of every piece at one hypothesis, and its RMS over the pieces wanted.
 
 use crate::DiagnosisError;
 use crate::fit::{fit, with_best_starts};
-use crate::hypothesis::Hypothesis;
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
-use crate::outcome::Gain;
 use crate::piece::Piece;
 use crate::workers::map;
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
-
-const DRAWS: usize = 2000;
 
 /// A piece's residual, nuisances taken off; and what it was taken from.
 pub(crate) struct Left {
@@ -90,7 +84,11 @@ fn own_zero(setting: &Setting<'_>, residual: &[f64]) -> f64 {
 }
 
 /// Sum of squares and samples by group, over the pieces wanted.
-fn squares(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> Vec<(f64, f64)> {
+pub(crate) fn squares(
+    setting: &Setting<'_>,
+    left: &[Left],
+    wanted: &impl Fn(&Piece) -> bool,
+) -> Vec<(f64, f64)> {
     let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
         if let Some((square, count)) = groups.get_mut(piece.group) {
@@ -102,7 +100,7 @@ fn squares(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> boo
     groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
 }
 
-fn rms_of(groups: &[(f64, f64)]) -> f64 {
+pub(crate) fn rms_of(groups: &[(f64, f64)]) -> f64 {
     let (square, count) = groups.iter().fold((0.0, 0.0), |(s, c), group| (s + group.0, c + group.1));
     (square / f64::max(count, 1.0)).sqrt()
 }
@@ -124,45 +122,4 @@ pub(crate) fn rms_as_fitted(setting: &Setting<'_>, left: &[Left], wanted: &impl 
         }
     }
     Loss::of(setting).rms(groups.into_iter())
-}
-
-/// The gain on held-out runs.
-pub(crate) fn gain(setting: &Setting<'_>, before: &[Left], after: &[Left], seed: u64) -> Gain {
-    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
-    let wanted = |piece: &Piece| piece.hold_out || !any_held;
-    let (before, after) = (squares(setting, before, &wanted), squares(setting, after, &wanted));
-    let (rms_before, rms_after) = (rms_of(&before), rms_of(&after));
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut ratios: Vec<f64> = (0..DRAWS)
-        .map(|_| {
-            let (mut one, mut two) = (0.0, 0.0);
-            for _ in 0..before.len() {
-                let drawn = random.random_range(0..before.len());
-                one += before.get(drawn).map_or(0.0, |group| group.0);
-                two += after.get(drawn).map_or(0.0, |group| group.0);
-            }
-            ratio(two.sqrt(), one.sqrt())
-        })
-        .collect();
-    ratios.sort_by(f64::total_cmp);
-    let at =
-        |part: f64| ratios.get((part * (DRAWS - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN);
-    let ratio = ratio(rms_after, rms_before);
-    Gain {
-        held_out_runs: setting.campaign.held_out(),
-        rms_before,
-        rms_after,
-        ratio,
-        ratio_ci95: [at(0.025).min(ratio), at(0.975).max(ratio)],
-        closed_loop: None,
-    }
-}
-
-fn ratio(after: f64, before: f64) -> f64 {
-    if before > 0.0 { after / before } else { 1.0 }
-}
-
-/// The hypothesis without any cause.
-pub(crate) fn nothing(hypothesis: &Hypothesis) -> Hypothesis {
-    Hypothesis { members: Vec::new(), zero_rad: hypothesis.zero_rad }
 }

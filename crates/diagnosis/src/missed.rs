@@ -1,8 +1,7 @@
 //! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
 
-use crate::noise::median;
-use crate::piece::{Piece, Ready};
-use crate::start::Begun;
+use crate::piece::{Begun, Piece, Ready};
+use crate::statistics::median;
 
 /// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
 const LEAST: f64 = 0.6;

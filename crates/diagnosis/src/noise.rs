@@ -7,9 +7,8 @@
 use crate::Options;
 use crate::campaign::Campaign;
 use crate::holds;
-use crate::linear::Point;
-use crate::piece::{Piece, Ready};
-use crate::start::Begun;
+use crate::piece::{Begun, Piece, Ready};
+use crate::statistics::median;
 use crate::workers::{Workers, map};
 use log_data::Channel;
 
@@ -46,13 +45,13 @@ pub(crate) struct NoiseLevel {
 pub(crate) fn estimate(
     campaign: &mut Campaign,
     ready: &Ready,
-    first: &Point,
+    starts: &[Begun],
     options: &Options,
     workers: &dyn Workers,
 ) -> NoiseLevel {
     let (pieces, measured) = (&campaign.pieces, campaign.channel);
     let found = map(workers, pieces.len(), |index| {
-        let start = first.start(index);
+        let start = starts.get(index).copied().unwrap_or_default();
         pieces.get(index).map(|piece| look(piece, ready, start, options.seed, measured)).unwrap_or_default()
     });
     let pool = |blocks: &mut dyn Iterator<Item = f64>| {
@@ -171,10 +170,4 @@ fn local_mean_square(values: &[f64], reach: usize) -> Vec<f64> {
         (at(to) - at(from)) / (to - from) as f64
     };
     (0..values.len()).map(mean).collect()
-}
-
-/// The value in the middle, the upper one of two; 0 of none.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

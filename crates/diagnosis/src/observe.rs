@@ -5,6 +5,7 @@ use crate::campaign::Campaign;
 use crate::line::{Line, Weighted};
 use crate::measure::Left;
 use crate::piece::Piece;
+use crate::statistics::median;
 use log_data::Channel;
 use statrs::statistics::Statistics;
 
@@ -50,8 +51,7 @@ fn strokes(campaign: &Campaign, sign: f64) -> Vec<Stroke> {
             if moving.len() < 50 || pressures.is_empty() {
                 return None;
             }
-            let middle = moving.len() / 2;
-            let speed_rad_per_s = *moving.select_nth_unstable_by(middle, f64::total_cmp).1;
+            let speed_rad_per_s = median(&mut moving);
             let pressure_mpa = pressures.iter().sum::<f64>() / pressures.len() as f64 / 1e6;
             Some(Stroke { pressure_mpa, speed_rad_per_s })
         })

@@ -1,7 +1,5 @@
 //! What was found, as diagnosis.json holds it.
 
-use crate::spectrum::Band;
-use crate::whiteness::Whiteness;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -164,6 +162,36 @@ pub struct Order {
     pub against_motion: f64,
     /// See above.
     pub p_against_motion: f64,
+}
+
+/// What the test says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Whiteness {
+    /// How many samples back were looked at.
+    pub lags: usize,
+    /// Ljung and Box's Q, about as large as `lags` for white noise.
+    pub statistic: f64,
+    /// Probability of as much by chance.
+    pub p_value: f64,
+    /// The share of the error's square that the samples before foretell.
+    pub foretold: f64,
+    /// Whether it is noise that no sample foretells: by chance, or by less than 2 %.
+    pub white: bool,
+}
+
+/// A band of frequencies.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Band {
+    /// From this frequency, Hz.
+    pub from_hz: f64,
+    /// To this one.
+    pub to_hz: f64,
+    /// RMS of the error in the band.
+    pub rms: f64,
+    /// What the measurement's noise has there.
+    pub noise: f64,
+    /// Probability that noise alone is as large, corrected for the number of bands.
+    pub p_value: f64,
 }
 
 /// A residual by what it shows beside its dependences.

@@ -9,10 +9,11 @@ use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::measure::left;
 use crate::refine::refine;
-use crate::rivals::{STEPS, Tried};
 use crate::round::next_cause;
 use crate::screen::{Place, Screening, screen};
-use crate::select::Selection;
+use crate::selection::Selection;
+use crate::threshold::cut_of_squares;
+use crate::tried::{STEPS, Tried};
 use crate::whiteness::is_white;
 
 /// Pairs, by what they cut where they are fitted, that are judged on what they were not fitted on.
@@ -174,7 +175,8 @@ fn beside(
     let Tried { held_out, rms, .. } = Tried::from(setting, without, STEPS)?;
     let mut state = Selection { fitted, held_out, rms, ..begun.clone() };
     if let Some(other) = state.fitted.point.hypothesis.members.last() {
-        state.forms.add(other.candidate.id, begun, (rms, &state.held_out));
+        let cut = begun.rms.powi(2) - rms.powi(2);
+        state.forms.add(other.candidate.id, cut, cut_of_squares(begun, &state.held_out));
     }
     let screening = screen(setting, candidates, &state.fitted)?;
     let found = next_cause(setting, candidates, &screening.ranked, &mut state)?;

@@ -3,7 +3,6 @@
 use crate::DiagnosisError;
 use crate::driven::Driven;
 use crate::past::Before;
-use crate::start::Begun;
 use log_data::{Channel, Run};
 use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
 use rand::SeedableRng;
@@ -32,6 +31,29 @@ impl Ready {
             Channel::Torque => Ok(Self::Torque(Box::new(MotionParams::new(model)?))),
             _ => Ok(Self::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad)))),
         }
+    }
+}
+
+/// How a piece begins.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Begun {
+    /// The torque that friction carries, N·m, or the shift of the first angle, rad.
+    pub shift: f64,
+    /// The side from which the contact came, −1 to 1: the part of their break-away deflection that bristles with a memory
+    /// came from, and the side of the encoder's play on which the rotor lies. Without one the bristles come from where the
+    /// motion before left them, and the rotor lies where it is drawn to.
+    pub side: Option<f64>,
+}
+
+impl Begun {
+    /// The likely side.
+    pub fn at(shift: f64) -> Self {
+        Self { shift, side: None }
+    }
+
+    /// The same side.
+    pub fn shifted(self, shift: f64) -> Self {
+        Self { shift, ..self }
     }
 }
 
@@ -91,6 +113,11 @@ impl Piece {
             noise,
             rows,
         }
+    }
+
+    /// Whether causes are fitted on it; the others are held out.
+    pub fn is_fitted(&self) -> bool {
+        !self.hold_out
     }
 
     pub fn len(&self) -> usize {

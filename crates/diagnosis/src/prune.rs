@@ -5,9 +5,9 @@ use crate::error::if_possible;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
-use crate::rivals::{NEARLY, Tried};
-use crate::select::Selection;
-use crate::worth::{FLOOR, SHARE, cuts, leaves_much_to_pick};
+use crate::selection::Selection;
+use crate::threshold::{FLOOR, SHARE, cuts, leaves_much_to_pick};
+use crate::tried::{NEARLY, Tried};
 
 /// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
 /// search: what an early end of their fit leaves would be picked up by a cause that isn't there.

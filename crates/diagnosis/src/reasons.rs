@@ -4,7 +4,7 @@ use crate::candidate::Candidate;
 use crate::facts::Facts;
 use crate::geared::is_over_the_angle;
 use crate::outcome::{Ambiguity, Cause, Judged};
-use crate::select::Selection;
+use crate::selection::Selection;
 use crate::twins::missing;
 use std::collections::BTreeSet;
 

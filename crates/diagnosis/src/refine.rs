@@ -9,9 +9,10 @@ use crate::hypothesis::{Free, Member};
 use crate::linear::{Point, Setting, by_group};
 use crate::loss::Loss;
 use crate::pattern::ended_poorly;
-use crate::rivals::{Tried, fitted_pieces};
+use crate::piece::Piece;
 use crate::screen::ORDER_FLOOR;
-use crate::select::Selection;
+use crate::selection::Selection;
+use crate::tried::Tried;
 
 /// Steps of a fit with another shape, and after how many of them one that does no better is given up where steps are dear.
 const STEPS: usize = 6;
@@ -87,7 +88,7 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
         }
         places.push((pair, at));
     }
-    let equations = setting.equations(&point, &columns, fitted_pieces)?;
+    let equations = setting.equations(&point, &columns, Piece::is_fitted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
     let loss = Loss::of(setting);
     let weighted = loss.weighted(&groups);

@@ -3,31 +3,29 @@
 use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::error::if_possible;
-use crate::fit::{Fitted, Progress, fit, fit_on};
-use crate::gram::{Gram, HeldOut, leave_out};
+use crate::fit::Fitted;
+use crate::gram::HeldOut;
 use crate::linear::{Point, Setting};
 use crate::loss::Loss;
-use crate::pattern::{ended_poorly, search};
-use crate::piece::Piece;
+use crate::pattern::ended_poorly;
 use crate::screen::Screened;
-use crate::select::Selection;
+use crate::selection::Selection;
+use crate::threshold::{cuts, least_cut, leaves_much_to_pick};
+use crate::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::twins::are_twins;
 use crate::workers::map;
-use crate::worth::{cuts, least_cut, leaves_much_to_pick};
 
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
 /// A rival is fitted where its linearised gain is at least this part of what it would have to be.
 const PROMISING: f64 = 0.3;
-/// Steps of its fit; after how many of them one that leaves so many times what the best does is given up; and after how many
+/// After how many steps of its fit one that leaves so many times what the best does is given up; and after how many
 /// one that leaves more than there was without it, where much is left and steps are dear.
-pub(crate) const STEPS: usize = 8;
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
-/// Fits are as good as equal within this RMS, in parts of the noise, or within this one where groups disagree.
-pub(crate) const EQUAL: f64 = 0.003;
-pub(crate) const NEARLY: f64 = 0.01;
+/// Fits within `NEARLY` of each other are as good as equal where groups disagree: where the mean difference is within so many of its
+/// standard errors.
 const DISAGREE: f64 = 1.5;
 
 /// A candidate fitted.
@@ -38,64 +36,6 @@ pub(crate) struct Rival {
     pub held_out: HeldOut,
     /// Held-out RMS in parts of the noise.
     pub rms: f64,
-}
-
-pub(crate) fn fitted_pieces(piece: &Piece) -> bool {
-    !piece.hold_out
-}
-
-/// Held-out squares at a fit, by one step of the fit without each fold.
-pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
-    let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
-    let columns: Vec<usize> = (0..width).collect();
-    let weighted = Loss::of(setting).weighted(groups);
-    leave_out(&weighted, groups, &setting.campaign.fold_of, &columns)
-        .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })
-}
-
-/// A hypothesis fitted, and what it is worth on what it was not fitted on.
-pub(crate) struct Tried {
-    pub fitted: Fitted,
-    pub held_out: HeldOut,
-    /// Held-out RMS in parts of the noise.
-    pub rms: f64,
-}
-
-impl Tried {
-    /// Fits from `begin` on, in so many steps at most.
-    pub fn from(setting: &Setting<'_>, begin: Point, steps: usize) -> Result<Self, DiagnosisError> {
-        Ok(Self::judged(setting, fit(setting, begin, &fitted_pieces, steps)?))
-    }
-
-    /// ... on from where a fit has come.
-    pub fn from_progress(
-        setting: &Setting<'_>,
-        begin: (Point, Progress),
-        steps: usize,
-    ) -> Result<Self, DiagnosisError> {
-        Ok(Self::judged(setting, fit_on(setting, begin, &fitted_pieces, steps)?))
-    }
-
-    /// So many steps further at most, if it hasn't ended.
-    pub fn further(self, setting: &Setting<'_>, steps: usize) -> Result<Self, DiagnosisError> {
-        if self.fitted.ended {
-            return Ok(self);
-        }
-        Self::from_progress(setting, (self.fitted.point, self.fitted.progress), steps)
-    }
-
-    fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
-        let held_out = judge(setting, &fitted.groups);
-        let rms = Loss::of(setting).rms(held_out.each(&fitted.groups));
-        Self { fitted, held_out, rms }
-    }
-
-    /// Fitted on from better numbers of one member, where much is left and a pattern search finds some.
-    pub fn searched(self, setting: &Setting<'_>, member: usize) -> Result<Self, DiagnosisError> {
-        let Some(better) = search(setting, &self.fitted, member, &fitted_pieces)? else { return Ok(self) };
-        let further = if_possible(Self::from(setting, better, STEPS))?;
-        Ok(further.filter(|further| further.fitted.loss < self.fitted.loss).unwrap_or(self))
-    }
 }
 
 /// Fits the best of the screening.
@@ -193,7 +133,7 @@ pub(crate) fn angle_between(
     let [base_ready, one_ready, two_ready] = ready;
     let (base_ready, one_ready, two_ready) = (base_ready?, one_ready?, two_ready?);
     let products = map(setting.workers, setting.campaign.pieces.len(), |index| {
-        let piece = setting.campaign.pieces.get(index).filter(|piece| !piece.hold_out)?;
+        let piece = setting.campaign.pieces.get(index).filter(|piece| piece.is_fitted())?;
         let start = base.start(index);
         let [none, one, two] = [&base_ready, &one_ready, &two_ready].map(|ready| piece.predict(ready, start));
         let samples = none.iter().zip(&one).zip(&two).zip(&piece.weights);

@@ -8,26 +8,15 @@ use crate::linear::Setting;
 use crate::loss::Loss;
 use crate::rivals::{Rival, angle_between, as_good, fit_rival, fit_rivals, numbers};
 use crate::screen::Screened;
-use crate::select::Selection;
+use crate::selection::{Round, Selection};
 use crate::table::is_confounded;
+use crate::threshold::{cut_of_squares, cuts};
 use crate::twins::missing;
-use crate::worth::cuts;
 
 /// A twin that these data can't tell apart is reported beside a cause where it explains this part of what that one does.
 const SIMILAR: f64 = 0.3;
 /// ... and it is fitted for that where its linearised gain is this part of the best.
 const WORTH: f64 = 0.05;
-
-/// What was decided in one round.
-#[derive(Debug, Clone)]
-pub(crate) struct Round {
-    pub rms_before: f64,
-    /// Name and held-out RMS of every rival that was fitted, best first.
-    pub rivals: Vec<(&'static str, f64)>,
-    /// The names that can't be told apart from the best; empty where it stands alone.
-    pub equals: Vec<&'static str>,
-    pub accepted: Option<&'static str>,
-}
 
 /// Fits the best of the screening through the model and takes the one that is best on what it was not fitted on.
 pub(crate) fn next_cause(
@@ -71,7 +60,8 @@ pub(crate) fn next_cause(
         state.ambiguous.push((name(chosen), equals));
     }
     let mut forms = state.forms;
-    forms.add(name(chosen), state, (chosen.rms, &chosen.held_out));
+    let cut = state.rms.powi(2) - chosen.rms.powi(2);
+    forms.add(name(chosen), cut, cut_of_squares(state, &chosen.held_out));
     state.forms = forms;
     state.fitted = chosen.fitted.clone();
     state.held_out = chosen.held_out.clone();

@@ -9,7 +9,6 @@ use crate::hypothesis::Member;
 use crate::linear::{Column, Point, Setting, by_group};
 use crate::loss::Loss;
 use crate::piece::Piece;
-use crate::rivals::fitted_pieces;
 use nalgebra::DVector;
 
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
@@ -101,12 +100,12 @@ pub(crate) fn screen<'a>(
 
 /// The pieces that the screening looks at.
 fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
-    let fitted = campaign.pieces.iter().filter(|piece| fitted_pieces(piece));
+    let fitted = campaign.pieces.iter().filter(|piece| piece.is_fitted());
     let samples: usize = fitted.map(Piece::len).sum();
     let all = samples <= if campaign.facts.is_torque() { MANY_TORQUES } else { MANY_ANGLES };
     move |piece| {
         let fold = campaign.fold_of.get(piece.group);
-        fitted_pieces(piece) && (all || fold.is_some_and(|fold| LOOKED_AT.contains(fold)))
+        piece.is_fitted() && (all || fold.is_some_and(|fold| LOOKED_AT.contains(fold)))
     }
 }
 

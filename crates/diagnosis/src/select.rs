@@ -5,74 +5,23 @@ use crate::DiagnosisError;
 use crate::candidate::Candidate;
 use crate::fine::fit_finely;
 use crate::fit::Fitted;
-use crate::gram::HeldOut;
+use crate::forms::Forms;
 use crate::linear::Setting;
 use crate::loss::Loss;
 use crate::measure::left;
 use crate::pair::{hidden_pair, leaves_less};
 use crate::prune::{drop_idle, fit_earlier_ones, tell_asymmetry_from_offset};
 use crate::refine::refine;
-use crate::rivals::{Tried, judge};
-use crate::round::{Round, next_cause};
+use crate::round::next_cause;
 use crate::screen::{Screening, screen};
+use crate::selection::Selection;
 use crate::simplify::simplify;
+use crate::threshold::leaves_much_to_pick;
+use crate::tried::{Tried, judge};
 use crate::whiteness::is_white;
-use crate::worth::{Forms, leaves_much_to_pick};
 
 /// Causes at most.
 const MOST: usize = 6;
-
-/// What came out.
-#[derive(Debug, Clone)]
-pub(crate) struct Selection {
-    pub fitted: Fitted,
-    pub held_out: HeldOut,
-    pub rms_first: f64,
-    pub rms: f64,
-    /// What was held out at first.
-    pub held_out_first: HeldOut,
-    pub forms: Forms,
-    pub rounds: Vec<Round>,
-    /// Groups of names of which one is needed; its representative is a member of the hypothesis.
-    pub ambiguous: Vec<(&'static str, Vec<&'static str>)>,
-    /// For each pair of names that can't be told apart, the angle between what they change, degrees.
-    pub angles: Vec<(&'static str, &'static str, f64)>,
-    /// Gains of the first screening, best first.
-    pub first_ranking: Vec<(&'static str, f64)>,
-    pub dropped: Vec<(&'static str, String)>,
-}
-
-impl Selection {
-    /// Goes on from another hypothesis.
-    pub fn take(&mut self, tried: Tried) {
-        (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
-    }
-
-    /// A cause that pays beside another can't stand for it, though by itself it did as much.
-    fn tell_members_apart(&mut self) {
-        let hypothesis = &self.fitted.point.hypothesis;
-        self.ambiguous.iter_mut().for_each(|(_, others)| others.retain(|id| !hypothesis.has(id)));
-        self.ambiguous.retain(|(_, others)| !others.is_empty());
-    }
-
-    /// Samples that were fitted.
-    pub fn samples(&self) -> f64 {
-        self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)
-    }
-
-    /// What the causes explain on what they were not fitted on, as a mean square in parts of the noise's.
-    pub fn explained(&self) -> f64 {
-        (self.held_out_first.total() - self.held_out.total()) / self.samples()
-    }
-
-    /// The part of what is beyond noise that the causes explain on what they were not fitted on.
-    pub fn share_explained(&self, loss: Loss) -> f64 {
-        let groups = &self.fitted.groups;
-        let first = self.held_out_first.each(groups);
-        let pairs = first.zip(&self.held_out.squares).map(|((first, count), now)| (first, *now, count));
-        loss.share_explained(pairs)
-    }
-}
 
 /// Who is told a ranking: the effects, and how well each explains the residual.
 pub(crate) type Tell<'a> = dyn FnMut(&[(&'static str, f64)]) + 'a;

@@ -6,6 +6,7 @@ use crate::linear::Setting;
 use crate::measure::Left;
 use crate::outcome::{Dependence, Order};
 use crate::piece::Piece;
+use crate::statistics::holm;
 use log_data::Channel;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
@@ -115,18 +116,6 @@ fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f
     };
     let points: Vec<Weighted> = units.values().map(point).collect();
     Line::through(&points).map_or(1.0, |line| line.p_value)
-}
-
-/// Corrects probabilities for the number of tests, so that any false one is as rare as a single test's would be.
-pub(crate) fn holm<'a>(p_values: impl Iterator<Item = &'a mut f64>) {
-    let mut sorted: Vec<&mut f64> = p_values.collect();
-    sorted.sort_by(|a, b| a.total_cmp(b));
-    let (mut tests, mut least) = (sorted.len() as f64, 0.0);
-    for p_value in sorted {
-        least = f64::max(least, *p_value * tests).min(1.0);
-        *p_value = least;
-        tests -= 1.0;
-    }
 }
 
 /// Amplitudes by order of the angle, in parts of the noise.
@@ -330,13 +319,5 @@ mod tests {
         };
         assert!(chance(0.0) > 0.2, "{}", chance(0.0));
         assert!(chance(2.0) < 1e-3, "{}", chance(2.0));
-    }
-
-    #[test]
-    fn probabilities_are_corrected_one_after_the_other() {
-        let mut found = [0.04, 0.01, 0.03, 0.005];
-        holm(found.iter_mut());
-        let expected = [0.06, 0.03, 0.06, 0.02];
-        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
     }
 }

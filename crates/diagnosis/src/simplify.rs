@@ -5,8 +5,8 @@ use crate::candidate::Candidate;
 use crate::error::if_possible;
 use crate::hypothesis::Member;
 use crate::linear::{Point, Setting};
-use crate::rivals::{EQUAL, Tried};
-use crate::select::Selection;
+use crate::selection::Selection;
+use crate::tried::{EQUAL, Tried};
 
 /// A cause, and the one with fewer numbers that it becomes at a limit: wear over no distance, a rest of no time. While
 /// another cause is still missing, the number that the simpler one doesn't have picks up some of that.

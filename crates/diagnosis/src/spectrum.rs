@@ -2,10 +2,10 @@
 
 use crate::linear::Setting;
 use crate::measure::Left;
+use crate::outcome::Band;
 use crate::piece::Piece;
-use crate::show::holm;
+use crate::statistics::holm;
 use realfft::RealFftPlanner;
-use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::TAU;
 
@@ -14,21 +14,6 @@ const SEGMENT: usize = 1024;
 const LEAST_SEGMENT: usize = 64;
 /// Equivalent noise bandwidth of Hann's window, in bins.
 const HANN: f64 = 1.5;
-
-/// A band of frequencies.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Band {
-    /// From this frequency, Hz.
-    pub from_hz: f64,
-    /// To this one.
-    pub to_hz: f64,
-    /// RMS of the error in the band.
-    pub rms: f64,
-    /// What the measurement's noise has there.
-    pub noise: f64,
-    /// Probability that noise alone is as large, corrected for the number of bands.
-    pub p_value: f64,
-}
 
 /// Periodograms of segments of a residual, or of another signal.
 pub(crate) struct Spectrum {

@@ -3,8 +3,8 @@
 
 use crate::linear::Setting;
 use crate::measure::Left;
+use crate::outcome::Whiteness;
 use crate::piece::Piece;
-use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Samples back that are looked at for the report.
@@ -18,21 +18,6 @@ const DEVIATIONS: f64 = 4.0;
 const FORETOLD: f64 = 0.02;
 const CHANCE: f64 = 0.01;
 
-/// What the test says.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Whiteness {
-    /// How many samples back were looked at.
-    pub lags: usize,
-    /// Ljung and Box's Q, about as large as `lags` for white noise.
-    pub statistic: f64,
-    /// Probability of as much by chance.
-    pub p_value: f64,
-    /// The share of the error's square that the samples before foretell.
-    pub foretold: f64,
-    /// Whether it is noise that no sample foretells: by chance, or by less than 2 %.
-    pub white: bool,
-}
-
 /// Tests what is left, in parts of its noise.
 pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
     let (correlations, count) = correlations::<LAGS>(setting, left, |_| true);
@@ -41,7 +26,7 @@ pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
 
 /// Whether nothing is left to look for in the pieces that are fitted.
 pub(crate) fn is_white(setting: &Setting<'_>, left: &[Left]) -> bool {
-    let (correlations, count) = correlations::<SEARCHED>(setting, left, |piece| !piece.hold_out);
+    let (correlations, count) = correlations::<SEARCHED>(setting, left, Piece::is_fitted);
     let lags = SEARCHED as f64;
     statistic(&correlations, count) < lags + DEVIATIONS * (2.0 * lags).sqrt()
 }

@@ -1,18 +1,16 @@
 //! What a cause must be worth beside those that are in: more than their forms leave to pick from.
 
+use crate::forms::LOOSE;
 use crate::gram::HeldOut;
 use crate::loss::Loss;
-use crate::select::Selection;
+use crate::selection::Selection;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.
 pub(crate) const FLOOR: f64 = 0.01;
 /// ... and by so much of what all causes of an open form explain, as a mean square: below it lies the misfit of a form.
 pub(crate) const SHARE: f64 = 0.02;
-/// Causes whose form leaves nothing open: nothing that they leave is a misfit of theirs.
-const EXACT: [&str; 2] = ["pressure-torque", "torque-offset"];
 /// A cause whose form is one of many: no bank of elements is the other's. So much of what it explains of the plain squares may
 /// be left to pick from; more in an angle log, whose rotor then slips at other moments.
-const LOOSE: &str = "presliding-hysteresis";
 const LEFT_BY_LOOSE: f64 = 0.1;
 const LEFT_BY_LOOSE_IN_ANGLES: f64 = 0.3;
 /// ... and to causes that bend what it bends itself, as the elements' own stiffness would.
@@ -27,34 +25,8 @@ pub(crate) fn leaves_much_to_pick(state: &Selection, loss: Loss) -> bool {
     loss == Loss::OwnNoise && state.fitted.point.hypothesis.has(LOOSE)
 }
 
-/// What the forms of the causes that are in may leave, as mean squares in parts of the noise's.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Forms {
-    /// What those of an open form explain, as the loss counts it.
-    pub open: f64,
-    /// What one of a loose form explains of the plain squares.
-    pub loose: f64,
-}
-
-impl Forms {
-    /// Whether a cause's form is open.
-    pub fn is_open(id: &str) -> bool {
-        !EXACT.contains(&id)
-    }
-
-    /// One more cause is in, on top of `before`; then this RMS and these squares are left.
-    pub fn add(&mut self, id: &str, before: &Selection, (rms, held_out): (f64, &HeldOut)) {
-        if Self::is_open(id) {
-            self.open += (before.rms.powi(2) - rms.powi(2)).max(0.0);
-        }
-        if id == LOOSE {
-            self.loose = cut_of_squares(before, held_out).max(0.0);
-        }
-    }
-}
-
 /// By how much a rival cuts the plain squares, as a mean in parts of the noise's.
-fn cut_of_squares(state: &Selection, held_out: &HeldOut) -> f64 {
+pub(crate) fn cut_of_squares(state: &Selection, held_out: &HeldOut) -> f64 {
     (state.held_out.total() - held_out.total()) / state.samples()
 }
 

@@ -1,0 +1,70 @@
+//! What a diagnosis hands back to its caller, on the way and at the end.
+
+use crate::outcome::Diagnosis;
+use log_data::Channel;
+use valve_model::{Effect, Model};
+
+/// What happens on the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event<'a> {
+    /// The residual of the given model and the noise, RMS in the channel's unit.
+    Noise {
+        /// Measured less predicted, on the runs that causes are fitted on.
+        rms: f64,
+        /// What the measurement scatters by itself.
+        noise: f64,
+    },
+    /// Causes by what they would cut the held-out RMS, in parts of the noise; linearised.
+    Ranking(&'a [(&'static str, f64)]),
+    /// A step of the work.
+    Step(&'static str),
+}
+
+/// A piece of a run, for plots: measured against predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// The run's place in the log, its name and kind.
+    pub run: usize,
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// Whether it was held out.
+    pub held_out: bool,
+    /// Times, s.
+    pub time_s: Vec<f64>,
+    /// Measured angle, rad: of the command in logs without torque.
+    pub angle_rad: Vec<f64>,
+    /// Speed, rad/s.
+    pub speed_rad_per_s: Vec<f64>,
+    /// Pressure drop, Pa; empty without.
+    pub pressure_pa: Vec<f64>,
+    /// Oil temperature, °C; empty without.
+    pub temperature_c: Vec<f64>,
+    /// What was measured: torque, N·m, or angle, rad.
+    pub measured: Vec<f64>,
+    /// What the given model has for it.
+    pub before: Vec<f64>,
+    /// What the extended one has.
+    pub after: Vec<f64>,
+}
+
+/// The diagnosis, and what goes with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// For diagnosis.json.
+    pub diagnosis: Diagnosis,
+    /// The given model with what was found.
+    pub extended: Model,
+    /// Of each group of causes that can't be told apart, in their order, the effect that fitted best; none where something
+    /// speaks against what was found.
+    pub proposed: Vec<Effect>,
+    /// The channel that the model predicts.
+    pub channel: Channel,
+    /// The first screening: cut of the held-out RMS in parts of the noise.
+    pub ranking: Vec<(&'static str, f64)>,
+    /// The pieces, for plots.
+    pub shown: Vec<Shown>,
+    /// Samples of the log, and of those the ones that were fitted or held out.
+    pub samples: (usize, usize),
+}

@@ -1,0 +1,10 @@
+//! What the caller of a diagnosis may choose.
+
+/// What can be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// Decides which runs are held out, and the bootstrap's draws: the same seed, the same answer.
+    pub seed: u64,
+    /// The measured channel's noise where it is known, RMS in its unit, above zero; without, it is estimated from the log.
+    pub noise: Option<f64>,
+}

@@ -1,0 +1,33 @@
+//! Order statistics, and probabilities corrected for the number of tests.
+
+/// The value in the middle, the upper one of two; 0 of none.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Corrects probabilities for the number of tests by Holm's method (Scand. J. Stat. 6, 1979), so that any false one is as rare as
+/// a single test's would be.
+pub(crate) fn holm<'a>(p_values: impl Iterator<Item = &'a mut f64>) {
+    let mut sorted: Vec<&mut f64> = p_values.collect();
+    sorted.sort_by(|a, b| a.total_cmp(b));
+    let (mut tests, mut least) = (sorted.len() as f64, 0.0);
+    for p_value in sorted {
+        least = f64::max(least, *p_value * tests).min(1.0);
+        *p_value = least;
+        tests -= 1.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probabilities_are_corrected_one_after_the_other() {
+        let mut found = [0.04, 0.01, 0.03, 0.005];
+        holm(found.iter_mut());
+        let expected = [0.06, 0.03, 0.06, 0.02];
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    }
+}
