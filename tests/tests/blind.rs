@@ -11,6 +11,7 @@ use hidden_effect_rig::{
     intervals,
 };
 use serde_json::Value;
+use std::path::{Path, PathBuf};
 use stepvalve_tests::{TestPlace, repository};
 
 /// Samples of a campaign: fewer than in the field, so that a score of them takes minutes.
@@ -21,14 +22,20 @@ fn first_seed() -> u64 {
     let given = std::env::var("STEPVALVE_BLIND_SEED").ok().and_then(|text| text.parse().ok());
     let seed = given.unwrap_or_else(|| {
         let folders = ["crates/diagnosis/src", "tests/rig/src"].map(|folder| repository().join(folder));
-        let mut sources: Vec<_> =
-            folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap()).collect();
-        sources.sort_by_key(|entry| entry.as_ref().unwrap().path());
-        let files = sources.iter().map(|entry| entry.as_ref().unwrap().path()).filter(|path| path.is_file());
-        u64::from(files.fold(0, |sum, path| crc32c::crc32c_append(sum, &std::fs::read(path).unwrap())))
+        let mut sources: Vec<PathBuf> = folders.iter().flat_map(|folder| files_below(folder)).collect();
+        sources.sort();
+        u64::from(
+            sources.iter().fold(0, |sum, path| crc32c::crc32c_append(sum, &std::fs::read(path).unwrap())),
+        )
     });
     eprintln!("seeds from STEPVALVE_BLIND_SEED={seed} on");
     seed
+}
+
+/// The files of a folder and of those within it.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { files_below(&path) } else { vec![path] }).collect()
 }
 
 /// Draws a short campaign and has it diagnosed.

@@ -1,22 +1,22 @@
 //! The four steps, one after the other.
 
 use crate::DiagnosisError;
-use crate::campaign::Campaign;
-use crate::excitation::excitation;
-use crate::findings;
-use crate::fit::fit;
+use crate::conclude::verdict::conclude;
+use crate::extend::catalogue::candidates;
+use crate::extend::hypothesis::Hypothesis;
+use crate::fit::equations::{Nuisances, Point, Setting};
+use crate::fit::gauss_newton::fit;
 use crate::found::{Event, Found};
-use crate::hypothesis::Hypothesis;
-use crate::judgement::Judgement;
-use crate::linear::{Nuisances, Point, Setting};
-use crate::measure::{Jumps, left_with, rms_left, settled};
-use crate::noise::{NoiseLevel, estimate};
+use crate::log::campaign::Campaign;
+use crate::log::excitation::excitation;
+use crate::log::noise::{NoiseLevel, estimate};
+use crate::log::piece::{Piece, Ready};
+use crate::measure::judgement::Judgement;
+use crate::name::select::select;
+use crate::name::selection::Selection;
 use crate::options::Options;
-use crate::piece::{Piece, Ready};
-use crate::select::select;
-use crate::selection::Selection;
-use crate::show::structure;
-use crate::table::candidates;
+use crate::show::residual::{Jumps, left_with, rms_left, settled};
+use crate::show::structure::structure;
 use crate::workers::{Workers, map};
 use log_data::{Channel, Log};
 use valve_model::Model;
@@ -49,12 +49,12 @@ pub fn diagnose(
     let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
     let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
     if zero_nm == 0.0 {
-        return findings::conclude(&judged, &able, &unable);
+        return conclude(&judged, &able, &unable);
     }
     tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
     let setting = Setting { nuisances: Nuisances { zero_nm, ..nuisances }, ..setting };
     let judged = judge(setting, noise, &first, Some(&judged.selection), &able, options.seed, tell)?;
-    findings::conclude(&judged, &able, &unable)
+    conclude(&judged, &able, &unable)
 }
 
 /// From the first residual to the causes that are accepted.
@@ -63,7 +63,7 @@ fn judge<'a>(
     noise: NoiseLevel,
     first: &Point,
     earlier: Option<&Selection>,
-    able: &[crate::candidate::Candidate],
+    able: &[crate::extend::candidate::Candidate],
     seed: u64,
     tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Judgement<'a>, DiagnosisError> {

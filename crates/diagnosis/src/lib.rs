@@ -6,62 +6,21 @@
 //! they were not fitted on, and accepted one after the other; what is left is tested for structure.
 #![forbid(unsafe_code)]
 
-mod campaign;
-mod candidate;
-mod causes;
+mod conclude;
 mod diagnose;
-mod driven;
 mod error;
-mod errors;
-mod excitation;
-mod facts;
-mod findings;
-mod fine;
+mod extend;
 mod fit;
 #[cfg(test)]
 mod fixtures;
-mod forms;
 mod found;
-mod gain;
-mod geared;
-mod gram;
-mod holds;
-mod hypothesis;
-mod judgement;
-mod line;
-mod linear;
-mod loss;
+mod log;
 mod measure;
-mod missed;
-mod next;
-mod noise;
-mod observe;
+mod name;
+mod numerics;
 mod options;
 mod outcome;
-mod pair;
-mod past;
-mod pattern;
-mod piece;
-mod prune;
-mod reasons;
-mod refine;
-mod ripple;
-mod rivals;
-mod round;
-mod screen;
-mod select;
-mod selection;
 mod show;
-mod simplify;
-mod spectrum;
-mod start;
-mod statistics;
-mod table;
-mod threshold;
-mod tone;
-mod tried;
-mod twins;
-mod whiteness;
 mod workers;
 
 pub use diagnose::diagnose;

@@ -1,0 +1,5 @@
+//! From the accepted causes to the verdict, the reasons for the others, and the next experiment.
+
+pub(crate) mod next_experiment;
+pub(crate) mod reasons;
+pub(crate) mod verdict;

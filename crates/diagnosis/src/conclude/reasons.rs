@@ -1,0 +1,118 @@
+//! Why a cause is not named: too little, too much left, a twin, a gear, or harm on runs that nothing was chosen on.
+
+use crate::extend::candidate::Candidate;
+use crate::log::facts::Facts;
+use crate::name::selection::Selection;
+use crate::name::twins::missing;
+use crate::outcome::{Ambiguity, Cause, Judged};
+use crate::show::geared::is_over_the_angle;
+use std::collections::BTreeSet;
+
+/// What speaks against causes that were selected.
+pub(crate) struct Against {
+    /// All of them leave too much.
+    pub doubtful: bool,
+    /// Series over the angle that are a gear's, with its order.
+    pub geared: Vec<(&'static str, f64)>,
+    /// Those that make the runs held out worse.
+    pub harmful: Vec<String>,
+}
+
+impl Against {
+    /// Whether a gear stands behind a cause: it is a series over the angle, and one of those is a gear's.
+    pub fn is_geared(&self, id: &str) -> bool {
+        !self.geared.is_empty() && is_over_the_angle(id)
+    }
+}
+
+/// The groups of causes that can't be told apart, and why.
+pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Facts) -> Vec<Ambiguity> {
+    let groups = selection.ambiguous.iter().filter(|_| !against.doubtful);
+    let geared = |id: &str| against.is_geared(id);
+    let open = groups.filter(|(best, others)| !geared(best) && !others.iter().any(|id| geared(id)));
+    open.map(|(best, others)| {
+        let ids = std::iter::once(best).chain(others).map(|id| (*id).to_owned()).collect();
+        Ambiguity { ids, reason: why_alike(selection, best, others, facts), best: None }
+    })
+    .collect()
+}
+
+/// What the data lack, and the angle between what the causes change.
+fn why_alike(selection: &Selection, best: &str, others: &[&'static str], facts: &Facts) -> String {
+    let lacking: BTreeSet<&str> = others.iter().filter_map(|other| missing(best, other, facts)).collect();
+    let first = match lacking.into_iter().collect::<Vec<_>>().join(", and ") {
+        none if none.is_empty() => "they fit the runs that they were not fitted on equally well".to_owned(),
+        lacking => format!("in these data {lacking}"),
+    };
+    let angles = selection.angles.iter().filter(|(one, two, _)| *one == best && others.contains(two));
+    let angles: Vec<String> = angles.map(|(_, other, angle)| format!("{angle:.1}° ({other})")).collect();
+    format!(
+        "{first}; the angle between what {best} and the other would change in the prediction: {}",
+        angles.join(", ")
+    )
+}
+
+/// Every candidate that is neither a cause nor one of a group, and why not.
+pub(crate) fn rejected(
+    selection: &Selection,
+    able: &[Candidate],
+    (causes, ambiguous): (&[Cause], &[Ambiguity]),
+    against: &Against,
+) -> Vec<Judged> {
+    let named = |id: &str| {
+        causes.iter().any(|cause| cause.id == id)
+            || ambiguous.iter().any(|group| group.ids.iter().any(|other| other == id))
+    };
+    let others = able.iter().filter(|candidate| !named(candidate.id));
+    others
+        .map(|candidate| Judged {
+            id: candidate.id.to_owned(),
+            reason: against_selected(selection, candidate.id, against)
+                .unwrap_or_else(|| why_not_selected(selection, candidate.id)),
+        })
+        .collect()
+}
+
+/// What speaks against one that was selected.
+fn against_selected(selection: &Selection, id: &str, against: &Against) -> Option<String> {
+    if let Some((_, order)) = against.geared.iter().find(|(of, _)| *of == id) {
+        return Some(format!(
+            "follows it within the angles of this log, but by one sine of order {order:.2}, no whole number in a turn"
+        ));
+    }
+    let selected = selection.fitted.point.hypothesis.has(id);
+    if let Some((_, order)) = against.geared.first().filter(|_| selected && against.is_geared(id)) {
+        return Some(format!("fits what is left of a gear's torque, {order:.2} times in a turn"));
+    }
+    if against.harmful.iter().any(|of| of == id) {
+        return Some("fits, but makes the error larger on runs that nothing was chosen on".to_owned());
+    }
+    (against.doubtful && selected).then(|| "fits part of it, but leaves too much to be the cause".to_owned())
+}
+
+/// Why a candidate is not in.
+fn why_not_selected(selection: &Selection, id: &str) -> String {
+    if let Some((_, reason)) = selection.dropped.iter().find(|(of, _)| *of == id) {
+        return reason.clone();
+    }
+    let fits = selection.rounds.iter().flat_map(|round| {
+        let best = round.rivals.first().map_or(round.rms_before, |best| best.1);
+        let own = round.rivals.iter().filter(|rival| rival.0 == id);
+        own.map(move |rival| (rival.1, best, round.rms_before))
+    });
+    if let Some((own, best, before)) = fits.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        return format!(
+            "fitted: error on held-out runs {own:.3} times the noise, against {best:.3} for the best and {before:.3} without"
+        );
+    }
+    match selection.first_ranking.iter().find(|(of, _)| *of == id) {
+        Some((_, gain)) if *gain > -0.5 => {
+            format!(
+                "would cut the error on held-out runs by {:.2} % of the noise at best",
+                100.0 * gain.max(0.0)
+            )
+        }
+        Some(_) => "the sign or size that the data ask for is impossible".to_owned(),
+        None => "shows nowhere in these data".to_owned(),
+    }
+}

@@ -1,0 +1,445 @@
+//! The rival causes: every effect that a log of this kind could show, and why the others can't be tested.
+
+use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
+use crate::log::facts::Facts;
+use log_data::Channel;
+use valve_model::{EFFECTS, Model};
+
+/// An effect that these data can't show.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Untestable {
+    pub id: &'static str,
+    pub reason: String,
+}
+
+const ANGLE_ONLY: [&str; 6] = [
+    "holding-torque-level",
+    "detent-torque",
+    "microstep-error",
+    "backlash",
+    "missed-steps",
+    "encoder-eccentricity",
+];
+const TORQUE_ONLY: [&str; 2] = ["torque-offset", "torque-gain"];
+const ON_PRESSURE: [&str; 4] =
+    ["pressure-dependent-friction", "hydraulic-lock", "flow-torque", "pressure-torque"];
+const ON_TEMPERATURE: [&str; 2] = ["temperature-dependent-viscosity", "temperature-dependent-friction"];
+/// Harmonics looked for.
+const POSITION_ORDERS: usize = 12;
+const FLOW_ORDERS: usize = 6;
+const FRICTION_ORDERS: usize = 6;
+/// A coupling's damping to begin with, in parts of what a squeal takes, and the least of that, N·m·s/rad.
+const QUIET: f64 = 2.0;
+const LEAST_DAMPING: f64 = 1e-3;
+/// Below it a pressure drop is none, MPa.
+const SOME_PRESSURE: f64 = 0.02;
+
+/// Candidates, and what is untestable. An effect may be both: at one constant pressure other than zero it is fitted, as
+/// a rival of its twin, but never accepted.
+pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<Untestable>) {
+    let (mut able, mut unable) = (Vec::new(), Vec::new());
+    for spec in EFFECTS {
+        let reason = why_not(spec.id, facts);
+        let confounded = reason.is_some()
+            && ON_PRESSURE.contains(&spec.id)
+            && facts.greatest_pressure_mpa() > SOME_PRESSURE;
+        if (reason.is_none() || confounded)
+            && let Some(candidate) = candidate(spec.id, facts)
+        {
+            able.push(candidate);
+        }
+        if let Some(reason) = reason {
+            unable.push(Untestable { id: spec.id, reason });
+        }
+    }
+    able.iter_mut().for_each(|candidate| begin_at(candidate, model));
+    (able, unable)
+}
+
+/// Whether an effect is fitted as a rival of its twins alone: its channel never changes.
+pub(crate) fn is_confounded(id: &str, facts: &Facts) -> bool {
+    ON_PRESSURE.contains(&id) && !facts.pressure_varies()
+}
+
+/// An effect that the model has already is corrected from there on.
+fn begin_at(candidate: &mut Candidate, model: &Model) {
+    let Some(present) = model.effects.iter().find(|effect| effect.id() == candidate.id) else { return };
+    let mut moved = Vec::new();
+    for parameter in &mut candidate.parameters {
+        let value = match parameter.slot {
+            None => present.number(parameter.key),
+            Some(slot) => present.list(parameter.key).get(slot).copied().unwrap_or(0.0),
+        };
+        let u = match parameter.map {
+            Map::Plain => value,
+            Map::Exp => value.max(f64::MIN_POSITIVE).ln(),
+            Map::OnePlusExp => (value - 1.0).max(f64::MIN_POSITIVE).ln(),
+            Map::Inverse => 1.0 / value,
+        };
+        moved.push(u - parameter.neutral);
+        parameter.neutral = u;
+    }
+    if candidate.id == "encoder-eccentricity" {
+        let (amplitude, phase) = (present.number("amplitude_rad"), present.number("phase_rad"));
+        for (parameter, value) in
+            candidate.parameters.iter_mut().zip([amplitude * phase.cos(), amplitude * phase.sin()])
+        {
+            parameter.neutral = value;
+        }
+    }
+    let neutral = candidate.neutral();
+    for probe in candidate.probes.iter_mut().filter(|probe| !probe.jump) {
+        probe.shape.clone_from(&neutral);
+    }
+}
+
+fn why_not(id: &str, facts: &Facts) -> Option<String> {
+    let torque = facts.channel == Channel::Torque;
+    if torque && ANGLE_ONLY.contains(&id) {
+        return Some(
+            "shows in a log of command and angle only; here the torque is predicted from the angle"
+                .to_owned(),
+        );
+    }
+    if !torque && TORQUE_ONLY.contains(&id) {
+        return Some("no torque channel".to_owned());
+    }
+    if ON_PRESSURE.contains(&id) {
+        match facts.pressure_mpa {
+            None => return Some("no pressure_drop channel".to_owned()),
+            Some((_, most)) if most <= SOME_PRESSURE => {
+                return Some("pressure_drop is zero throughout".to_owned());
+            }
+            Some((_, most)) if !facts.pressure_varies() => {
+                return Some(format!("pressure_drop is {most:.3} MPa throughout; two pressures are needed"));
+            }
+            _ => {}
+        }
+    }
+    if ON_TEMPERATURE.contains(&id) {
+        match facts.temperature_c {
+            None => return Some("no oil_temperature channel".to_owned()),
+            Some((least, most)) if !facts.temperature_varies() => {
+                return Some(format!(
+                    "oil_temperature stays between {least:.1} and {most:.1} °C; a span of more than 3 K is needed"
+                ));
+            }
+            _ => {}
+        }
+    }
+    why_not_by_model(id, facts)
+}
+
+fn why_not_by_model(id: &str, facts: &Facts) -> Option<String> {
+    let none = |what: &str| Some(format!("the model has no {what}"));
+    match id {
+        "static-level" | "stribeck-velocity" | "dwell-stiction" if !facts.stribeck => none("Stribeck curve"),
+        "static-level" | "dwell-stiction" | "hydraulic-lock" | "bristle-stiffness"
+            if facts.stiffness.is_none() =>
+        {
+            none("bristles, so it has no presliding")
+        }
+        "presliding-hysteresis" if !facts.lugre => none("LuGre law to put it into"),
+        "viscous-level" | "temperature-dependent-viscosity" if facts.viscous == 0.0 => {
+            none("viscous friction to scale")
+        }
+        "load-inertia" if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
+            none("load inertia to scale")
+        }
+        "coupling-compliance" if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
+            none("load inertia behind a coupling")
+        }
+        "angle-dependent-friction" | "position-torque" | "flow-torque"
+            if facts.angle_rad.1 - facts.angle_rad.0 < 0.1 =>
+        {
+            Some("the angle spans less than 0.1 rad".to_owned())
+        }
+        _ => None,
+    }
+}
+
+fn parameter(key: &'static str, map: Map, neutral: f64, bounds: (f64, f64), step: f64) -> Parameter {
+    Parameter { key, slot: None, map, neutral, lower: bounds.0, upper: bounds.1, step }
+}
+
+fn simple(id: &'static str, amplitude: Parameter) -> Candidate {
+    let probe = Probe { shape: vec![amplitude.neutral], columns: vec![(0, amplitude.step)], jump: false };
+    Candidate {
+        id,
+        parameters: vec![amplitude],
+        probes: vec![probe],
+        free: vec![0],
+        optional: Vec::new(),
+        series: false,
+    }
+}
+
+fn factor(id: &'static str, bounds: (f64, f64), step: f64) -> Candidate {
+    simple(id, parameter("factor", Map::Plain, 1.0, bounds, step))
+}
+
+pub(crate) fn candidate(id: &'static str, facts: &Facts) -> Option<Candidate> {
+    let wide = (0.02, 50.0);
+    let travel = facts.travel_rad.max(1.0);
+    let pressure = facts.greatest_pressure_mpa().max(SOME_PRESSURE);
+    let made = match id {
+        "coulomb-level" | "stribeck-velocity" | "bristle-stiffness" => factor(id, wide, 0.02),
+        "holding-torque-level" => factor(id, (0.2, 5.0), 0.01),
+        "static-level" => {
+            let least = facts.static_nm.map_or(1.0, |most| facts.coulomb_nm / most);
+            factor(id, (least, 50.0), 0.02)
+        }
+        "viscous-level" => {
+            let most = (facts.viscous * facts.fastest_rad_per_s).max(1e-12);
+            factor(id, (0.0, 1e5), (0.01 * facts.coulomb_nm / most).clamp(0.02, 50.0))
+        }
+        "load-inertia" => factor(id, (1e-3, 500.0), 0.1),
+        "torque-gain" => factor(id, wide, 0.02),
+        "torque-offset" => {
+            simple(id, parameter("offset_nm", Map::Plain, 0.0, (-1e6, 1e6), 0.01 * facts.coulomb_nm))
+        }
+        "pressure-torque" => {
+            simple(id, parameter("gain", Map::Plain, 0.0, (-1e9, 1e9), 0.01 * facts.coulomb_nm / pressure))
+        }
+        "sensor-delay" => simple(id, parameter("delay_s", Map::Plain, 0.0, (-0.2, 0.2), 0.5 * facts.step_s)),
+        "friction-lag" => lag(facts),
+        "temperature-dependent-viscosity" => {
+            simple(id, parameter("beta_per_k", Map::Plain, 0.0, (0.0, 0.3), 2e-3))
+        }
+        "temperature-dependent-friction" => {
+            simple(id, parameter("beta_per_k", Map::Plain, 0.0, (-0.3, 0.3), 1e-3))
+        }
+        "pressure-dependent-friction" => {
+            let mut made = simple(id, parameter("gain", Map::Plain, 0.0, (0.0, 1e6), 0.02 / pressure));
+            made.parameters.push(parameter("exponent", Map::Plain, 1.0, (0.5, 1.5), 0.05));
+            made.probes.iter_mut().for_each(|probe| probe.shape.push(1.0));
+            made.optional.push(1);
+            made
+        }
+        "direction-asymmetry" => asymmetry(),
+        "dwell-stiction" => growth(id, 0.05, facts),
+        "hydraulic-lock" => growth(id, 0.05 / pressure, facts),
+        "wear-drift" => wear(travel),
+        "presliding-hysteresis" => hysteresis(),
+        "coupling-compliance" => compliance(facts),
+        "backlash" => backlash(),
+        "encoder-eccentricity" => eccentricity(),
+        "position-torque" => series(id, POSITION_ORDERS, 0.01 * facts.coulomb_nm),
+        "flow-torque" => series(id, FLOW_ORDERS, 0.01 * facts.coulomb_nm / pressure),
+        "angle-dependent-friction" => series(id, FRICTION_ORDERS, 0.02),
+        "detent-torque" => series(id, 2, 0.01 * facts.motor.map_or(1.0, |motor| motor.0)),
+        "microstep-error" => series(id, 10, 2e-5),
+        _ => return None,
+    };
+    Some(made)
+}
+
+fn series(id: &'static str, orders: usize, step: f64) -> Candidate {
+    let of = |slot: usize, key| Parameter {
+        key,
+        slot: Some(slot),
+        map: Map::Plain,
+        neutral: 0.0,
+        lower: if id == "microstep-error" { -0.1 } else { -1e9 },
+        upper: if id == "microstep-error" { 0.1 } else { 1e9 },
+        step,
+    };
+    let parameters: Vec<Parameter> =
+        (0..orders).flat_map(|slot| [of(slot, "cos"), of(slot, "sin")]).collect();
+    let probe = |order: usize| Probe {
+        shape: vec![0.0; 2 * orders],
+        columns: vec![(2 * order, step), (2 * order + 1, step)],
+        jump: false,
+    };
+    let probes = (0..orders).map(probe).collect();
+    Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true }
+}
+
+fn lag(facts: &Facts) -> Candidate {
+    let lag = parameter("time_constant_s", Map::Plain, 0.0, (0.0, 2.0), 0.5 * facts.step_s);
+    let share = parameter("second_stage_share", Map::Plain, 0.0, (0.0, 0.5), 0.05);
+    let probe = |step: f64| Probe { shape: vec![0.0; 2], columns: vec![(0, step)], jump: false };
+    let probes = [1e-3, 5e-3, 0.025, 0.1].map(probe).to_vec();
+    Candidate {
+        id: "friction-lag",
+        parameters: vec![lag, share],
+        probes,
+        free: vec![0],
+        optional: vec![1],
+        series: false,
+    }
+}
+
+fn asymmetry() -> Candidate {
+    let level = parameter("level", Map::Plain, 0.0, (-0.95, 0.95), 0.01);
+    let viscous = parameter("viscous", Map::Plain, 0.0, (-0.95, 0.95), 0.02);
+    let probe = |columns: Vec<(usize, f64)>| Probe { shape: vec![0.0; 2], columns, jump: false };
+    let probes = vec![probe(vec![(0, 0.01)]), probe(vec![(1, 0.02)]), probe(vec![(0, 0.01), (1, 0.02)])];
+    Candidate {
+        id: "direction-asymmetry",
+        parameters: vec![level, viscous],
+        probes,
+        free: vec![0, 1],
+        optional: Vec::new(),
+        series: false,
+    }
+}
+
+fn growth(id: &'static str, step: f64, facts: &Facts) -> Candidate {
+    let gain = parameter("gain", Map::Plain, 0.0, (0.0, 1e6), step);
+    let longest = facts.longest_rest_s.max(0.1);
+    let time = parameter(
+        "time_constant_s",
+        Map::Exp,
+        longest.ln() - 1.0,
+        ((1e-3f64).ln(), (30.0 * longest).ln()),
+        0.05,
+    );
+    let exponent = parameter("exponent", Map::Plain, 1.0, (0.3, 2.0), 0.05);
+    let probe = |part: f64| Probe {
+        shape: vec![0.0, (part * longest).max(2e-3).ln(), 1.0],
+        columns: vec![(0, step)],
+        jump: false,
+    };
+    Candidate {
+        id,
+        parameters: vec![gain, time, exponent],
+        probes: [1.0, 0.2, 0.04, 0.008].map(probe).to_vec(),
+        free: vec![0, 1],
+        optional: vec![2],
+        series: false,
+    }
+}
+
+fn wear(travel_rad: f64) -> Candidate {
+    let gain = parameter("gain", Map::Plain, 0.0, (-0.95, 1e3), 0.02);
+    let distance = parameter(
+        "distance_rad",
+        Map::Exp,
+        travel_rad.ln(),
+        ((0.01 * travel_rad).ln(), (10.0 * travel_rad).ln()),
+        0.05,
+    );
+    let probe = |part: f64| Probe {
+        shape: vec![0.0, (part * travel_rad).ln()],
+        columns: vec![(0, 0.02)],
+        jump: false,
+    };
+    Candidate {
+        id: "wear-drift",
+        parameters: vec![gain, distance],
+        probes: [3.0, 0.5, 0.1].map(probe).to_vec(),
+        free: vec![0, 1],
+        optional: Vec::new(),
+        series: false,
+    }
+}
+
+fn hysteresis() -> Candidate {
+    // Below what the model takes at most, which a logarithm and back may exceed.
+    let straight = 98f64.ln();
+    let ratio = parameter("saturation_ratio", Map::OnePlusExp, straight, ((2e-3f64).ln(), straight), 0.1);
+    let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 99f64.ln()), 0.1);
+    let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.1f64.ln(), 8f64.ln()), 0.1);
+    let tail = parameter("tail_exponent", Map::Plain, 0.0, (0.0, 8.0), 0.1);
+    let share = parameter("curve_share", Map::Plain, 1.0, (0.0, 1.0), 0.1);
+    // From next to a single spring to a hard edge; the slip torques follow the curve but in the last ones.
+    let shapes = [
+        (5.0, 1.3, 2.0, 0.0, 1.0),
+        (2.0, 1.7, 2.5, 0.0, 1.0),
+        (1.5, 2.0, 4.0, 0.0, 1.0),
+        (1.3, 2.2, 2.5, 0.0, 1.0),
+        (1.1, 5.0, 2.5, 0.0, 1.0),
+        (2.0, 4.0, 1.0, 0.0, 1.0),
+        (1.2, 10.0, 1.0, 0.0, 0.0),
+        (1.3, 2.2, 2.5, 0.0, 0.0),
+        (1.6, 2.5, 0.3, 1.0, 1.0),
+        (1.3, 4.0, 1.0, 0.5, 1.0),
+    ];
+    let probe = |(ratio, exponent, spacing, tail, share): (f64, f64, f64, f64, f64)| Probe {
+        shape: vec![(ratio - 1.0).ln(), exponent.ln(), spacing.ln(), tail, share],
+        columns: vec![(0, 1.0)],
+        jump: true,
+    };
+    Candidate {
+        id: "presliding-hysteresis",
+        parameters: vec![ratio, transition, spacing, tail, share],
+        probes: shapes.map(probe).to_vec(),
+        free: vec![0, 1, 2, 3],
+        optional: vec![4],
+        series: false,
+    }
+}
+
+/// A coupling that damps as much as keeps the spool from squealing, twice; how much it does where the data say so.
+fn compliance(facts: &Facts) -> Candidate {
+    let usual = 1.0 / facts.stiffness.unwrap_or(1e3);
+    let compliance = parameter("stiffness_nm_per_rad", Map::Inverse, 0.0, (1e-12, 1.0), 0.02 * usual);
+    let quiet = QUIET * facts.squeal.max(LEAST_DAMPING);
+    let most = 1e3 * quiet;
+    let damping =
+        parameter("damping_nm_s_per_rad", Map::Exp, quiet.ln(), ((0.25 * quiet).ln(), most.ln()), 0.1);
+    let probe =
+        |part: f64| Probe { shape: vec![0.0, quiet.ln()], columns: vec![(0, part * usual)], jump: false };
+    Candidate {
+        id: "coupling-compliance",
+        parameters: vec![compliance, damping],
+        probes: [0.05, 0.3].map(probe).to_vec(),
+        free: vec![0],
+        optional: Vec::new(),
+        series: false,
+    }
+}
+
+fn backlash() -> Candidate {
+    let half_width = parameter("half_width_rad", Map::Plain, 0.0, (0.0, 0.5), 2e-5);
+    let probe = |step: f64| Probe { shape: vec![0.0], columns: vec![(0, step)], jump: false };
+    Candidate {
+        id: "backlash",
+        parameters: vec![half_width],
+        probes: [1e-4, 1e-3].map(probe).to_vec(),
+        free: vec![0],
+        optional: Vec::new(),
+        series: false,
+    }
+}
+
+/// In the amplitudes along sine and cosine: amplitude and phase are made from them.
+fn eccentricity() -> Candidate {
+    let part = |key| parameter(key, Map::Plain, 0.0, (-0.5, 0.5), 2e-5);
+    let probe = Probe { shape: vec![0.0; 2], columns: vec![(0, 2e-5), (1, 2e-5)], jump: false };
+    Candidate {
+        id: "encoder-eccentricity",
+        parameters: vec![part("amplitude_rad"), part("phase_rad")],
+        probes: vec![probe],
+        free: vec![0, 1],
+        optional: Vec::new(),
+        series: false,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+
+    /// A fit goes as far as a bound, and the model has to take what it finds there.
+    #[test]
+    fn the_model_takes_every_number_up_to_its_bounds() {
+        let model = fixtures::model(Vec::new());
+        for channel in [Channel::Torque, Channel::Angle] {
+            let facts = Facts::of_model(&model, channel);
+            for candidate in EFFECTS.iter().filter_map(|spec| candidate(spec.id, &facts)) {
+                for (number, parameter) in candidate.parameters.iter().enumerate() {
+                    for bound in [parameter.lower, parameter.upper] {
+                        let mut numbers = candidate.neutral();
+                        *numbers.get_mut(number).unwrap() = bound;
+                        let effect = candidate.effect(&model, &numbers);
+                        assert!(effect.is_ok(), "{} {}: {effect:?}", candidate.id, parameter.key);
+                    }
+                }
+            }
+        }
+    }
+}

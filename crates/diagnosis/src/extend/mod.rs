@@ -1,0 +1,5 @@
+//! Extensions of the model under test: the candidate effects, and hypotheses made of them.
+
+pub(crate) mod candidate;
+pub(crate) mod catalogue;
+pub(crate) mod hypothesis;

@@ -1,0 +1,267 @@
+//! The residual of every piece and its sensitivities at one hypothesis, as normal equations.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::DiagnosisError;
+use crate::extend::hypothesis::{Free, Hypothesis};
+use crate::log::campaign::Campaign;
+use crate::log::piece::{Begun, Piece, Ready};
+use crate::numerics::gram::Gram;
+use crate::workers::{Workers, map};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use valve_model::Model;
+
+/// What varies from run to run whatever the cause, and is not reported as one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Nuisances {
+    /// Standard deviation of the torque's zero from run to run, N·m; 0 where it has none.
+    pub zero_nm: f64,
+    /// Each run has a zero of its own angle.
+    pub angle_zero: bool,
+}
+
+/// A torque that adds to the others whatever the friction does: its sensitivity needs no simulation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Additive {
+    Constant,
+    Pressure,
+    /// Order; sine instead of cosine; times the pressure.
+    Harmonic(usize, bool, bool),
+}
+
+/// A sensitivity.
+pub(crate) enum Column {
+    /// (prediction of this − prediction)/size
+    Simulated(Ready, f64),
+    Direct(Additive),
+}
+
+/// A piece's equations.
+pub(crate) struct PieceEquations {
+    pub gram: Gram,
+    /// How the nuisances follow: change = last column − others·β.
+    pub nuisances: DMatrix<f64>,
+}
+
+/// Where everything stands: a hypothesis and how each piece begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Point {
+    pub hypothesis: Hypothesis,
+    /// By piece.
+    pub starts: Vec<Begun>,
+}
+
+impl Point {
+    /// How a piece begins.
+    pub fn start(&self, piece: usize) -> Begun {
+        self.starts.get(piece).copied().unwrap_or_default()
+    }
+}
+
+/// What all evaluations share.
+#[derive(Clone, Copy)]
+pub(crate) struct Setting<'a> {
+    pub campaign: &'a Campaign,
+    pub given: &'a Model,
+    pub nuisances: Nuisances,
+    pub workers: &'a dyn Workers,
+}
+
+impl Setting<'_> {
+    /// The columns of what the hypothesis leaves free.
+    pub fn own_columns(&self, hypothesis: &Hypothesis) -> Result<Vec<Column>, DiagnosisError> {
+        hypothesis.free().into_iter().map(|free| self.own_column(hypothesis, free)).collect()
+    }
+
+    /// The column of one number, free or not.
+    pub fn own_column(&self, hypothesis: &Hypothesis, free: Free) -> Result<Column, DiagnosisError> {
+        if free == Free::Zero {
+            return Ok(Column::Direct(Additive::Constant));
+        }
+        if let Free::Number(member, number) = free
+            && let Some(of) = hypothesis.members.get(member)
+            && let Some(additive) = self.additive(hypothesis, of.candidate.id, number)
+        {
+            return Ok(Column::Direct(additive));
+        }
+        let size = hypothesis.step(free);
+        let mut moved = hypothesis.clone();
+        moved.set(free, hypothesis.get(free) + size);
+        let size = moved.get(free) - hypothesis.get(free);
+        Ok(Column::Simulated(self.ready(&moved)?, size))
+    }
+
+    /// An effect's number whose sensitivity is known without simulation.
+    pub fn additive(&self, hypothesis: &Hypothesis, id: &str, number: usize) -> Option<Additive> {
+        let between = ["sensor-delay", "coupling-compliance", "torque-gain"];
+        let given = || self.given.effects.iter().any(|effect| between.contains(&effect.id()));
+        if !self.campaign.facts.is_torque() || between.iter().any(|id| hypothesis.has(id)) || given() {
+            return None;
+        }
+        let harmonic = |times_pressure| Additive::Harmonic(number / 2 + 1, number % 2 == 1, times_pressure);
+        match id {
+            "torque-offset" => Some(Additive::Constant),
+            "pressure-torque" => Some(Additive::Pressure),
+            "position-torque" => Some(harmonic(false)),
+            "flow-torque" => Some(harmonic(true)),
+            _ => None,
+        }
+    }
+
+    pub fn ready(&self, hypothesis: &Hypothesis) -> Result<Ready, DiagnosisError> {
+        let model = hypothesis.model(self.given).map_err(|source| self.campaign.refused(source))?;
+        self.campaign.ready(&model)
+    }
+
+    /// The equations of the pieces that `wanted` picks, in the pieces' order; `None` for the others.
+    pub fn equations(
+        &self,
+        point: &Point,
+        columns: &[Column],
+        wanted: impl Fn(&Piece) -> bool + Sync,
+    ) -> Result<Vec<Option<PieceEquations>>, DiagnosisError> {
+        self.equations_as_seen(point, columns, wanted, |_| None)
+    }
+
+    /// ... of the pieces as `seen` has them, where it has another one.
+    pub fn equations_as_seen(
+        &self,
+        point: &Point,
+        columns: &[Column],
+        wanted: impl Fn(&Piece) -> bool + Sync,
+        seen: impl Fn(&Piece) -> Option<Piece> + Sync,
+    ) -> Result<Vec<Option<PieceEquations>>, DiagnosisError> {
+        let ready = self.ready(&point.hypothesis)?;
+        let job = |index: usize| {
+            let piece = self.campaign.pieces.get(index).filter(|piece| wanted(piece))?;
+            let start = point.start(index);
+            let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
+            let other = seen(piece);
+            Some(self.piece_equations(other.as_ref().unwrap_or(piece), &ready, start, zero, columns))
+        };
+        Ok(map(self.workers, self.campaign.pieces.len(), job))
+    }
+
+    fn piece_equations(
+        &self,
+        piece: &Piece,
+        ready: &Ready,
+        start: Begun,
+        zero: f64,
+        columns: &[Column],
+    ) -> PieceEquations {
+        let (shifts, ridges) = self.piece_nuisances(piece, ready);
+        let offset = shifts.len();
+        let width = offset + columns.len() + 1;
+        let mut x = DMatrix::zeros(piece.len(), width);
+        let base = piece.predict(ready, start);
+        let mut put = |column: usize, values: &mut dyn Iterator<Item = f64>| {
+            let target = x.column_iter_mut().nth(column);
+            if let Some(mut target) = target {
+                for ((slot, value), weight) in target.iter_mut().zip(values).zip(&piece.weights) {
+                    // A weight of zero also covers what isn't finite.
+                    *slot = if *weight > 0.0 && value.is_finite() { value * weight } else { 0.0 };
+                }
+            }
+        };
+        for (index, shift) in shifts.iter().enumerate() {
+            match shift {
+                None => put(index, &mut std::iter::repeat_n(1.0, piece.len())),
+                Some(size) => {
+                    let size = if start.shift > 0.0 { -size } else { *size };
+                    let moved = piece.predict(ready, start.shifted(start.shift + size));
+                    put(index, &mut moved.iter().zip(&base).map(|(moved, base)| (moved - base) / size));
+                }
+            }
+        }
+        for (index, column) in columns.iter().enumerate() {
+            match column {
+                Column::Simulated(moved, size) => {
+                    let moved = piece.predict(moved, start);
+                    put(
+                        offset + index,
+                        &mut moved.iter().zip(&base).map(|(moved, base)| (moved - base) / size),
+                    );
+                }
+                Column::Direct(additive) => put(offset + index, &mut direct(*additive, piece)),
+            }
+        }
+        put(width - 1, &mut piece.measured.iter().zip(&base).map(|(measured, base)| measured - base - zero));
+        finish(&x, &ridges, piece)
+    }
+
+    /// The nuisances of a piece: a shift of the start, `Some(step)`, and a constant, `None`; and their priors' 1/variance.
+    fn piece_nuisances(&self, piece: &Piece, ready: &Ready) -> (Vec<Option<f64>>, Vec<f64>) {
+        let (mut shifts, mut ridges) = (Vec::new(), Vec::new());
+        let bound = piece.start_bound(ready);
+        if bound > 0.0 {
+            shifts.push(Some(piece.start_step(ready)));
+            ridges.push(1.0 / (bound * bound));
+        }
+        if self.nuisances.zero_nm > 0.0 {
+            shifts.push(None);
+            ridges.push(1.0 / (self.nuisances.zero_nm * self.nuisances.zero_nm));
+        }
+        if self.nuisances.angle_zero {
+            shifts.push(None);
+            ridges.push(0.0);
+        }
+        (shifts, ridges)
+    }
+}
+
+fn finish(x: &DMatrix<f64>, ridges: &[f64], piece: &Piece) -> PieceEquations {
+    let all = x.tr_mul(x);
+    let count = piece.weights.iter().filter(|weight| **weight > 0.0).count() as f64;
+    let gram = Gram::without_nuisances(&all, ridges, count);
+    let nuisances = ridges.len();
+    let mut inner = all.view((0, 0), (nuisances, nuisances)).into_owned();
+    for (index, ridge) in ridges.iter().enumerate() {
+        inner[(index, index)] += ridge + f64::MIN_POSITIVE.sqrt();
+    }
+    let cross = all.view((0, nuisances), (nuisances, all.ncols() - nuisances)).into_owned();
+    let nuisances = Cholesky::new(inner).map_or_else(|| DMatrix::zeros(0, 0), |factor| factor.solve(&cross));
+    PieceEquations { gram, nuisances }
+}
+
+fn direct(additive: Additive, piece: &Piece) -> Box<dyn Iterator<Item = f64> + '_> {
+    let pressure = |index: usize| piece.driven.pressure_pa().get(index).copied().unwrap_or(0.0) / 1e6;
+    match additive {
+        Additive::Constant => Box::new(std::iter::repeat_n(1.0, piece.len())),
+        Additive::Pressure => Box::new((0..piece.len()).map(pressure)),
+        Additive::Harmonic(order, sine, times_pressure) => {
+            let order = order as f64;
+            let motions = piece.motions.iter().enumerate();
+            Box::new(motions.map(move |(index, motion)| {
+                let wave =
+                    if sine { (order * motion.angle_rad).sin() } else { (order * motion.angle_rad).cos() };
+                if times_pressure { wave * pressure(index) } else { wave }
+            }))
+        }
+    }
+}
+
+/// Equations summed by group; groups without a piece stay empty.
+pub(crate) fn by_group(
+    campaign: &Campaign,
+    equations: &[Option<PieceEquations>],
+    columns: usize,
+) -> Vec<Gram> {
+    let mut groups = vec![Gram::zero(columns); campaign.groups.len()];
+    for (piece, equations) in campaign.pieces.iter().zip(equations) {
+        if let (Some(group), Some(equations)) = (groups.get_mut(piece.group), equations) {
+            group.add(&equations.gram);
+        }
+    }
+    groups
+}
+
+/// How far the first nuisance, the start, is from its best, once the columns change by β.
+pub(crate) fn start_change(equations: &PieceEquations, beta: &DVector<f64>) -> f64 {
+    let nuisances = &equations.nuisances;
+    if nuisances.nrows() == 0 {
+        return 0.0;
+    }
+    let last = nuisances.ncols() - 1;
+    let others: f64 = beta.iter().enumerate().map(|(index, beta)| nuisances[(0, index)] * beta).sum();
+    nuisances[(0, last)] - others
+}

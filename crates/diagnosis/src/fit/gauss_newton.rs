@@ -1,0 +1,407 @@
+//! Fits a hypothesis through the model: Gauss-Newton with Levenberg's damping, nuisances eliminated piece by piece.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::hypothesis::Hypothesis;
+use crate::fit::equations::{PieceEquations, Point, Setting, by_group, start_change};
+use crate::fit::loss::Loss;
+use crate::fit::start::{best_start, better_start, square_left};
+use crate::log::piece::{Begun, Piece, Ready};
+use crate::numerics::gram::{Gram, invert};
+use crate::workers::map;
+use nalgebra::DVector;
+
+/// Steps at most.
+const STEPS: usize = 12;
+/// A gain below this part of a sample's noise for each sample is little, ...
+const ENOUGH: f64 = 2e-5;
+/// ... and so is one below this part of what is left beyond noise (where the model is wrong the valley's floor is rough),
+/// or a promise below this part where the step that made it was refused.
+const OF_THE_REST: f64 = 1e-3;
+const OF_THE_REST_REFUSED: f64 = 1e-2;
+/// Where so much is left beyond noise, in parts of it, other starts are tried before a fit ends.
+pub(crate) const POOR: f64 = 0.2;
+/// There a step that was better is tried so many times as far.
+const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
+/// The damping after a refused step is at least this, which halves it, and so many times the one before; after a better step so
+/// many times less.
+const LEAST_DAMPING: f64 = 1.0;
+const MORE_DAMPING: f64 = 10.0;
+const LESS_DAMPING: f64 = 0.1;
+/// Beyond so much of it a step is none.
+const MOST_DAMPING: f64 = 1e3;
+
+/// How far a fit has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Progress {
+    damping: f64,
+    /// Whether each piece begins as it comes closest to what was measured.
+    settled: bool,
+}
+
+impl Progress {
+    const NONE: Self = Self { damping: 1e-4, settled: false };
+
+    /// The same starts, as good as they were, for a step of another kind.
+    pub fn undamped(self) -> Self {
+        Self { settled: self.settled, ..Self::NONE }
+    }
+
+    fn damp(&mut self) {
+        self.damping = (self.damping * MORE_DAMPING).max(LEAST_DAMPING);
+    }
+}
+
+/// A fitted hypothesis.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted {
+    pub point: Point,
+    /// By group; the columns are what the hypothesis leaves free.
+    pub groups: Vec<Gram>,
+    /// Over what was fitted.
+    pub loss: f64,
+    /// Whether further steps would gain little.
+    pub ended: bool,
+    pub progress: Progress,
+}
+
+/// Fits on the pieces that `wanted` picks.
+pub(crate) fn fit(
+    setting: &Setting<'_>,
+    begin: Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+    steps: usize,
+) -> Result<Fitted, DiagnosisError> {
+    fit_on(setting, (begin, Progress::NONE), wanted, steps)
+}
+
+/// ... on from where a fit has come.
+pub(crate) fn fit_on(
+    setting: &Setting<'_>,
+    (begin, mut progress): (Point, Progress),
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+    steps: usize,
+) -> Result<Fitted, DiagnosisError> {
+    let mut here = evaluate(setting, begin, wanted)?;
+    for _ in 0..steps.min(STEPS) {
+        let total = sum(&Loss::of(setting).weighted(&here.fitted.groups));
+        let count = total.count.max(1.0);
+        let rest = (here.fitted.loss - count).max(0.0);
+        let Some((beta, predicted)) = step(&total, &here.fitted.point.hypothesis, progress.damping) else {
+            break;
+        };
+        let tried = if rest > POOR * count {
+            far(setting, &here, &beta, progress.settled, wanted)?
+        } else {
+            near(setting, &here, &beta, wanted)?
+        };
+        let (accepted, gain, part) = match tried {
+            Step::Refused => {
+                progress.damp();
+                if progress.damping > MOST_DAMPING {
+                    break;
+                }
+                continue;
+            }
+            Step::Worse => (false, predicted, OF_THE_REST_REFUSED),
+            Step::Better(there) => {
+                let gain = here.fitted.loss - there.fitted.loss;
+                here = *there;
+                // The step's end has the best starts too.
+                progress.settled = progress.settled && rest > POOR * count;
+                progress.damping = (progress.damping * LESS_DAMPING).max(1e-7);
+                (true, gain, OF_THE_REST)
+            }
+        };
+        let little = gain < (ENOUGH * count).max(part * rest);
+        here.fitted.ended = little && (progress.settled || rest < POOR * count);
+        if here.fitted.ended || progress.damping > MOST_DAMPING {
+            break;
+        }
+        if progress.settled && !accepted {
+            progress.damp();
+        } else if !progress.settled && (little || !accepted) {
+            // What a linear step promises is no better than the starts that it is taken from.
+            let before = here.fitted.loss;
+            let point = with_best_starts(setting, &here.fitted.point, wanted)?;
+            here = evaluate(setting, point, wanted)?;
+            progress.settled = true;
+            here.fitted.ended = little && before - here.fitted.loss < part * rest;
+            if here.fitted.ended {
+                break;
+            }
+        }
+    }
+    Ok(Fitted { progress, ..here.fitted })
+}
+
+/// A fit with its pieces' equations.
+struct Here {
+    equations: Vec<Option<PieceEquations>>,
+    fitted: Fitted,
+}
+
+/// What became of a step.
+enum Step {
+    /// The model takes no such numbers.
+    Refused,
+    Worse,
+    Better(Box<Here>),
+}
+
+/// A step where little is left: it is mostly better, and its slopes are wanted anyway.
+fn near(
+    setting: &Setting<'_>,
+    here: &Here,
+    beta: &DVector<f64>,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Step, DiagnosisError> {
+    let there = moved(setting, here, beta, wanted).and_then(|point| evaluate(setting, point, wanted));
+    Ok(match if_possible(there)? {
+        None => Step::Refused,
+        Some(there) if there.fitted.loss < here.fitted.loss => Step::Better(Box::new(there)),
+        Some(_) => Step::Worse,
+    })
+}
+
+/// A step where much is left: over a rough floor a linear one is as long as its bumps, so where it is better it is tried so
+/// many times as far, as long as that is better still. Where the pieces' starts are the best ones they are to be the best of
+/// the step's end too: what they gain is more than a step does.
+fn far(
+    setting: &Setting<'_>,
+    here: &Here,
+    beta: &DVector<f64>,
+    settled: bool,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Step, DiagnosisError> {
+    let trial = |times: f64| {
+        let mut point = moved(setting, here, &(beta * times), wanted)?;
+        if settled {
+            point = with_good_starts(setting, &point, &here.fitted.point, wanted)?;
+        }
+        let loss = loss_of(setting, &point, wanted)?;
+        Ok((point, loss))
+    };
+    let Some(mut best) = if_possible(trial(1.0))? else { return Ok(Step::Refused) };
+    if best.1 >= here.fitted.loss {
+        return Ok(Step::Worse);
+    }
+    for times in FARTHER {
+        match if_possible(trial(times))? {
+            Some(there) if there.1 < best.1 => best = there,
+            _ => break,
+        }
+    }
+    let there = if_possible(evaluate(setting, best.0, wanted))?;
+    Ok(there.map_or(Step::Refused, |there| Step::Better(Box::new(there))))
+}
+
+fn evaluate(
+    setting: &Setting<'_>,
+    point: Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Here, DiagnosisError> {
+    let columns = setting.own_columns(&point.hypothesis)?;
+    let equations = setting.equations(&point, &columns, wanted)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let loss = Loss::of(setting).total(&groups);
+    Ok(Here { equations, fitted: Fitted { point, groups, loss, ended: false, progress: Progress::NONE } })
+}
+
+pub(crate) fn sum(groups: &[Gram]) -> Gram {
+    let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
+    let mut total = Gram::zero(width);
+    groups.iter().for_each(|group| total.add(group));
+    total
+}
+
+/// The damped step and the gain that it promises. Numbers that rest on a bound and would leave it stay.
+fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<f64>, f64)> {
+    let free = hypothesis.free();
+    let mut columns: Vec<usize> = (0..free.len()).collect();
+    for _ in 0..=free.len() {
+        let (mut a, b) = total.part(&columns);
+        let plain = a.clone();
+        for i in 0..a.nrows() {
+            a[(i, i)] *= 1.0 + damping;
+        }
+        let beta = invert(a)? * &b;
+        let stuck = columns.iter().zip(beta.iter()).position(|(column, change)| {
+            free.get(*column).is_some_and(|number| {
+                let mut there = hypothesis.clone();
+                there.set(*number, hypothesis.get(*number) + change);
+                hypothesis.on_bound(*number) && there.get(*number) == hypothesis.get(*number)
+            })
+        });
+        if let Some(stuck) = stuck {
+            columns.remove(stuck);
+            continue;
+        }
+        let predicted = 2.0 * beta.dot(&b) - beta.dot(&(plain * &beta));
+        let mut full = DVector::zeros(free.len());
+        for (column, change) in columns.iter().zip(beta.iter()) {
+            full[*column] = *change;
+        }
+        return Some((full, predicted.max(0.0)));
+    }
+    None
+}
+
+/// Another hypothesis, its pieces begun as at `point`; and its loss.
+pub(crate) fn loss_at(
+    setting: &Setting<'_>,
+    point: &Point,
+    hypothesis: Hypothesis,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<(Point, f64), DiagnosisError> {
+    let there = Point { hypothesis, starts: point.starts.clone() };
+    let loss = loss_of(setting, &there, wanted)?;
+    Ok((there, loss))
+}
+
+/// The loss alone, without slopes.
+fn loss_of(
+    setting: &Setting<'_>,
+    point: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<f64, DiagnosisError> {
+    let equations = setting.equations(point, &[], wanted)?;
+    let groups = by_group(setting.campaign, &equations, 0);
+    Ok(Loss::of(setting).total(&groups))
+}
+
+/// The point that a step leads to; a piece whose start does better as it was keeps it.
+fn moved(
+    setting: &Setting<'_>,
+    here: &Here,
+    beta: &DVector<f64>,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let point = &here.fitted.point;
+    let mut hypothesis = point.hypothesis.clone();
+    for (free, change) in point.hypothesis.free().into_iter().zip(beta.iter()) {
+        hypothesis.set(free, point.hypothesis.get(free) + change);
+    }
+    let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
+    let starts = each_start(setting, point, &hypothesis, wanted, |index, piece, ready, start| {
+        let own = here.equations.get(index).and_then(Option::as_ref);
+        let bound = piece.start_bound(ready);
+        let shift = start.shift + own.map_or(0.0, |own| start_change(own, beta));
+        let shifted = start.shifted(shift.clamp(-bound, bound));
+        better_start(setting, piece, ready, (shifted, start), zero_rad)
+    })?;
+    Ok(Point { starts, hypothesis })
+}
+
+/// The same hypothesis, each piece begun as it comes closest to what was measured.
+pub(crate) fn with_best_starts(
+    setting: &Setting<'_>,
+    point: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let hypothesis = point.hypothesis.clone();
+    let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
+    let starts = each_start(setting, point, &hypothesis, wanted, |_, piece, ready, start| {
+        best_start(setting, piece, ready, (piece.first_start(ready), start), zero_rad)
+    })?;
+    Ok(Point { starts, hypothesis })
+}
+
+/// As [`with_best_starts`], for a point that `before` led to, whose starts are the best: only where a piece is left with more
+/// than there another start is looked for far and wide.
+fn with_good_starts(
+    setting: &Setting<'_>,
+    point: &Point,
+    before: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let hypothesis = point.hypothesis.clone();
+    let zero_rad = hypothesis.zero_rad.unwrap_or(0.0);
+    let zero_before_rad = before.hypothesis.zero_rad.unwrap_or(0.0);
+    let ready_before = setting.ready(&before.hypothesis)?;
+    let starts = each_start(setting, point, &hypothesis, wanted, |index, piece, ready, start| {
+        let left_before = square_left(setting, piece, &ready_before, before.start(index), zero_before_rad);
+        if square_left(setting, piece, ready, start, zero_rad) <= left_before {
+            return start;
+        }
+        best_start(setting, piece, ready, (piece.first_start(ready), start), zero_rad)
+    })?;
+    Ok(Point { starts, hypothesis })
+}
+
+/// New starts for the pieces wanted.
+fn each_start(
+    setting: &Setting<'_>,
+    point: &Point,
+    hypothesis: &Hypothesis,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+    new: impl Fn(usize, &Piece, &Ready, Begun) -> Begun + Sync,
+) -> Result<Vec<Begun>, DiagnosisError> {
+    let ready = setting.ready(hypothesis)?;
+    let pieces = &setting.campaign.pieces;
+    Ok(map(setting.workers, pieces.len(), |index| {
+        let start = point.start(index);
+        let piece = pieces.get(index).filter(|piece| wanted(piece));
+        piece.map_or(start, |piece| new(index, piece, &ready, start))
+    }))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::extend::catalogue::candidate;
+    use crate::extend::hypothesis::Member;
+    use crate::fit::equations::Nuisances;
+    use crate::fixtures;
+    use crate::log::campaign::Campaign;
+    use crate::workers::OneAfterTheOther;
+    use log_data::{Log, Run};
+    use valve_model::{Effect, EffectValue};
+
+    /// Swings whose torque falls with acceleration: as if the load's inertia were below zero.
+    fn swings() -> Log {
+        let wave = std::f64::consts::TAU * 8.0;
+        let run = |number: usize| {
+            let time_s: Vec<f64> = (0..600).map(|k| 2.0 * number as f64 + 2e-3 * f64::from(k)).collect();
+            let angle = |at_s: &f64| 0.2 * (wave * at_s).sin();
+            let torque = |at_s: &f64| 1.5 * (wave * at_s).cos().signum() + 1e-3 * wave * wave * angle(at_s);
+            Run {
+                name: format!("{number}"),
+                angle_rad: time_s.iter().map(angle).collect(),
+                torque_nm: Some(time_s.iter().map(torque).collect()),
+                time_s,
+                ..Run::default()
+            }
+        };
+        Log { runs: (0..3).map(run).collect(), ..Log::default() }
+    }
+
+    #[test]
+    fn a_step_that_the_model_refuses_is_taken_shorter() {
+        let coupling =
+            Effect::from_parts("coupling-compliance", &[("stiffness_nm_per_rad", EffectValue::Number(5e3))]);
+        let given = fixtures::model(vec![coupling.unwrap()]);
+        let campaign = Campaign::new(&swings(), &given, 0, &OneAfterTheOther).unwrap();
+        let setting = Setting {
+            campaign: &campaign,
+            given: &given,
+            nuisances: Nuisances::default(),
+            workers: &OneAfterTheOther,
+        };
+        let mut inertia = candidate("load-inertia", &campaign.facts).unwrap();
+        inertia.parameters.iter_mut().for_each(|factor| factor.lower = 0.0);
+        let of = |factor: f64| {
+            let members = vec![Member::new(&inertia, vec![factor], vec![0])];
+            Point { hypothesis: Hypothesis { members, zero_rad: None }, starts: Vec::new() }
+        };
+        let everything = |_: &Piece| true;
+        assert!(evaluate(&setting, of(0.0), &everything).is_err(), "nothing is refused here");
+        let begun = fit(&setting, of(1.0), &everything, 0).unwrap();
+        let fitted = fit(&setting, of(1.0), &everything, STEPS).unwrap();
+        let factor = fitted.point.hypothesis.get(crate::extend::hypothesis::Free::Number(0, 0));
+        assert!((1e-9..0.9).contains(&factor), "{factor}");
+        assert!(fitted.loss < begun.loss, "{} {}", fitted.loss, begun.loss);
+    }
+}

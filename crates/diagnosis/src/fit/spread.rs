@@ -1,0 +1,237 @@
+//! How well the numbers of a fit are known: the jackknife over groups, so that what noise, runs and the model's misfit
+//! have in common within a run counts once; what the encoder and the smoothing make of them, which all runs have in
+//! common; and what the numbers would make of them that were left out.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::hypothesis::{Free, Hypothesis};
+use crate::fit::equations::{Setting, by_group};
+use crate::fit::gauss_newton::{Fitted, sum};
+use crate::fit::loss::Loss;
+use crate::log::piece::Piece;
+use crate::numerics::gram::{Gram, invert, solve};
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Covariance of the free numbers, and the factor from standard error to the 95 % half width.
+pub(crate) struct Spread {
+    pub covariance: DMatrix<f64>,
+    pub half_width: f64,
+}
+
+/// How often the motion is measured once more.
+const AGAIN: u64 = 2;
+
+impl Spread {
+    /// With what the motion's own errors make of the numbers. Measured and smoothed once more, a motion is about as far from the
+    /// measured one as that is from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994),
+    /// and the numbers follow. Angle logs predict from the command, which has no such errors.
+    pub fn with_motion(
+        mut self,
+        setting: &Setting<'_>,
+        fitted: &Fitted,
+        seed: u64,
+    ) -> Result<Self, DiagnosisError> {
+        if !setting.campaign.facts.is_torque() {
+            return Ok(self);
+        }
+        // Not the draw that the weights were made from.
+        for turn in 1..=AGAIN {
+            let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
+                continue;
+            };
+            for (place, change) in change.iter().enumerate() {
+                self.covariance[(place, place)] += change * change / AGAIN as f64;
+            }
+        }
+        Ok(self)
+    }
+
+    /// With what leaving numbers of the same causes out may have done: a weak harmonic, or another exponent, is left out where
+    /// it doesn't pay, and the others then stand for it too. How far they go where it is let in is added, squared and by the
+    /// weight that the data give to it (Buckland, Burnham and Augustin, Biometrics 53, 1997); of several the greatest.
+    pub fn with_choice(mut self, setting: &Setting<'_>, fitted: &Fitted) -> Result<Self, DiagnosisError> {
+        let changes = changes_with_more(setting, fitted)?;
+        for place in 0..self.covariance.nrows() {
+            let of = |(change, weight): &(DVector<f64>, f64)| weight * change[place] * change[place];
+            self.covariance[(place, place)] += changes.iter().map(of).fold(0.0, f64::max);
+        }
+        Ok(self)
+    }
+}
+
+/// How far the numbers go where what was left out is let in, one after the other, in one step of the fit, as far as bounds let
+/// it; and Akaike's weight of it.
+fn changes_with_more(
+    setting: &Setting<'_>,
+    fitted: &Fitted,
+) -> Result<Vec<(DVector<f64>, f64)>, DiagnosisError> {
+    let hypothesis = &fitted.point.hypothesis;
+    let mut columns = setting.own_columns(hypothesis)?;
+    let own: Vec<usize> = (0..columns.len()).collect();
+    let mut others: Vec<(Vec<Free>, Vec<usize>)> = Vec::new();
+    for (index, member) in hypothesis.members.iter().enumerate() {
+        for numbers in member.left_out() {
+            let more: Vec<Free> = numbers.into_iter().map(|number| Free::Number(index, number)).collect();
+            let each: Result<Vec<_>, _> =
+                more.iter().map(|free| setting.own_column(hypothesis, *free)).collect();
+            let Some(each) = if_possible(each)? else { continue };
+            others.push((more, (columns.len()..columns.len() + each.len()).collect()));
+            columns.extend(each);
+        }
+    }
+    if others.is_empty() {
+        return Ok(Vec::new());
+    }
+    let equations = setting.equations(&fitted.point, &columns, Piece::is_fitted)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let total = sum(&Loss::of(setting).weighted(&groups));
+    let Some((alone, _)) = solve(&total, &own) else { return Ok(Vec::new()) };
+    let with = |(more, places): &(Vec<Free>, Vec<usize>)| {
+        let wider = [&own[..], places].concat();
+        let (beta, _) = solve(&total, &wider)?;
+        let gain = total.square_after(&own, &alone) - total.square_after(&wider, &beta);
+        let weight = 1.0 / (1.0 + (more.len() as f64 - 0.5 * gain).exp());
+        let part =
+            more.iter().zip(beta.iter().skip(own.len())).map(|(free, by)| within(hypothesis, *free, *by));
+        let change = (beta.rows(0, own.len()) - &alone) * part.fold(1.0, f64::min);
+        Some((change, weight))
+    };
+    Ok(others.iter().filter_map(with).collect())
+}
+
+/// The part of a change that a number's bounds allow.
+fn within(hypothesis: &Hypothesis, free: Free, by: f64) -> f64 {
+    let at = hypothesis.get(free);
+    let mut there = hypothesis.clone();
+    there.set(free, at + by);
+    if by == 0.0 { 1.0 } else { (there.get(free) - at) / by }
+}
+
+/// How far the numbers go where the motion is measured once more, in one step of the fit.
+fn change_with_motion(
+    setting: &Setting<'_>,
+    fitted: &Fitted,
+    seed: u64,
+) -> Result<Option<DVector<f64>>, DiagnosisError> {
+    let columns = setting.own_columns(&fitted.point.hypothesis)?;
+    let again = |piece: &Piece| Some(piece.again(seed));
+    let equations = setting.equations_as_seen(&fitted.point, &columns, Piece::is_fitted, again)?;
+    let there = sum(&by_group(setting.campaign, &equations, columns.len()));
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let (_, left_here) = sum(&fitted.groups).part(&all);
+    let (a, left_there) = there.part(&all);
+    Ok(invert(a).map(|inverse| inverse * (left_there - left_here)))
+}
+
+/// The spread of a fit's free numbers.
+pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
+    let groups = loss.weighted(&fitted.groups);
+    let total = sum(&groups);
+    let columns: Vec<usize> = (0..total.matrix.nrows() - 1).collect();
+    let (a, b) = total.part(&columns);
+    let white = invert(a.clone())?;
+    let groups: Vec<&Gram> = groups.iter().filter(|group| group.count > 0.0).collect();
+    let count = groups.len() as f64;
+    let mut clustered = DMatrix::zeros(columns.len(), columns.len());
+    for group in &groups {
+        let (own_a, own_b) = group.part(&columns);
+        let mut rest = &a - own_a;
+        for i in 0..rest.nrows() {
+            rest[(i, i)] += 1e-3 * a[(i, i)];
+        }
+        let change = invert(rest)? * (&b - own_b);
+        clustered += &change * change.transpose();
+    }
+    clustered *= (count - 1.0) / count;
+    // Never better than white noise allows.
+    let mut covariance = clustered;
+    for i in 0..covariance.nrows() {
+        let least = white[(i, i)];
+        if covariance[(i, i)] < least {
+            covariance[(i, i)] = least;
+        }
+    }
+    let freedom = (count - 1.0).max(1.0);
+    let half_width = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
+    Some(Spread { covariance, half_width })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::extend::catalogue::candidate;
+    use crate::extend::hypothesis::{Hypothesis, Member};
+    use crate::fit::equations::{Nuisances, Point};
+    use crate::fit::gauss_newton::fit;
+    use crate::fixtures;
+    use crate::log::campaign::Campaign;
+    use crate::workers::OneAfterTheOther;
+    use log_data::{Log, Run};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+    use rand_pcg::Pcg64Mcg;
+
+    const FIRST_NM: f64 = 0.2;
+    const SECOND_NM: f64 = 0.02;
+    const NOISE_NM: f64 = 1e-3;
+
+    /// Turns at the same speed through the same sixth of a turn, whose torque has two harmonics; measured with noise.
+    fn turns(second_nm: f64) -> Log {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let noise = Normal::new(0.0, NOISE_NM).unwrap();
+        let run = |number: usize| {
+            let time_s: Vec<f64> = (0..600).map(|k| 5.0 * number as f64 + 2e-3 * f64::from(k)).collect();
+            let angle_rad: Vec<f64> = (0..600).map(|k| 0.3 + 2e-3 * f64::from(k)).collect();
+            let torque = |at_rad: &f64| {
+                let wave_nm = FIRST_NM * at_rad.cos() + second_nm * (2.0 * at_rad).cos();
+                1.5 + wave_nm + noise.sample(&mut random)
+            };
+            Run {
+                name: format!("{number}"),
+                torque_nm: Some(angle_rad.iter().map(torque).collect()),
+                angle_rad,
+                time_s,
+                ..Run::default()
+            }
+        };
+        Log { runs: (0..8).map(run).collect(), ..Log::default() }
+    }
+
+    /// By how much the first harmonic, fitted alone, is off, and its half width without and with what the choice is worth.
+    fn first_alone(second_nm: f64) -> (f64, f64, f64) {
+        let given = fixtures::model(Vec::new());
+        let mut campaign = Campaign::new(&turns(second_nm), &given, 0, &OneAfterTheOther).unwrap();
+        campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1.0 / NOISE_NM));
+        let setting = Setting {
+            campaign: &campaign,
+            given: &given,
+            nuisances: Nuisances::default(),
+            workers: &OneAfterTheOther,
+        };
+        let series = candidate("position-torque", &campaign.facts).unwrap();
+        let member = Member::new(&series, series.neutral(), vec![0, 1]);
+        let hypothesis = Hypothesis { members: vec![member], zero_rad: None };
+        let ready = setting.ready(&hypothesis).unwrap();
+        let starts = campaign.pieces.iter().map(|piece: &Piece| piece.first_start(&ready)).collect();
+        let fitted = fit(&setting, Point { hypothesis, starts }, &Piece::is_fitted, 8).unwrap();
+        let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
+        let half_width = |of: &Spread| of.half_width * of.covariance[(0, 0)].sqrt();
+        let alone = spread(&fitted, Loss::of(&setting)).unwrap();
+        let narrow = half_width(&alone);
+        (off, narrow, half_width(&alone.with_choice(&setting, &fitted).unwrap()))
+    }
+
+    #[test]
+    fn a_harmonic_left_out_widens_the_intervals_of_those_that_stand_for_it() {
+        // All runs are wrong alike: what they scatter knows nothing of it.
+        let (off, narrow, wide) = first_alone(SECOND_NM);
+        assert!(off > 2.0 * narrow, "{off} {narrow}");
+        assert!((off..10.0 * off).contains(&wide), "{off} {wide}");
+        // One that isn't there is worth little.
+        let (off, narrow, wide) = first_alone(0.0);
+        assert!(off < narrow && wide < 3.0 * narrow, "{off} {narrow} {wide}");
+    }
+}

@@ -1,0 +1,167 @@
+//! How a piece begins, found by itself: the prediction bends too much along it for a linear estimate.
+
+use crate::fit::equations::Setting;
+use crate::log::piece::{Begun, Piece, Ready};
+use log_data::Channel;
+
+/// Steps towards the best, and how often one that overshoots is halved.
+const STEPS: usize = 4;
+const HALVINGS: usize = 4;
+/// A step that cuts the sum of squares by less than this ends the search.
+const ENOUGH: f64 = 0.5;
+/// Where a piece is left with more than this many times its noise's mean square, other starts are tried first, so many
+/// deviations of a sample's angle away: a rotor that rests at the edge of breaking away slips or holds by less than that.
+const UNSETTLED: f64 = 1.2;
+const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
+
+/// Sides that are tried then, and how far beside the best of them, in turn.
+const SIDES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+const BESIDE: [f64; 2] = [0.25, 0.125];
+
+/// The start near the given ones from which the model comes closest to what was measured; `zero_rad` is the angle's zero.
+pub(crate) fn best_start(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    (first, fitted): (Begun, Begun),
+    zero_rad: f64,
+) -> Begun {
+    let mut search = Search { setting, piece, ready, zero_rad, best: (fitted, Vec::new()) };
+    search.best.1 = search.left(fitted);
+    search.try_all([first]);
+    if setting.campaign.channel == Channel::Angle && search.is_unsettled() {
+        let near = search.best.0;
+        search.try_all(OTHERS.map(|part| near.shifted(part * piece.noise.deviation_rad)));
+    }
+    if piece.has_sides(ready) && search.is_unsettled() {
+        search.try_sides();
+    }
+    search.descend();
+    search.best.0
+}
+
+/// A search for the best start.
+struct Search<'a> {
+    setting: &'a Setting<'a>,
+    piece: &'a Piece,
+    ready: &'a Ready,
+    zero_rad: f64,
+    /// The best so far, and what it leaves.
+    best: (Begun, Vec<f64>),
+}
+
+impl Search<'_> {
+    fn left(&self, start: Begun) -> Vec<f64> {
+        left_from(self.setting, self.piece, self.ready, start, self.zero_rad)
+    }
+
+    fn is_unsettled(&self) -> bool {
+        square(&self.best.1) > UNSETTLED * self.piece.len() as f64
+    }
+
+    fn try_all<const N: usize>(&mut self, others: [Begun; N]) {
+        for other in others {
+            let there = self.left(other);
+            if square(&there) < square(&self.best.1) {
+                self.best = (other, there);
+            }
+        }
+    }
+
+    fn try_sides(&mut self) {
+        let shift = self.best.0.shift;
+        let on = |side: f64| Begun { shift, side: Some(side.clamp(-1.0, 1.0)) };
+        self.try_all(SIDES.map(on));
+        for step in BESIDE {
+            if let Some(side) = self.best.0.side {
+                self.try_all([side - step, side + step].map(on));
+            }
+        }
+    }
+
+    /// Downhill along the shift.
+    fn descend(&mut self) {
+        let bound = self.piece.start_bound(self.ready);
+        let step = self.piece.start_step(self.ready);
+        for _ in 0..if step > 0.0 { STEPS } else { 0 } {
+            let (start, here) = &self.best;
+            let size = if start.shift > 0.0 { -step } else { step };
+            let beside = self.left(start.shifted(start.shift + size));
+            let slope: Vec<f64> =
+                here.iter().zip(&beside).map(|(here, beside)| (here - beside) / size).collect();
+            let steepness = square(&slope);
+            if steepness <= 0.0 {
+                break;
+            }
+            let downhill: f64 = slope.iter().zip(here).map(|(slope, left)| slope * left).sum();
+            let trial = |halvings: usize| {
+                let change = downhill / steepness * 0.5f64.powi(halvings as i32);
+                let there = start.shifted((start.shift + change).clamp(-bound, bound));
+                Some((there, self.left(there))).filter(|(_, left)| square(left) < square(here))
+            };
+            let Some(better) = (0..HALVINGS).find_map(trial) else { break };
+            let gained = square(here) - square(&better.1);
+            self.best = better;
+            if gained < ENOUGH {
+                break;
+            }
+        }
+    }
+}
+
+/// The better of two starts.
+pub(crate) fn better_start(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    (one, two): (Begun, Begun),
+    zero_rad: f64,
+) -> Begun {
+    let left = |start: Begun| square_left(setting, piece, ready, start, zero_rad);
+    if one == two || left(one) <= left(two) { one } else { two }
+}
+
+/// The sum of squares that a start leaves, in parts of the noise.
+pub(crate) fn square_left(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    start: Begun,
+    zero_rad: f64,
+) -> f64 {
+    square(&left_from(setting, piece, ready, start, zero_rad))
+}
+
+/// What a start leaves; the last value draws one that makes no difference towards none, as in the fit.
+fn left_from(setting: &Setting<'_>, piece: &Piece, ready: &Ready, start: Begun, zero_rad: f64) -> Vec<f64> {
+    let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
+    left.push(start.shift / piece.start_bound(ready).max(f64::MIN_POSITIVE));
+    left
+}
+
+/// Measured less predicted in parts of the noise; less their mean where a zero of the run's own is a nuisance.
+fn weighted(setting: &Setting<'_>, piece: &Piece, predicted: &[f64], zero_rad: f64) -> Vec<f64> {
+    let mut left: Vec<f64> = piece
+        .measured
+        .iter()
+        .zip(predicted)
+        .zip(&piece.weights)
+        .map(|((measured, predicted), weight)| {
+            let value = (measured - predicted - zero_rad) * weight;
+            if *weight > 0.0 && value.is_finite() { value } else { 0.0 }
+        })
+        .collect();
+    if setting.nuisances.angle_zero || setting.nuisances.zero_nm > 0.0 {
+        let (sum, weights) = left
+            .iter()
+            .zip(&piece.weights)
+            .fold((0.0, 0.0), |(sum, all), (value, weight)| (sum + value * weight, all + weight * weight));
+        let mean = if weights > 0.0 { sum / weights } else { 0.0 };
+        left.iter_mut().zip(&piece.weights).for_each(|(value, weight)| *value -= mean * weight);
+    }
+    left
+}
+
+fn square(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}

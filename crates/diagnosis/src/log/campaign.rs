@@ -1,0 +1,404 @@
+//! A log cut into pieces, grouped into what is fitted and what is held out, with the facts that it spans.
+
+use crate::DiagnosisError;
+use crate::log::driven::lead_of;
+use crate::log::facts::Facts;
+use crate::log::lost_steps;
+use crate::log::past::{Before, Follower, in_order};
+use crate::log::piece::{Piece, Ready, check};
+use crate::numerics::statistics::median;
+use crate::workers::{Workers, map};
+use log_data::{AngleZero, Channel, Log, Run};
+use prediction::{Noise, predicted_channel};
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use valve_model::{Model, ParamError};
+
+/// The fewest samples of a run that are of use.
+pub(crate) const LEAST_SAMPLES: usize = 50;
+/// The longest piece, the most samples of which all are fitted, and how many of a longer log: of torques, and of angles, which
+/// cost ten times as much. Pieces of it are chosen evenly, of an angle log so many of each run or more, if it is no short one.
+const LONGEST: usize = 20_000;
+const ALL_TORQUES: usize = 300_000;
+const SOME_TORQUES: usize = 300_000;
+const ALL_ANGLES: usize = 64_000;
+const SOME_ANGLES: usize = 32_000;
+const PIECES_OF_A_RUN: usize = 2;
+/// Samples of an angle's piece that make up for those before it, from which its prediction begins.
+const LEAST_PIECE: usize = 1000;
+/// An error of the integrator in a sub-step may be this part of the encoder's.
+const OF_THE_NOISE: f64 = 1e-3;
+/// Runs of one kind from which whole runs are held out; below, runs are cut into so many blocks.
+const RUNS_OF_A_KIND: usize = 4;
+const BLOCKS: usize = 4;
+/// A log of few runs is cut into so many blocks in all.
+const BLOCKS_IN_ALL: usize = 20;
+/// A block has at least so many samples.
+const LEAST_BLOCK: usize = 400;
+/// One group in so many is held out.
+const HOLD_OUT: usize = 4;
+const FOLDS: usize = 5;
+
+/// The log, ready to be fitted.
+pub(crate) struct Campaign {
+    pub channel: Channel,
+    pub pieces: Vec<Piece>,
+    pub facts: Facts,
+    /// Name and kind of each run.
+    pub runs: Vec<(String, String)>,
+    /// Name of each group, as it is reported.
+    pub groups: Vec<String>,
+    /// The fold of each group; those held out have none that is used.
+    pub fold_of: Vec<usize>,
+    pub angle_zero_per_run: bool,
+    /// Samples of the log, chosen or not.
+    pub samples: usize,
+    /// The error that the integrator may make in a sub-step, rad.
+    angle_error_rad: f64,
+}
+
+/// A piece before it is made.
+struct Plan {
+    run: usize,
+    rows: Range<usize>,
+    /// Where its prediction begins.
+    lead_row: usize,
+    group: usize,
+    /// Before its lead.
+    past: Before,
+}
+
+impl Campaign {
+    pub fn new(log: &Log, model: &Model, seed: u64, workers: &dyn Workers) -> Result<Self, DiagnosisError> {
+        let channel = channel_of(log)?;
+        let usable: Vec<bool> = log.runs.iter().map(|run| run.channel(channel).is_some()).collect();
+        for (run, _) in log.runs.iter().zip(&usable).filter(|(_, usable)| **usable) {
+            check(run, channel, LEAST_SAMPLES)?;
+        }
+        let (mut plans, groups) = plan(log, &usable, channel, longest(log, &usable, channel));
+        let noises: Vec<Noise> = map(workers, log.runs.len(), |index| {
+            log.runs
+                .get(index)
+                .map_or(Noise { deviation_rad: 0.0, step_rad: 0.0 }, |run| Noise::of(&run.angle_rad))
+        });
+        let mut facts = Facts::of_model(model, channel);
+        follow(log, model, &noises, &mut plans, &mut facts);
+        let chosen = choose(&plans, channel, seed);
+        let angle_error_rad = OF_THE_NOISE * usual_deviation_rad(&noises);
+        let first_run = log.runs.first().map_or("", |run| run.name.as_str());
+        let ready =
+            Ready::new(model, channel, angle_error_rad).map_err(|source| refused(first_run, source))?;
+        let pitch_rad =
+            model.motor.filter(|_| channel == Channel::Angle).map(|motor| motor.tooth_pitch_rad());
+        let make = |index: usize| {
+            let plan = plans.get(index)?;
+            if pitch_rad.is_none() && !*chosen.get(index)? {
+                return None;
+            }
+            let run = log.runs.get(plan.run)?;
+            let noise = *noises.get(plan.run)?;
+            let rows = (plan.lead_row, plan.rows.clone());
+            let mut piece =
+                Piece::new(run, plan.run, rows, channel, plan.past, noise, facts.reference_temperature_c);
+            piece.group = plan.group;
+            // Lost steps are seen at once, and taken out of what the other causes are judged by.
+            piece.jumps.extend(pitch_rad.and_then(|pitch_rad| lost_steps::find(&piece, &ready, pitch_rad)));
+            (*chosen.get(index)? || !piece.jumps.is_empty()).then_some(piece)
+        };
+        let mut pieces: Vec<Piece> = map(workers, plans.len(), make).into_iter().flatten().collect();
+        let (hold_out, fold_of) = deal(log, &pieces, groups.len(), seed);
+        for piece in &mut pieces {
+            piece.hold_out = hold_out.get(piece.group).copied().unwrap_or(false);
+        }
+        span(log, &usable, &pieces, &mut facts);
+        Ok(Self {
+            channel,
+            pieces,
+            facts,
+            runs: log.runs.iter().map(|run| (run.name.clone(), run.kind.clone())).collect(),
+            groups,
+            fold_of,
+            angle_zero_per_run: log.angle_zero == AngleZero::PerRun,
+            samples: log.runs.iter().map(Run::len).sum(),
+            angle_error_rad,
+        })
+    }
+
+    /// Refuses a model that can't predict.
+    pub fn ready(&self, model: &Model) -> Result<Ready, DiagnosisError> {
+        Ready::new(model, self.channel, self.angle_error_rad).map_err(|source| self.refused(source))
+    }
+
+    /// A model that is refused is refused for the first run.
+    pub fn refused(&self, source: ParamError) -> DiagnosisError {
+        refused(self.runs.first().map_or("", |(name, _)| name), source)
+    }
+
+    /// Names of the runs, or blocks, that are held out.
+    pub fn held_out(&self) -> Vec<String> {
+        let mut held: Vec<usize> =
+            self.pieces.iter().filter(|piece| piece.hold_out).map(|piece| piece.group).collect();
+        held.sort_unstable();
+        held.dedup();
+        held.iter().filter_map(|group| self.groups.get(*group).cloned()).collect()
+    }
+}
+
+fn refused(run: &str, source: ParamError) -> DiagnosisError {
+    DiagnosisError::Model { run: run.to_owned(), source }
+}
+
+/// Torque where any run has it; the others are then left out.
+fn channel_of(log: &Log) -> Result<Channel, DiagnosisError> {
+    let mut found = Channel::Angle;
+    for run in &log.runs {
+        if predicted_channel(run)? == Channel::Torque {
+            found = Channel::Torque;
+        }
+    }
+    Ok(found)
+}
+
+/// The encoder's deviation in the run in the middle; one that rests on one of its steps shows none.
+fn usual_deviation_rad(noises: &[Noise]) -> f64 {
+    median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>())
+}
+
+/// How many samples of a log that has `total` are fitted.
+fn fitted_samples(channel: Channel, total: usize) -> usize {
+    let (all, some) =
+        if channel == Channel::Angle { (ALL_ANGLES, SOME_ANGLES) } else { (ALL_TORQUES, SOME_TORQUES) };
+    if total <= all { total } else { some }
+}
+
+/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
+/// piece are kept whole or not at all.
+fn longest(log: &Log, usable: &[bool], channel: Channel) -> usize {
+    let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
+    let total: usize = runs().map(Run::len).sum();
+    let fitted = fitted_samples(channel, total);
+    if channel != Channel::Angle || total <= fitted {
+        return LONGEST;
+    }
+    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
+}
+
+/// Cuts the runs: whole ones where there are enough of their kind, blocks otherwise.
+fn plan(log: &Log, usable: &[bool], channel: Channel, longest: usize) -> (Vec<Plan>, Vec<String>) {
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    let runs = || log.runs.iter().zip(usable).enumerate().filter(|(_, (_, usable))| **usable);
+    runs().for_each(|(_, (run, _))| *kinds.entry(&run.kind).or_default() += 1);
+    let total = runs().count();
+    let blocks_of_few = if total < RUNS_OF_A_KIND { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
+    let (mut plans, mut groups) = (Vec::new(), Vec::new());
+    for (index, (run, _)) in runs() {
+        let whole = kinds.get(run.kind.as_str()).is_some_and(|count| *count >= RUNS_OF_A_KIND);
+        let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
+        let blocks = wanted.max(run.len().div_ceil(longest));
+        let group = groups.len();
+        for block in 0..blocks {
+            let rows = run.len() * block / blocks..run.len() * (block + 1) / blocks;
+            let own = if whole { group } else { group + block };
+            if !whole || block == 0 {
+                let name = if whole || blocks == 1 { run.name.clone() } else { block_name(run, &rows) };
+                groups.push(name);
+            }
+            let past = Before::default();
+            // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
+            let lead_row = if channel == Channel::Angle { lead_of(run, rows.start) } else { rows.start };
+            plans.push(Plan { run: index, rows, lead_row, group: own, past });
+        }
+    }
+    (plans, groups)
+}
+
+fn block_name(run: &Run, rows: &Range<usize>) -> String {
+    let at = |row: usize| run.time_s.get(row).copied().unwrap_or(f64::NAN);
+    format!("{}@{:.3}..{:.3}", run.name, at(rows.start), at(rows.end - 1))
+}
+
+fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts: &mut Facts) {
+    let mut follower = Follower::new(model);
+    for (index, rest_s) in in_order(log) {
+        let (Some(run), Some(noise)) = (log.runs.get(index), noises.get(index)) else { continue };
+        follower.rest(rest_s);
+        let starts: Vec<usize> =
+            plans.iter().filter(|plan| plan.run == index).map(|plan| plan.lead_row).collect();
+        let pasts = follower.run(run, *noise, &starts);
+        let own = plans.iter_mut().filter(|plan| plan.run == index);
+        own.zip(pasts).for_each(|(plan, past)| plan.past = past);
+    }
+    facts.travel_rad = follower.distance_rad();
+    facts.longest_rest_s = follower.longest_rest_s;
+}
+
+/// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.
+fn choose(plans: &[Plan], channel: Channel, seed: u64) -> Vec<bool> {
+    let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
+    let part = fitted_samples(channel, total) as f64 / total as f64;
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut due = random.random_range(0.0..1.0);
+    let mut places: Vec<usize> = (0..plans.len()).collect();
+    let run = |place: &usize| plans.get(*place).map(|plan| plan.run);
+    places.chunk_by_mut(|a, b| run(a) == run(b)).for_each(|of_a_run| of_a_run.shuffle(&mut random));
+    let mut chosen = vec![part >= 1.0; plans.len()];
+    for place in places.into_iter().filter(|_| part < 1.0) {
+        due += part;
+        if due >= 1.0 {
+            due -= 1.0;
+            chosen.get_mut(place).into_iter().for_each(|chosen| *chosen = true);
+        }
+    }
+    chosen
+}
+
+/// Deals groups to folds and to those held out: neighbours in kind, direction and pressure go different ways.
+fn deal(log: &Log, pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Vec<usize>) {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut keys: Vec<(String, i8, i64, u32, usize)> = Vec::new();
+    for group in 0..groups {
+        let Some(piece) = pieces.iter().find(|piece| piece.group == group) else { continue };
+        let kind = log.runs.get(piece.run).map_or(String::new(), |run| run.kind.clone());
+        let turn = piece.kinematics(piece.len().saturating_sub(1)).0 - piece.kinematics(0).0;
+        let direction = if turn.abs() < 1e-3 { 0 } else { turn.signum() as i8 };
+        let pressure = piece.driven.pressure_pa().first().map_or(0.0, |pressure| pressure / 1e5) as i64;
+        keys.push((kind, direction, pressure, random.random(), group));
+    }
+    keys.sort();
+    let (mut hold_out, mut fold_of) = (vec![false; groups], vec![0; groups]);
+    for same in keys.chunk_by(|a, b| a.0 == b.0) {
+        let mut offset: Vec<usize> = (0..HOLD_OUT).collect();
+        offset.shuffle(&mut random);
+        let offset = offset.first().copied().unwrap_or(0);
+        for (place, key) in same.iter().enumerate() {
+            // The last, incomplete round of a kind gives none away.
+            let complete = place / HOLD_OUT * HOLD_OUT + HOLD_OUT <= same.len();
+            if let Some(held) = hold_out.get_mut(key.4) {
+                *held = complete && place % HOLD_OUT == offset;
+            }
+        }
+    }
+    let fitted = keys.iter().filter(|key| hold_out.get(key.4) == Some(&false));
+    for (place, key) in fitted.enumerate() {
+        if let Some(fold) = fold_of.get_mut(key.4) {
+            *fold = place % FOLDS;
+        }
+    }
+    (hold_out, fold_of)
+}
+
+fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
+    let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
+    let range = |channel: Channel, absolute: bool| {
+        let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
+        for run in runs() {
+            for value in run.channel(channel)? {
+                let value = if absolute { value.abs() } else { *value };
+                bounds = (bounds.0.min(value), bounds.1.max(value));
+            }
+        }
+        Some(bounds)
+    };
+    facts.pressure_mpa = range(Channel::PressureDrop, true).map(|(least, most)| (least / 1e6, most / 1e6));
+    facts.temperature_c = range(Channel::OilTemperature, false);
+    facts.angle_rad = range(Channel::Angle, false).unwrap_or((0.0, 0.0));
+    let motions = || pieces.iter().flat_map(|piece| &piece.motions);
+    facts.fastest_rad_per_s = motions().fold(0.0, |most: f64, motion| most.max(motion.speed_rad_per_s.abs()));
+    if facts.channel == Channel::Angle {
+        facts.fastest_rad_per_s = pieces.iter().map(fastest_command).fold(0.0, f64::max);
+    }
+    let mut steps: Vec<f64> = pieces
+        .iter()
+        .flat_map(|piece| piece.driven.time_s().windows(2).take(50))
+        .map(|pair| pair.iter().fold(0.0, |a, b| b - a))
+        .collect();
+    facts.step_s = if steps.is_empty() { 1e-3 } else { median(&mut steps) };
+}
+
+fn fastest_command(piece: &Piece) -> f64 {
+    let speeds = piece.driven.command_rad().windows(2).zip(piece.driven.time_s().windows(2));
+    let speed = |(angles, times): (&[f64], &[f64])| {
+        let difference = |pair: &[f64]| pair.iter().fold(0.0, |before, after| after - before);
+        (difference(angles) / difference(times)).abs()
+    };
+    speeds.map(speed).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+    use crate::workers::OneAfterTheOther;
+    use valve_model::MotorParams;
+
+    const RUNS: usize = 20;
+    const LENGTH: usize = 8000;
+    const LOST_AT: usize = 4700;
+
+    fn with_a_motor() -> Model {
+        let motor = MotorParams {
+            phases: 5,
+            rotor_teeth: 50,
+            full_steps_per_rev: 500,
+            microsteps_per_full_step: 225,
+            holding_torque_nm: 6.0,
+            rotor_inertia_kg_m2: 4e-4,
+            damping_nm_s_per_rad: 0.02,
+            max_pulse_rate_hz: 600e3,
+            supply_voltage_v: None,
+            phase_resistance_ohm: None,
+            phase_inductance_h: None,
+            rated_current_a: None,
+            torque_constant_nm_per_a: None,
+        };
+        Model { motor: Some(motor), ..fixtures::model(Vec::new()) }
+    }
+
+    /// More angles than are fitted, of a rotor that turns evenly; in the last run but one it jumps.
+    fn long(jump_rad: f64) -> Log {
+        let run = |number: usize| {
+            let time_s: Vec<f64> = (0..LENGTH).map(|k| 20.0 * number as f64 + 2e-3 * k as f64).collect();
+            let command: Vec<f64> = (0..LENGTH).map(|k| 1e-3 * k as f64).collect();
+            let jump = |k: usize| if number == RUNS - 2 && k >= LOST_AT { jump_rad } else { 0.0 };
+            Run {
+                name: format!("{number}"),
+                kind: "constant-velocity".to_owned(),
+                angle_rad: command.iter().enumerate().map(|(k, angle)| angle - 5e-3 + jump(k)).collect(),
+                angle_command_rad: Some(command),
+                time_s,
+                ..Run::default()
+            }
+        };
+        Log { runs: (0..RUNS).map(run).collect(), ..Log::default() }
+    }
+
+    #[test]
+    fn of_a_long_angle_log_every_run_keeps_some_and_lost_steps_are_seen_wherever_they_are() {
+        let model = with_a_motor();
+        let pitch_rad = model.motor.unwrap().tooth_pitch_rad();
+        let campaign = |jump_rad: f64, seed: u64| {
+            Campaign::new(&long(jump_rad), &model, seed, &OneAfterTheOther).unwrap()
+        };
+        let holds_it = |piece: &Piece| piece.run == RUNS - 2 && piece.rows.contains(&LOST_AT);
+        let mut left_out = 0;
+        for seed in 0..6 {
+            let whole = campaign(0.0, seed);
+            let samples: usize = whole.pieces.iter().map(Piece::len).sum();
+            assert!((SOME_ANGLES * 9 / 10..SOME_ANGLES * 11 / 10).contains(&samples), "{samples}");
+            for run in 0..RUNS {
+                assert!(whole.pieces.iter().any(|piece| piece.run == run), "seed {seed}: none of run {run}");
+            }
+            left_out += usize::from(!whole.pieces.iter().any(holds_it));
+            let jumped = campaign(-pitch_rad, seed);
+            let piece = jumped.pieces.iter().find(|piece| holds_it(piece)).unwrap();
+            let (row, jump_rad) = *piece.jumps.first().unwrap();
+            assert_eq!(piece.rows.start + row, LOST_AT, "seed {seed}");
+            assert!((jump_rad + pitch_rad).abs() < 1e-12, "{jump_rad}");
+        }
+        assert!(left_out > 0, "no seed leaves it out: nothing is tested");
+    }
+}

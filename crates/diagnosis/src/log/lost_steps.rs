@@ -1,0 +1,29 @@
+//! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
+
+use crate::log::piece::{Begun, Piece, Ready};
+use crate::numerics::statistics::median;
+
+/// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
+const LEAST: f64 = 0.6;
+/// How far from whole pitches the rest may lie, in pitches.
+const WHOLE: f64 = 0.2;
+/// Samples that must follow.
+const AFTER: usize = 20;
+
+/// The sample and the jump, rad, of a piece that loses steps.
+pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usize, f64)> {
+    let predicted = piece.predict(ready, Begun::default());
+    let residual: Vec<f64> =
+        piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();
+    let tail = residual.get(residual.len().saturating_sub(AFTER.max(residual.len() / 20))..)?;
+    let off = median(&mut tail.to_vec()) / pitch_rad;
+    let teeth = off.round();
+    if teeth == 0.0 || (off - teeth).abs() > WHOLE {
+        return None;
+    }
+    let jump = teeth * pitch_rad;
+    // The last sample before which it was not there.
+    let last = residual.iter().rposition(|value| (value - jump).abs() > LEAST * jump.abs());
+    let from = last.map_or(0, |last| last + 1);
+    (residual.len() - from >= AFTER).then_some((from, jump))
+}

@@ -1,0 +1,11 @@
+//! The log made ready: cut into pieces, its noise estimated, and what its motion excites.
+
+pub(crate) mod campaign;
+pub(crate) mod driven;
+pub(crate) mod excitation;
+pub(crate) mod facts;
+pub(crate) mod holds;
+pub(crate) mod lost_steps;
+pub(crate) mod noise;
+pub(crate) mod past;
+pub(crate) mod piece;

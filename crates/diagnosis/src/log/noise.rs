@@ -1,0 +1,173 @@
+//! What the measurement scatters by itself: the transducer's noise, and what the encoder makes of the prediction.
+//!
+//! The transducer's noise from fourth differences of the residual (motion hardly shows in them) and from repeated holds,
+//! whichever is more: noise that is slower than the sampling shows in holds alone. The encoder's share by measuring the
+//! smoothed motion, or the first angle, once more and predicting again. Samples are weighted by both.
+
+use crate::Options;
+use crate::log::campaign::Campaign;
+use crate::log::holds;
+use crate::log::piece::{Begun, Piece, Ready};
+use crate::numerics::statistics::median;
+use crate::workers::{Workers, map};
+use log_data::Channel;
+
+/// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
+const FOURTH: f64 = 70.0;
+/// Samples whose noise is taken together.
+const BLOCK: usize = 128;
+/// A block of a torque log that is louder than what is known of its noise by this factor counts as its residual's fast
+/// part says: the smoother there had to let more of the encoder through.
+const LOUDER: f64 = 1.5;
+/// The part of a block's fourth differences, the greatest, that then doesn't count: where a model without presliding turns
+/// round, its friction jumps, and that is no noise. With it every block with a reversal would lose its weight, and the
+/// direction that is run through faster with them.
+const JUMPS: f64 = 0.1;
+/// Mean square of Gaussian numbers of variance 1 whose greatest tenth is left out.
+const WITHOUT_JUMPS: f64 = 0.623;
+/// Of such a jump alone, and so many samples on either side of it, the residual says when, hardly how much: where it is
+/// louder by this factor, they count as it says.
+const AROUND: usize = 16;
+const JUMPING: f64 = 2.5;
+/// Samples on either side over which the encoder's share is averaged.
+const REACH: usize = 50;
+
+/// The measurement's noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NoiseLevel {
+    /// Of the measured channel alone.
+    pub channel: f64,
+    /// With what the encoder makes of the prediction; root mean square over all samples.
+    pub total: f64,
+}
+
+/// Estimates the noise where it isn't known, and sets the pieces' weights.
+pub(crate) fn estimate(
+    campaign: &mut Campaign,
+    ready: &Ready,
+    starts: &[Begun],
+    options: &Options,
+    workers: &dyn Workers,
+) -> NoiseLevel {
+    let (pieces, measured) = (&campaign.pieces, campaign.channel);
+    let found = map(workers, pieces.len(), |index| {
+        let start = starts.get(index).copied().unwrap_or_default();
+        pieces.get(index).map(|piece| look(piece, ready, start, options.seed, measured)).unwrap_or_default()
+    });
+    let pool = |blocks: &mut dyn Iterator<Item = f64>| {
+        let mut all: Vec<f64> = blocks.filter(|variance| variance.is_finite()).collect();
+        median(&mut all)
+    };
+    let fast = pool(&mut found.iter().flat_map(|of| of.fast.iter().copied()));
+    let fast_of_motion = pool(&mut found.iter().flat_map(|of| of.fast_of_motion.iter().copied()));
+    let steps = pieces.iter().map(|piece| piece.noise.step_rad).fold(0.0, f64::max);
+    let least = match ready {
+        Ready::Torque(_) => 1e-9,
+        Ready::Angle(_) => (steps * steps / 12.0).max(1e-18),
+    };
+    let of_holds = holds::pooled(found.iter().flat_map(|of| of.holds.iter().copied()).collect());
+    let estimated = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
+    let channel = options.noise.map_or(estimated, |known| known * known);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
+        for (index, weight) in piece.weights.iter_mut().enumerate() {
+            let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
+            let variance = match ready {
+                Ready::Torque(_) => look.with_what_is_louder(index, known),
+                Ready::Angle(_) => known,
+            };
+            *weight = 1.0 / variance.sqrt();
+            sum += variance;
+            count += 1.0;
+        }
+        // The first sample begins the prediction; it tells nothing.
+        if let Some(first) = piece.weights.first_mut() {
+            *first = 0.0;
+        }
+    }
+    NoiseLevel { channel: channel.sqrt(), total: (sum / f64::max(count, 1.0)).sqrt() }
+}
+
+#[derive(Default)]
+struct Look {
+    /// Variance by block, of the residual and of what the encoder makes of the prediction.
+    fast: Vec<f64>,
+    fast_of_motion: Vec<f64>,
+    /// Of what was measured in holds, one by one.
+    holds: Vec<f64>,
+    /// The residual's by block, jumps left out, and by sample with them.
+    steady: Vec<f64>,
+    around: Vec<f64>,
+    /// The encoder's share by sample.
+    of_motion: Vec<f64>,
+}
+
+impl Look {
+    /// The variance at a sample: what is known of it, or what is seen where that is clearly more.
+    fn with_what_is_louder(&self, index: usize, known: f64) -> f64 {
+        let more = |seen: Option<&f64>, factor: f64| seen.copied().filter(|seen| *seen > factor * known);
+        let steady = more(self.steady.get(index / BLOCK), LOUDER);
+        let around = more(self.around.get(index), JUMPING);
+        steady.into_iter().chain(around).fold(known, f64::max)
+    }
+}
+
+fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, measured: Channel) -> Look {
+    let predicted = piece.predict(ready, start);
+    let residual: Vec<f64> =
+        piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
+    let error = piece.error_of_motion(ready, start, seed);
+    Look {
+        fast: blocks(&residual, mean),
+        fast_of_motion: blocks(&error, mean),
+        holds: holds::variances(piece, &residual, measured),
+        steady: blocks(&residual, without_jumps),
+        around: around(&residual),
+        of_motion: local_mean_square(&error, REACH),
+    }
+}
+
+/// The variance of each block's noise, from a mean of its fourth differences' squares.
+fn blocks(values: &[f64], mean: fn(&mut [f64]) -> f64) -> Vec<f64> {
+    let variance = |block: &[f64]| {
+        let mut squares: Vec<f64> = block.windows(5).map(|five| fourth_difference(five).powi(2)).collect();
+        if squares.len() > 20 { mean(&mut squares) / FOURTH } else { f64::NAN }
+    };
+    values.chunks(BLOCK).map(variance).collect()
+}
+
+/// The noise's variance about each sample.
+fn around(values: &[f64]) -> Vec<f64> {
+    let inner = values.windows(5).map(|five| fourth_difference(five) / FOURTH.sqrt());
+    let differences: Vec<f64> = [0.0; 2].into_iter().chain(inner).chain([0.0; 2]).collect();
+    local_mean_square(&differences, AROUND)
+}
+
+fn fourth_difference(five: &[f64]) -> f64 {
+    five.iter().zip([1.0, -4.0, 6.0, -4.0, 1.0]).map(|(value, weight)| weight * value).sum()
+}
+
+fn mean(squares: &mut [f64]) -> f64 {
+    squares.iter().sum::<f64>() / squares.len() as f64
+}
+
+fn without_jumps(squares: &mut [f64]) -> f64 {
+    squares.sort_unstable_by(f64::total_cmp);
+    let kept = squares.len() - (JUMPS * squares.len() as f64) as usize;
+    squares.iter().take(kept).sum::<f64>() / (kept as f64 * WITHOUT_JUMPS)
+}
+
+fn local_mean_square(values: &[f64], reach: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    for value in values {
+        sum += value * value;
+        sums.push(sum);
+    }
+    let mean = |index: usize| {
+        let (from, to) = (index.saturating_sub(reach), (index + reach + 1).min(values.len()));
+        let at = |place: usize| sums.get(place).copied().unwrap_or(0.0);
+        (at(to) - at(from)) / (to - from) as f64
+    };
+    (0..values.len()).map(mean).collect()
+}

@@ -1,0 +1,338 @@
+//! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
+
+use crate::DiagnosisError;
+use crate::log::driven::Driven;
+use crate::log::past::Before;
+use log_data::{Channel, Run};
+use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
+use valve_model::{
+    ContactPast, Model, Motion, MotionInput, MotionParams, ParamError, ValveInput, ValveParams, motion_step,
+};
+
+/// Samples beyond a piece's ends that its smoothing sees.
+const MARGIN: usize = 2048;
+/// After how long the torque of the first sample is taken, s: as good as none.
+const MOMENT_S: f64 = 1e-9;
+
+/// A model made ready to predict one of the channels.
+pub(crate) enum Ready {
+    Torque(Box<MotionParams>),
+    Angle(Box<ValveParams>),
+}
+
+impl Ready {
+    /// The integrator of angles may make errors up to `angle_error_rad` in a sub-step.
+    pub fn new(model: &Model, channel: Channel, angle_error_rad: f64) -> Result<Self, ParamError> {
+        match channel {
+            Channel::Torque => Ok(Self::Torque(Box::new(MotionParams::new(model)?))),
+            _ => Ok(Self::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad)))),
+        }
+    }
+}
+
+/// How a piece begins.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Begun {
+    /// The torque that friction carries, N·m, or the shift of the first angle, rad.
+    pub shift: f64,
+    /// The side from which the contact came, −1 to 1: the part of their break-away deflection that bristles with a memory
+    /// came from, and the side of the encoder's play on which the rotor lies. Without one the bristles come from where the
+    /// motion before left them, and the rotor lies where it is drawn to.
+    pub side: Option<f64>,
+}
+
+impl Begun {
+    /// The likely side.
+    pub fn at(shift: f64) -> Self {
+        Self { shift, side: None }
+    }
+
+    /// The same side.
+    pub fn shifted(self, shift: f64) -> Self {
+        Self { shift, ..self }
+    }
+}
+
+/// A stretch of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece {
+    /// The run's place in the log, and the piece's rows.
+    pub run: usize,
+    pub rows: Range<usize>,
+    /// Pieces of one group are fitted, or held out, together.
+    pub group: usize,
+    pub hold_out: bool,
+    pub driven: Driven,
+    /// The motion of each sample; of an angle log that of the lead's first alone.
+    pub motions: Vec<Motion>,
+    /// What the model is to predict.
+    pub measured: Vec<f64>,
+    /// Before its lead.
+    pub past: Before,
+    /// 1/(standard deviation of measured less predicted); 0 where a sample doesn't count.
+    pub weights: Vec<f64>,
+    /// Where the rotor lost steps: sample and angle, rad.
+    pub jumps: Vec<(usize, f64)>,
+    pub noise: Noise,
+}
+
+impl Piece {
+    /// Takes rows of a run that has been checked, predicted from `lead_row` on.
+    pub fn new(
+        run: &Run,
+        index: usize,
+        (lead_row, rows): (usize, Range<usize>),
+        channel: Channel,
+        past: Before,
+        noise: Noise,
+        reference_temperature_c: f64,
+    ) -> Self {
+        let motions = if channel == Channel::Torque {
+            let from = rows.start.saturating_sub(MARGIN);
+            let to = (rows.end + MARGIN).min(run.len());
+            let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
+            smoothed(&wide(&run.time_s), &wide(&run.angle_rad), noise, rows.start - from, rows.len())
+        } else {
+            vec![motion_at(&run.time_s, &run.angle_rad, noise, lead_row)]
+        };
+        let measured = run.channel(channel).and_then(|all| all.get(rows.clone())).unwrap_or_default();
+        Self {
+            run: index,
+            group: 0,
+            hold_out: false,
+            driven: Driven::new(run, lead_row, &rows, reference_temperature_c),
+            motions,
+            measured: measured.to_vec(),
+            past,
+            weights: vec![1.0; rows.len()],
+            jumps: Vec::new(),
+            noise,
+            rows,
+        }
+    }
+
+    /// Whether causes are fitted on it; the others are held out.
+    pub fn is_fitted(&self) -> bool {
+        !self.hold_out
+    }
+
+    pub fn len(&self) -> usize {
+        self.measured.len()
+    }
+
+    /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
+    /// a shift of the angle.
+    pub fn first_start(&self, ready: &Ready) -> Begun {
+        let Ready::Torque(params) = ready else { return Begun::default() };
+        let most_nm = params.friction_law().steady_torque(f64::MIN_POSITIVE);
+        let count = self.measured.len().clamp(1, 5) as f64;
+        let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
+        Begun::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
+    }
+
+    /// Most that the start may be.
+    pub fn start_bound(&self, ready: &Ready) -> f64 {
+        match ready {
+            Ready::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
+            Ready::Torque(params) => 1.2 * params.friction_law().steady_torque(f64::MIN_POSITIVE),
+            Ready::Angle(_) => 0.01,
+        }
+    }
+
+    /// Whether it matters from which side the piece began: the encoder's shaft has play, or the bristles a memory.
+    pub fn has_sides(&self, ready: &Ready) -> bool {
+        match ready {
+            Ready::Torque(params) => params.friction_law().has_memory(),
+            Ready::Angle(params) => {
+                params.backlash_half_width_rad() > 0.0 || params.friction_law().has_memory()
+            }
+        }
+    }
+
+    /// A change of the start that tells how the prediction follows it.
+    pub fn start_step(&self, ready: &Ready) -> f64 {
+        let part = 0.02 * self.start_bound(ready);
+        match ready {
+            Ready::Torque(_) => part,
+            // Beyond the encoder's noise a resting rotor may break away.
+            Ready::Angle(_) => self.noise.deviation_rad.clamp(1e-3 * part, part),
+        }
+    }
+
+    /// What the model has for the piece.
+    pub fn predict(&self, ready: &Ready, start: Begun) -> Vec<f64> {
+        let mut predicted = match ready {
+            Ready::Torque(params) => self.torque(params, &self.motions, start),
+            Ready::Angle(params) => self.angle(params, start),
+        };
+        for (from, jump) in &self.jumps {
+            predicted.iter_mut().skip(*from).for_each(|value| *value += jump);
+        }
+        predicted
+    }
+
+    /// Angle, speed and acceleration at a sample; of the command where that is all there is.
+    pub fn kinematics(&self, index: usize) -> (f64, f64, f64) {
+        if self.motions.len() == self.len() {
+            let none = Motion { angle_rad: f64::NAN, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+            let motion = self.motions.get(index).copied().unwrap_or(none);
+            return (motion.angle_rad, motion.speed_rad_per_s, motion.acceleration_rad_per_s2);
+        }
+        let at = |values: &[f64], index: usize| values.get(index).copied().unwrap_or(f64::NAN);
+        let command = |index: usize| at(self.driven.command_rad(), index);
+        let time = |index: usize| at(self.driven.time_s(), index);
+        let speed = |index: usize| (command(index) - command(index - 1)) / (time(index) - time(index - 1));
+        match index {
+            0 => (command(0), 0.0, 0.0),
+            1 => (command(1), speed(1), 0.0),
+            _ => (
+                command(index),
+                speed(index),
+                (speed(index) - speed(index - 1)) / (time(index) - time(index - 1)),
+            ),
+        }
+    }
+
+    fn torque(&self, params: &MotionParams, motions: &[Motion], start: Begun) -> Vec<f64> {
+        let Some(first) = motions.first() else { return Vec::new() };
+        let law = params.friction_law();
+        let came_from_rad = start.side.unwrap_or(self.past.side) * law.break_away_deflection_rad();
+        let deflection_rad = law.deflection_after_rad(came_from_rad, start.shift);
+        let past = ContactPast { deflection_rad, came_from_rad, ..self.past.contact };
+        let mut state = params.at_start_after(first, &past);
+        let mut before = *first;
+        let mut before_s = f64::NAN;
+        let mut torque = Vec::with_capacity(self.len());
+        let times_s = self.driven.time_s();
+        for (index, (motion, time_s)) in motions.iter().zip(times_s).enumerate() {
+            let sharp = if params.is_behind_a_spring() { sharper_at(motions, times_s, index) } else { None };
+            let motion = sharp.as_ref().unwrap_or(motion);
+            let dt_s = if index == 0 { MOMENT_S } else { time_s - before_s };
+            let (pressure_drop_pa, oil_temperature_c) = self.driven.conditions(index);
+            let input = MotionInput { start: before, end: *motion, pressure_drop_pa, oil_temperature_c };
+            torque.push(motion_step(params, &mut state, &input, dt_s).measured_torque_nm);
+            (before, before_s) = (*motion, *time_s);
+        }
+        prediction::delay(self.driven.time_s(), &mut torque, params.sensor_delay_s());
+        torque
+    }
+
+    fn angle(&self, params: &ValveParams, start: Begun) -> Vec<f64> {
+        let Some(first) = self.motions.first() else { return Vec::new() };
+        let driven = &self.driven;
+        let met_rad = first.angle_rad + start.shift;
+        let input = |index: usize| {
+            let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index + 1);
+            ValveInput {
+                command_start_rad: driven.command_at(index),
+                command_end_rad: driven.command_at(index + 1),
+                pressure_drop_pa,
+                oil_temperature_c,
+                energised: true,
+            }
+        };
+        let side = start.side.unwrap_or(self.past.side);
+        let came_from_rad = side * params.friction_law().break_away_deflection_rad();
+        let past = ContactPast { came_from_rad, ..self.past.contact };
+        let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &past);
+        let mut angle = Vec::with_capacity(driven.all_times_s().len());
+        angle.push(met_rad);
+        for (index, times) in driven.all_times_s().windows(2).enumerate() {
+            let dt_s = times.iter().fold(0.0, |before, after| after - before);
+            angle.push(prediction::encoder_angle_after(params, &mut state, &input(index), dt_s));
+        }
+        prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay_s());
+        angle.split_off(driven.lead().min(angle.len()))
+    }
+
+    /// What the encoder's steps and noise make of the prediction: that of a torque less the one from the same motion measured
+    /// once more; that of an angle less the one from a start as uncertain as the mean of a few samples. A rotor that sticks
+    /// and slips by itself makes much of that.
+    pub fn error_of_motion(&self, ready: &Ready, start: Begun, seed: u64) -> Vec<f64> {
+        let (once, twice) = match ready {
+            Ready::Torque(params) => {
+                let again = self.measured_again(seed);
+                (self.torque(params, &self.motions, start), self.torque(params, &again, start))
+            }
+            Ready::Angle(params) => {
+                let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
+                (self.angle(params, start), self.angle(params, start.shifted(shift)))
+            }
+        };
+        once.iter().zip(twice).map(|(one, two)| two - one).collect()
+    }
+
+    /// The piece as if its motion had been measured once more; of a torque log.
+    pub fn again(&self, seed: u64) -> Self {
+        Self { motions: self.measured_again(seed), ..self.clone() }
+    }
+
+    fn measured_again(&self, seed: u64) -> Vec<Motion> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
+        let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());
+        let step_rad = self.noise.step_rad;
+        let mut measure = |angle_rad: f64| {
+            let noisy = angle_rad + normal.as_ref().map_or(0.0, |normal| normal.sample(&mut random));
+            if step_rad > 0.0 { (noisy / step_rad).round() * step_rad } else { noisy }
+        };
+        let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
+        smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
+    }
+}
+
+/// A sample's motion with a sharper speed; `None` at the ends.
+fn sharper_at(motions: &[Motion], time_s: &[f64], index: usize) -> Option<Motion> {
+    let first = index.checked_sub(1)?;
+    let (&[from_s, _, to_s], [before, at, after]) =
+        (time_s.get(first..index + 2)?, motions.get(first..index + 2)?)
+    else {
+        return None;
+    };
+    Some(sharper(before, at, after, to_s - from_s))
+}
+
+fn smoothed(time_s: &[f64], angle_rad: &[f64], noise: Noise, first: usize, count: usize) -> Vec<Motion> {
+    let mut smoother = Smoother::new(time_s, angle_rad, noise);
+    let mut motions = Vec::with_capacity(count);
+    for index in 0..first + count {
+        let motion = smoother.motion(index);
+        if index >= first {
+            motions.push(motion);
+        }
+    }
+    motions
+}
+
+/// Checks what every run must bring along.
+pub(crate) fn check(run: &Run, channel: Channel, least_samples: usize) -> Result<(), DiagnosisError> {
+    if run.len() < least_samples {
+        let (run, found) = (run.name.clone(), run.len());
+        return Err(DiagnosisError::TooShort { run, found, expected: least_samples });
+    }
+    let mut used = vec![Channel::Angle, Channel::PressureDrop, Channel::OilTemperature, channel];
+    if channel == Channel::Angle {
+        used.push(Channel::AngleCommand);
+    }
+    for channel in used {
+        let values = run.channel(channel).unwrap_or_default();
+        if let Some(index) = values.iter().position(|value| value.is_nan()) {
+            return Err(DiagnosisError::MissingSample {
+                run: run.name.clone(),
+                row: index + 1,
+                time_s: run.time_s.get(index).copied().unwrap_or(f64::NAN),
+                channel,
+            });
+        }
+    }
+    let first = run.angle_rad.first().copied().unwrap_or(0.0);
+    let holds = ["hold", "dwell", "rest", "static", "presliding"];
+    let may_rest = holds.iter().any(|kind| run.kind.to_lowercase().contains(kind));
+    if run.angle_rad.iter().all(|angle| *angle == first) && !may_rest {
+        return Err(DiagnosisError::NeverMoves { run: run.name.clone(), rows: run.len(), angle_rad: first });
+    }
+    Ok(())
+}

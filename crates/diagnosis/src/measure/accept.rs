@@ -1,0 +1,210 @@
+//! The causes that are accepted, with their numbers, how well these are known, and what each is worth.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::DiagnosisError;
+use crate::extend::candidate::Candidate;
+use crate::extend::hypothesis::{Free, Hypothesis, Member};
+use crate::fit::equations::Point;
+use crate::fit::gauss_newton::{Fitted, fit};
+use crate::fit::loss::Loss;
+use crate::fit::spread::{Spread, spread};
+use crate::log::piece::Piece;
+use crate::measure::judgement::Judgement;
+use crate::outcome::{Cause, Evidence, ParameterFound, Parameters};
+use crate::show::residual::{Left, rms_as_fitted, rms_left};
+use std::collections::BTreeMap;
+use valve_model::Effect;
+
+/// A cause beside others that makes the runs held out worse by this part is none.
+const HARMFUL: f64 = -0.02;
+
+/// What is left of a selection.
+pub(crate) struct Accepted {
+    pub point: Point,
+    /// What it leaves, by piece.
+    pub after: Vec<Left>,
+    pub causes: Vec<Cause>,
+    /// Names of those that were harmful.
+    pub harmful: Vec<String>,
+}
+
+/// A cause, and what it is worth.
+struct Weighed {
+    cause: Cause,
+    /// The part of the error without it, as the fit counts it, that it takes away on runs that nothing was fitted or chosen on.
+    worth: f64,
+}
+
+/// Fits the members that are accepted, by place, without those that are harmful beside the others; `all` is the selection
+/// with what it leaves.
+pub(crate) fn accept(
+    judged: &Judgement<'_>,
+    mut members: Vec<usize>,
+    all: (Point, Vec<Left>),
+) -> Result<Accepted, DiagnosisError> {
+    let mut harmful = Vec::new();
+    let mut all = Some(all);
+    loop {
+        let kept = keep(judged, &members)?;
+        let whole = members.len() == judged.selection.fitted.point.hypothesis.members.len();
+        let (point, after) = match all.take() {
+            Some(all) if whole => all,
+            _ => judged.everywhere(&kept)?,
+        };
+        let weighed = weigh(judged, &kept, &after)?;
+        let worst = (0..weighed.len()).min_by(|a, b| weighed[*a].worth.total_cmp(&weighed[*b].worth));
+        let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
+            let causes = weighed.into_iter().map(|of| of.cause).collect();
+            return Ok(Accepted { point, after, causes, harmful });
+        };
+        harmful.push(weighed[worst].cause.id.clone());
+        members.remove(worst);
+    }
+}
+
+/// The causes that are accepted, fitted once more where others are left out.
+fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisError> {
+    let fitted = &judged.selection.fitted;
+    if accepted.len() == fitted.point.hypothesis.members.len() {
+        return Ok(fitted.clone());
+    }
+    let members: Vec<Member> =
+        accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
+    let hypothesis = Hypothesis { members, ..judged.without_causes() };
+    let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
+    fit(&judged.setting, begin, &Piece::is_fitted, 8)
+}
+
+/// Each cause, in the order of the members.
+fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<Weighed>, DiagnosisError> {
+    let setting = &judged.setting;
+    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
+    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let all = rms_left(setting, after, &wanted);
+    let all_as_fitted = rms_as_fitted(setting, after, &wanted);
+    let hypothesis = &kept.point.hypothesis;
+    let spread = errors_of(judged, kept)?;
+    let mut weighed = Vec::new();
+    for (index, member) in hypothesis.members.iter().enumerate() {
+        let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
+        let without = fit(setting, begin, &Piece::is_fitted, 6)?;
+        let (_, left) = judged.everywhere(&without)?;
+        let rms = rms_left(setting, &left, &wanted);
+        let mut evidence = BTreeMap::new();
+        evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
+        if let Some(text) = taken(member) {
+            evidence.insert("taken".to_owned(), Evidence::Text(text));
+        }
+        let cause = Cause {
+            id: member.candidate.id.to_owned(),
+            parameters: parameters(hypothesis, index, spread.as_ref()),
+            evidence,
+            rms_gain: part_taken(all, rms),
+        };
+        let worth = part_taken(all_as_fitted, rms_as_fitted(setting, &left, &wanted));
+        weighed.push(Weighed { cause, worth });
+    }
+    Ok(weighed)
+}
+
+/// The effects that fitted best of groups that can't be told apart, by name, with their parameters.
+pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Parameters)>, DiagnosisError> {
+    let selection = &judged.selection;
+    let hypothesis = &selection.fitted.point.hypothesis;
+    let spread = errors_of(judged, &selection.fitted)?;
+    let best = selection.ambiguous.iter().filter_map(|(best, _)| {
+        let index = hypothesis.members.iter().position(|member| member.candidate.id == *best)?;
+        let member = hypothesis.members.get(index)?;
+        let effect = member.candidate.effect(judged.setting.given, &member.numbers).ok()?;
+        Some((effect, parameters(hypothesis, index, spread.as_ref())))
+    });
+    Ok(best.collect())
+}
+
+/// How well the numbers of a fit are known.
+fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, DiagnosisError> {
+    let setting = &judged.setting;
+    match spread(fitted, Loss::of(setting)) {
+        Some(spread) if !fitted.point.hypothesis.members.is_empty() => {
+            Ok(Some(spread.with_motion(setting, fitted, judged.seed)?.with_choice(setting, fitted)?))
+        }
+        spread => Ok(spread),
+    }
+}
+
+/// The part that is gone of what was left without.
+fn part_taken(left: f64, without: f64) -> f64 {
+    if without > 0.0 { 1.0 - left / without } else { 0.0 }
+}
+
+/// A member's numbers that were fitted, by key.
+fn parameters(hypothesis: &Hypothesis, index: usize, spread: Option<&Spread>) -> Parameters {
+    let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
+    let free = hypothesis.free().into_iter().enumerate();
+    let own = free.filter_map(|(place, free)| match free {
+        Free::Number(of, number) if of == index => Some((place, number)),
+        _ => None,
+    });
+    let found = own.filter_map(|(place, number)| {
+        let deviation = spread.map_or(f64::NAN, |spread| spread.covariance[(place, place)].max(0.0).sqrt());
+        parameter(member, number, deviation, spread.map_or(f64::NAN, |spread| spread.half_width))
+    });
+    let parameters = found.collect();
+    if member.candidate.id == "encoder-eccentricity" {
+        return eccentricity(member, &parameters);
+    }
+    parameters
+}
+
+/// The numbers of a cause that the data don't ask to be anything but what they were at the beginning; harmonics are none then.
+fn taken(member: &Member) -> Option<String> {
+    let parameters = member.candidate.parameters.iter().zip(&member.numbers).enumerate();
+    let held = parameters.filter(|(number, (of, _))| of.slot.is_none() && !member.free.contains(number));
+    let told: Vec<String> =
+        held.map(|(_, (of, u))| format!("{} = {:.4}", of.key, of.map.value(*u))).collect();
+    (!told.is_empty()).then(|| format!("taken as it usually is, not fitted: {}", told.join(", ")))
+}
+
+fn parameter(
+    member: &Member,
+    number: usize,
+    deviation: f64,
+    half_width: f64,
+) -> Option<(String, ParameterFound)> {
+    let of = member.candidate.parameters.get(number)?;
+    let u = member.numbers.get(number).copied()?;
+    let key = of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1));
+    let value = of.map.value(u);
+    // Beyond its bounds a number is none that the data were asked about.
+    let end = |u: f64| of.map.value(u.clamp(of.lower, of.upper));
+    let (one, two) = (end(u - half_width * deviation), end(u + half_width * deviation));
+    let found = ParameterFound {
+        value,
+        std_error: of.map.slope(u) * deviation,
+        ci95: [one.min(two), one.max(two)],
+        unit: Candidate::unit(of.key, member.candidate.id).to_owned(),
+    };
+    Some((key, found))
+}
+
+/// Amplitude and phase from the parts along sine and cosine.
+fn eccentricity(member: &Member, parts: &Parameters) -> Parameters {
+    let number = |index: usize| member.numbers.get(index).copied().unwrap_or(0.0);
+    let (along, across) = (number(0), number(1));
+    let amplitude = along.hypot(across);
+    let first = parts.values().next();
+    let error = first.map_or(f64::NAN, |part| part.std_error);
+    let half = first.map_or(f64::NAN, |part| 0.5 * (part.ci95[1] - part.ci95[0]));
+    let phase = across.atan2(along);
+    let per = 1.0 / amplitude.max(f64::MIN_POSITIVE);
+    let found = |value: f64, error: f64, half: f64, unit: &str| ParameterFound {
+        value,
+        std_error: error,
+        ci95: [value - half, value + half],
+        unit: unit.to_owned(),
+    };
+    BTreeMap::from([
+        ("amplitude_rad".to_owned(), found(amplitude, error, half, "rad")),
+        ("phase_rad".to_owned(), found(phase, error * per, half * per, "rad")),
+    ])
+}

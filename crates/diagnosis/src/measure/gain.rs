@@ -1,0 +1,47 @@
+//! What causes are worth on runs that they were not fitted on, with an interval from a bootstrap over runs.
+
+use crate::fit::equations::Setting;
+use crate::log::piece::Piece;
+use crate::outcome::Gain;
+use crate::show::residual::{Left, rms_of, squares};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 2000;
+
+/// The gain on held-out runs.
+pub(crate) fn gain(setting: &Setting<'_>, before: &[Left], after: &[Left], seed: u64) -> Gain {
+    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
+    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let (before, after) = (squares(setting, before, &wanted), squares(setting, after, &wanted));
+    let (rms_before, rms_after) = (rms_of(&before), rms_of(&after));
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut ratios: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let (mut one, mut two) = (0.0, 0.0);
+            for _ in 0..before.len() {
+                let drawn = random.random_range(0..before.len());
+                one += before.get(drawn).map_or(0.0, |group| group.0);
+                two += after.get(drawn).map_or(0.0, |group| group.0);
+            }
+            ratio(two.sqrt(), one.sqrt())
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let at =
+        |part: f64| ratios.get((part * (DRAWS - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN);
+    let ratio = ratio(rms_after, rms_before);
+    Gain {
+        held_out_runs: setting.campaign.held_out(),
+        rms_before,
+        rms_after,
+        ratio,
+        ratio_ci95: [at(0.025).min(ratio), at(0.975).max(ratio)],
+        closed_loop: None,
+    }
+}
+
+fn ratio(after: f64, before: f64) -> f64 {
+    if before > 0.0 { after / before } else { 1.0 }
+}

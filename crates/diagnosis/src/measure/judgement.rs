@@ -1,0 +1,140 @@
+//! Everything that the conclusion rests on: the causes selected, the residual before them, and the noise.
+
+use crate::DiagnosisError;
+use crate::extend::hypothesis::Hypothesis;
+use crate::fit::equations::{Point, Setting};
+use crate::fit::gauss_newton::Fitted;
+use crate::log::noise::NoiseLevel;
+use crate::log::piece::Piece;
+use crate::measure::gain::gain;
+use crate::name::selection::Selection;
+use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
+use crate::show::residual::{Left, left, rms_left, settled};
+use crate::show::structure::{Structure, structure};
+use log_data::Channel;
+use std::collections::BTreeMap;
+
+/// What the misfit of a cause's form may leave, in parts of what the causes explain.
+pub(crate) const MISFIT: f64 = 0.02;
+
+/// Everything that the conclusion rests on.
+pub(crate) struct Judgement<'a> {
+    pub setting: Setting<'a>,
+    pub noise: NoiseLevel,
+    pub selection: Selection,
+    pub before: Vec<Left>,
+    pub structure_before: Structure,
+    pub rms: f64,
+    pub seed: u64,
+}
+
+impl Judgement<'_> {
+    /// A hypothesis on all pieces, with what is left of them.
+    pub fn everywhere(&self, fitted: &Fitted) -> Result<(Point, Vec<Left>), DiagnosisError> {
+        let point = settled(&self.setting, &fitted.point, &|_: &Piece| true)?;
+        let left = left(&self.setting, &point)?;
+        Ok((point, left))
+    }
+
+    pub fn gain_of(&self, after: &[Left]) -> Gain {
+        gain(&self.setting, &self.before, after, self.seed)
+    }
+
+    /// Standard deviation of the torque's zero from run to run that is left; 0 where it is no more than noise.
+    pub fn zero_from_run_to_run(&self, fitted: &Fitted) -> Result<f64, DiagnosisError> {
+        let campaign = self.setting.campaign;
+        if campaign.channel != Channel::Torque || self.setting.nuisances.zero_nm > 0.0 {
+            return Ok(0.0);
+        }
+        let (_, left) = self.everywhere(fitted)?;
+        let structure = structure(&self.setting, &left);
+        let by_run = structure.dependences.iter().find(|of| of.on == "run" && !of.as_friction);
+        let within =
+            structure.dependences.iter().find(|of| of.on != "run" && of.share > 0.02 && of.p_value < 0.01);
+        let share = by_run.filter(|of| of.p_value < 0.01).map_or(0.0, |of| of.share);
+        let of_others = within.map_or(0.0, |of| of.share);
+        // Zeros explain nothing that a covariate within the runs explains better, nor the misfit of a large cause.
+        let explained = self.selection.explained();
+        let of_a_cause = share * structure.rms.powi(2) < MISFIT * explained;
+        if share < 0.05 || of_others > 0.8 * share || of_a_cause {
+            return Ok(0.0);
+        }
+        Ok(share.sqrt() * structure.rms * self.noise_where_it_counts())
+    }
+
+    /// What an error as large as the noise everywhere comes to, weighted as the samples are: of a residual in parts of its
+    /// noise, the unit.
+    pub fn noise_where_it_counts(&self) -> f64 {
+        let weights = || self.setting.campaign.pieces.iter().flat_map(|piece| &piece.weights);
+        let (square, count) =
+            weights().fold((0.0, 0.0), |(square, count), weight| (square + weight * weight, count + 1.0));
+        if square > 0.0 { f64::sqrt(count / square) } else { self.noise.total }
+    }
+
+    /// What differs from run to run by itself.
+    pub fn nuisances(&self) -> Vec<String> {
+        let nuisances = self.setting.nuisances;
+        let mut found = Vec::new();
+        if nuisances.zero_nm > 0.0 {
+            found.push(format!(
+                "the torque's zero differs from run to run by about {:.3} N·m",
+                nuisances.zero_nm
+            ));
+        }
+        if nuisances.angle_zero {
+            found.push("each run has a zero of its own angle".to_owned());
+        }
+        let zero_rad = self.selection.fitted.point.hypothesis.zero_rad;
+        if let Some(zero_rad) = zero_rad.filter(|zero_rad| zero_rad.abs() > 0.1 * self.noise.channel) {
+            found.push(format!("the encoder's zero is {zero_rad:.2e} rad from the command's"));
+        }
+        found
+    }
+
+    /// Lost steps as a cause.
+    pub fn missed_steps(&self, after: &[Left]) -> Option<Cause> {
+        let campaign = self.setting.campaign;
+        let (piece, row, jump) = campaign
+            .pieces
+            .iter()
+            .find_map(|piece| piece.jumps.first().map(|jump| (piece, jump.0, jump.1)))?;
+        let pitch_rad = self
+            .setting
+            .given
+            .motor
+            .map_or(f64::NAN, |motor| std::f64::consts::TAU / f64::from(motor.rotor_teeth));
+        let begin_s = piece.driven.time_s().first().copied().unwrap_or(0.0);
+        let time_s = piece.driven.time_s().get(row).copied().unwrap_or(f64::NAN) - begin_s;
+        let step_s = campaign.facts.step_s;
+        let number = |value: f64, error: f64, unit: &str| ParameterFound {
+            value,
+            std_error: error,
+            ci95: [value - 2.0 * error, value + 2.0 * error],
+            unit: unit.to_owned(),
+        };
+        let parameters = BTreeMap::from([
+            ("time_s[1]".to_owned(), number(time_s, 5.0 * step_s, "s")),
+            ("teeth[1]".to_owned(), number((jump / pitch_rad).round(), 0.0, "1")),
+        ]);
+        let name = campaign.runs.get(piece.run).map_or(String::new(), |run| run.0.clone());
+        let evidence = BTreeMap::from([("run".to_owned(), Evidence::Text(name))]);
+        let everything = |_: &Piece| true;
+        let rms = rms_left(&self.setting, after, &everything);
+        let rms_gain = 1.0 - rms / self.rms.max(rms);
+        Some(Cause { id: "missed-steps".to_owned(), parameters, evidence, rms_gain })
+    }
+
+    pub fn residual(&self) -> Residual {
+        let channel = self.setting.campaign.channel;
+        Residual {
+            quantity: channel.name().to_owned(),
+            unit: channel.unit().to_owned(),
+            noise: self.noise.total,
+            rms: self.rms,
+        }
+    }
+
+    pub fn without_causes(&self) -> Hypothesis {
+        self.selection.fitted.point.hypothesis.without_causes()
+    }
+}

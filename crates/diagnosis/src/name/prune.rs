@@ -1,0 +1,97 @@
+//! What a new cause changes for those that were in before: they are fitted once more, and dropped where they no longer pay.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::hypothesis::Member;
+use crate::fit::equations::{Point, Setting};
+use crate::fit::loss::Loss;
+use crate::name::selection::Selection;
+use crate::name::threshold::{FLOOR, SHARE, cuts, leaves_much_to_pick};
+use crate::name::tried::{NEARLY, Tried};
+
+/// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
+/// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
+pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
+        let now = Tried { fitted: state.fitted.clone(), held_out: state.held_out.clone(), rms: state.rms };
+        state.take(now.searched(setting, member)?);
+    }
+    Ok(())
+}
+
+/// An asymmetry whose viscous part pays grows with speed; a torque of one sign that fitted worse is no twin then.
+pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
+    const VISCOUS: usize = 1;
+    let asymmetry = "direction-asymmetry";
+    let viscous = |member: &Member| member.candidate.id == asymmetry && member.free.contains(&VISCOUS);
+    if !state.fitted.point.hypothesis.members.last().is_some_and(viscous) {
+        return;
+    }
+    let Some(round) = state.rounds.last_mut() else { return };
+    let rms_of = |id: &str| round.rivals.iter().find(|rival| rival.0 == id).map(|rival| rival.1);
+    let worse =
+        |id: &&str| rms_of(id).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY);
+    for id in ["torque-offset", "pressure-torque"].iter().filter(|id| worse(id)) {
+        round.equals.retain(|of| of != id);
+        for (_, others) in state.ambiguous.iter_mut().filter(|(of, _)| *of == asymmetry) {
+            others.retain(|of| of != id);
+        }
+    }
+    state.ambiguous.retain(|(_, others)| !others.is_empty());
+}
+
+/// Drops causes that no longer pay beside the others.
+pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    while state.fitted.point.hypothesis.members.len() > 1 {
+        let mut without = Vec::new();
+        for index in 0..state.fitted.point.hypothesis.members.len() {
+            let begin = Point {
+                hypothesis: state.fitted.point.hypothesis.without(index),
+                starts: state.fitted.point.starts.clone(),
+            };
+            without.extend(if_possible(Tried::from(setting, begin, 6))?.map(|tried| (index, tried)));
+        }
+        let Some((index, without)) = idle(setting, state, without) else { break };
+        if let Some(member) = state.fitted.point.hypothesis.members.get(index) {
+            let id = member.candidate.id;
+            let reason = "no longer cuts the error on held-out runs once the other causes are in".to_owned();
+            state.dropped.push((id, reason));
+            state.ambiguous.retain(|(representative, _)| *representative != id);
+        }
+        state.take(without);
+    }
+    Ok(())
+}
+
+/// The place of a cause that doesn't pay, and what the others leave without it: the last one where it was picked, or else the
+/// one that is least missed.
+fn idle(
+    setting: &Setting<'_>,
+    state: &Selection,
+    mut without: Vec<(usize, Tried)>,
+) -> Option<(usize, Tried)> {
+    without.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
+    let picked = without.iter().position(|(index, tried)| is_picked(setting, state, *index, tried));
+    let of_no_worth = |(_, tried): &&(usize, Tried)| {
+        let worth = tried.rms.powi(2) - state.rms.powi(2);
+        tried.rms - state.rms < FLOOR || worth < SHARE * state.forms.open
+    };
+    let place = picked.or(without.first().filter(of_no_worth).map(|_| 0))?;
+    without.into_iter().nth(place)
+}
+
+/// Whether the cause that came last is one of the fits that a loose form leaves to pick from: beside the others as they are
+/// once they have been fitted as long, it cuts less than it would have to.
+fn is_picked(setting: &Setting<'_>, state: &Selection, index: usize, without: &Tried) -> bool {
+    let members = &state.fitted.point.hypothesis.members;
+    let Some(last) = members.get(index).filter(|_| index + 1 == members.len()) else { return false };
+    let before = Selection {
+        fitted: without.fitted.clone(),
+        held_out: without.held_out.clone(),
+        rms: without.rms,
+        ..state.clone()
+    };
+    let loss = Loss::of(setting);
+    leaves_much_to_pick(&before, loss)
+        && !cuts(&before, (last.candidate.id, state.rms, &state.held_out), 1.0, loss)
+}

@@ -1,0 +1,166 @@
+//! The shape of the cause that was accepted last, where the data ask for another one, and the harmonics of those before it.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::hypothesis::{Free, Member};
+use crate::fit::equations::{Point, Setting, by_group};
+use crate::fit::loss::Loss;
+use crate::fit::pattern::ended_poorly;
+use crate::fit::spread::spread;
+use crate::log::piece::Piece;
+use crate::name::screen::ORDER_FLOOR;
+use crate::name::selection::Selection;
+use crate::name::tried::Tried;
+use crate::numerics::gram::leave_out;
+
+/// Steps of a fit with another shape, and after how many of them one that does no better is given up where steps are dear.
+const STEPS: usize = 6;
+const FIRST_STEPS: usize = 2;
+/// A shape is freed where it cuts the RMS by so much, in parts of the noise.
+const REFINED: f64 = 0.003;
+/// A harmonic's squares in parts of their variances, both parts together, that chance alone exceeds in one of twenty.
+const CLEAR: f64 = 6.0;
+
+/// The last cause's shape, where the data ask for another; its numbers that don't pay are left at rest.
+pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
+    let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
+    let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
+    for number in member.candidate.optional.iter().filter(|number| !member.free.contains(number)) {
+        let mut point = state.fitted.point.clone();
+        if let Some(of) = point.hypothesis.members.get_mut(index) {
+            of.free.push(*number);
+        }
+        free_if_it_pays(setting, state, point)?;
+    }
+    // Beside a new cause the series that are in may need other harmonics too: they were chosen without it.
+    for series in (0..=index).rev() {
+        if state.fitted.point.hypothesis.members.get(series).is_some_and(|of| of.candidate.series) {
+            more_orders(setting, state, series)?;
+            fewer_orders(setting, state, series)?;
+        }
+    }
+    if member.candidate.id == "direction-asymmetry" {
+        for number in 0..member.numbers.len() {
+            let mut point = state.fitted.point.clone();
+            let Some(of) = point.hypothesis.members.get_mut(index) else { continue };
+            if of.free.len() < 2 {
+                break;
+            }
+            of.free.retain(|free| *free != number);
+            if let (Some(value), Some(parameter)) =
+                (of.numbers.get_mut(number), member.candidate.parameters.get(number))
+            {
+                *value = parameter.neutral;
+            }
+            take_if(setting, state, point, |now, then| then < now + 0.3 * REFINED)?;
+        }
+    }
+    Ok(())
+}
+
+/// Takes a point with one number more, where it pays; where much is left and steps are dear one that first steps leave no
+/// better is given up.
+fn free_if_it_pays(setting: &Setting<'_>, state: &mut Selection, point: Point) -> Result<(), DiagnosisError> {
+    let begin = (point, state.fitted.progress.undamped());
+    let steps = if ended_poorly(setting, &state.fitted) { FIRST_STEPS } else { STEPS };
+    let Some(mut tried) = if_possible(Tried::from_progress(setting, begin, steps))? else { return Ok(()) };
+    if steps < STEPS && tried.rms < state.rms {
+        tried = tried.further(setting, STEPS - steps)?;
+    }
+    if tried.rms < state.rms - REFINED {
+        state.take(tried);
+    }
+    Ok(())
+}
+
+/// Further harmonics of a series that is in already, each where it pays beside those.
+fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+    let point = state.fitted.point.clone();
+    let Some(member) = point.hypothesis.members.get(index) else { return Ok(()) };
+    let mut columns = setting.own_columns(&point.hypothesis)?;
+    let mut taken: Vec<usize> = (0..columns.len()).collect();
+    let mut places: Vec<(Vec<usize>, usize)> = Vec::new();
+    for pair in member.left_out() {
+        let at = columns.len();
+        for number in &pair {
+            columns.push(setting.own_column(&point.hypothesis, Free::Number(index, *number))?);
+        }
+        places.push((pair, at));
+    }
+    let equations = setting.equations(&point, &columns, Piece::is_fitted)?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let loss = Loss::of(setting);
+    let weighted = loss.weighted(&groups);
+    let left = |columns: &[usize]| {
+        leave_out(&weighted, &groups, &setting.campaign.fold_of, columns)
+            .map_or(f64::INFINITY, |held| loss.rms(held.each(&groups)))
+    };
+    let mut reached = left(&taken);
+    let mut wider = point.clone();
+    while let Some((best, cut)) = places
+        .iter()
+        .map(|place| (place.clone(), reached - left(&[&taken[..], &[place.1, place.1 + 1]].concat())))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, cut)| *cut >= ORDER_FLOOR)
+    {
+        reached -= cut;
+        taken.extend([best.1, best.1 + 1]);
+        places.retain(|place| *place != best);
+        if let Some(of) = wider.hypothesis.members.get_mut(index) {
+            of.free.extend(best.0);
+        }
+    }
+    if let Some(of) = wider.hypothesis.members.get_mut(index) {
+        of.free.sort_unstable();
+    }
+    if wider == point {
+        return Ok(());
+    }
+    take_if(setting, state, wider, |now, then| then < now - REFINED)
+}
+
+/// Harmonics that are no more than their own errors go, where the others do as well without them.
+fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+    let Some(spread) = spread(&state.fitted, Loss::of(setting)) else { return Ok(()) };
+    let mut fewer = state.fitted.point.clone();
+    let places = fewer.hypothesis.free();
+    // Its way from neutral, squared, in parts of the variance; 0 where it isn't fitted.
+    let clear = |member: &Member, number: usize| {
+        let place = places.iter().position(|free| *free == Free::Number(index, number));
+        let variance = place.map(|place| spread.covariance[(place, place)]);
+        let away = member.numbers.get(number).zip(member.candidate.parameters.get(number));
+        let square = away.map_or(0.0, |(value, of)| (value - of.neutral).powi(2));
+        variance.filter(|variance| *variance > 0.0).map_or(0.0, |variance| square / variance)
+    };
+    let Some(member) = fewer.hypothesis.members.get_mut(index) else { return Ok(()) };
+    let orders = (0..member.numbers.len() / 2).map(|order| [2 * order, 2 * order + 1]);
+    let fitted = orders.filter(|pair| pair.iter().any(|number| member.free.contains(number)));
+    let (weak, strong): (Vec<_>, Vec<_>) =
+        fitted.partition(|pair| pair.iter().map(|number| clear(member, *number)).sum::<f64>() < CLEAR);
+    if weak.is_empty() || strong.is_empty() {
+        return Ok(());
+    }
+    for number in weak.into_iter().flatten() {
+        member.free.retain(|free| *free != number);
+        if let (Some(value), Some(of)) =
+            (member.numbers.get_mut(number), member.candidate.parameters.get(number))
+        {
+            *value = of.neutral;
+        }
+    }
+    take_if(setting, state, fewer, |now, then| then < now + REFINED)
+}
+
+fn take_if(
+    setting: &Setting<'_>,
+    state: &mut Selection,
+    begin: Point,
+    better: impl Fn(f64, f64) -> bool,
+) -> Result<(), DiagnosisError> {
+    let tried = if_possible(Tried::from(setting, begin, STEPS))?;
+    if let Some(tried) = tried.filter(|tried| better(state.rms, tried.rms)) {
+        state.take(tried);
+    }
+    Ok(())
+}

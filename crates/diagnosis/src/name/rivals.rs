@@ -1,0 +1,151 @@
+//! Rivals: the best of the screening fitted through the model, and how they stand to each other.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::candidate::Candidate;
+use crate::fit::equations::{Point, Setting};
+use crate::fit::gauss_newton::Fitted;
+use crate::fit::loss::Loss;
+use crate::fit::pattern::ended_poorly;
+use crate::name::screen::Screened;
+use crate::name::selection::Selection;
+use crate::name::threshold::{cuts, least_cut, leaves_much_to_pick};
+use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
+use crate::name::twins::are_twins;
+use crate::numerics::gram::HeldOut;
+use crate::workers::map;
+
+/// Rivals fitted through the model in a round.
+const SHORT_LIST: usize = 6;
+/// A rival is fitted where its linearised gain is at least this part of what it would have to be.
+const PROMISING: f64 = 0.3;
+/// After how many steps of its fit one that leaves so many times what the best does is given up; and after how many
+/// one that leaves more than there was without it, where much is left and steps are dear.
+const FIRST_STEPS: usize = 3;
+const FIRST_STEP: usize = 1;
+const BEHIND: f64 = 1.5;
+/// Fits within `NEARLY` of each other are as good as equal where groups disagree: where the mean difference is within so many of its
+/// standard errors.
+const DISAGREE: f64 = 1.5;
+
+/// A candidate fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Rival {
+    pub candidate: usize,
+    pub fitted: Fitted,
+    pub held_out: HeldOut,
+    /// Held-out RMS in parts of the noise.
+    pub rms: f64,
+}
+
+/// Fits the best of the screening.
+pub(crate) fn fit_rivals(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    screened: &[Screened],
+    state: &Selection,
+) -> Result<Vec<Rival>, DiagnosisError> {
+    let most = screened.first().map_or(0.0, |best| best.gain);
+    let least = PROMISING * least_cut(state, Loss::of(setting));
+    let mut rivals = Vec::new();
+    if most < least {
+        return Ok(rivals);
+    }
+    let torque = setting.campaign.facts.is_torque();
+    let leader = screened.first().and_then(|best| candidates.get(best.candidate)).map_or("", |best| best.id);
+    let mut taken = 0;
+    for screened in screened {
+        let id = candidates.get(screened.candidate).map_or("", |candidate| candidate.id);
+        let twin = are_twins(id, leader, torque);
+        let promising = screened.gain > least.max(0.25 * most) && taken < SHORT_LIST;
+        if !(promising || twin && screened.gain > 0.1 * most) {
+            continue;
+        }
+        taken += 1;
+        let best = rivals.iter().map(|rival: &Rival| rival.rms).fold(f64::INFINITY, f64::min);
+        rivals.extend(if_possible(fit_rival(setting, screened, state, best))?);
+    }
+    Ok(rivals)
+}
+
+/// Fits one of the screening beside the causes that are in; where it is far behind the `best` so far, or does little for
+/// what is left, not to the end.
+pub(crate) fn fit_rival(
+    setting: &Setting<'_>,
+    screened: &Screened,
+    state: &Selection,
+    best: f64,
+) -> Result<Rival, DiagnosisError> {
+    let begin = Point {
+        hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
+        ..state.fitted.point.clone()
+    };
+    let far = ended_poorly(setting, &state.fitted) || leaves_much_to_pick(state, Loss::of(setting));
+    let mut tried = Tried::from(setting, begin, if far { FIRST_STEP } else { FIRST_STEPS })?;
+    if far && tried.rms < state.rms {
+        tried = tried.further(setting, FIRST_STEPS - FIRST_STEP)?;
+    }
+    let id = screened.member.candidate.id;
+    let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
+    if promises && tried.rms < BEHIND * best {
+        tried = tried.further(setting, STEPS)?;
+        let last = tried.fitted.point.hypothesis.members.len() - 1;
+        tried = tried.searched(setting, last)?;
+    }
+    let Tried { fitted, held_out, rms } = tried;
+    Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })
+}
+
+/// Numbers that a rival's fit moves.
+pub(crate) fn numbers(rival: &Rival) -> usize {
+    rival.fitted.point.hypothesis.free().len()
+}
+
+/// Whether `other` is as good as `best` on what neither was fitted on.
+pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
+    let difference = other.rms - best.rms;
+    if difference <= EQUAL {
+        return true;
+    }
+    let apart: Vec<f64> = other
+        .held_out
+        .squares
+        .iter()
+        .zip(&best.held_out.squares)
+        .zip(&best.fitted.groups)
+        .filter(|(_, group)| group.count > 0.0)
+        .map(|((other, best), _)| other - best)
+        .collect();
+    let count = apart.len().max(2) as f64;
+    let mean = apart.iter().sum::<f64>() / count;
+    let variance = apart.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    difference < NEARLY && mean < DISAGREE * (variance / count).sqrt()
+}
+
+/// The angle between what two hypotheses add to the prediction, degrees; samples weighted as in the fit.
+pub(crate) fn angle_between(
+    setting: &Setting<'_>,
+    base: &Point,
+    one: &Point,
+    two: &Point,
+) -> Result<f64, DiagnosisError> {
+    let ready = [&base.hypothesis, &one.hypothesis, &two.hypothesis].map(|of| setting.ready(of));
+    let [base_ready, one_ready, two_ready] = ready;
+    let (base_ready, one_ready, two_ready) = (base_ready?, one_ready?, two_ready?);
+    let products = map(setting.workers, setting.campaign.pieces.len(), |index| {
+        let piece = setting.campaign.pieces.get(index).filter(|piece| piece.is_fitted())?;
+        let start = base.start(index);
+        let [none, one, two] = [&base_ready, &one_ready, &two_ready].map(|ready| piece.predict(ready, start));
+        let samples = none.iter().zip(&one).zip(&two).zip(&piece.weights);
+        Some(samples.fold((0.0, 0.0, 0.0), |(aa, ab, bb), (((none, one), two), weight)| {
+            let (a, b) = (weight * (one - none), weight * (two - none));
+            (aa + a * a, ab + a * b, bb + b * b)
+        }))
+    });
+    let (aa, ab, bb) = products
+        .into_iter()
+        .flatten()
+        .fold((0.0, 0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1, sum.2 + of.2));
+    let cosine: f64 = ab / f64::sqrt(aa * bb).max(f64::MIN_POSITIVE);
+    Ok(cosine.clamp(-1.0, 1.0).acos().to_degrees())
+}

@@ -1,0 +1,304 @@
+//! Screening: every candidate by what its linearised best cuts on what it was not fitted on.
+
+use crate::DiagnosisError;
+use crate::extend::candidate::{Candidate, Probe};
+use crate::extend::hypothesis::Member;
+use crate::fit::equations::{Column, Point, Setting, by_group};
+use crate::fit::gauss_newton::{Fitted, sum};
+use crate::fit::loss::Loss;
+use crate::log::campaign::Campaign;
+use crate::log::piece::Piece;
+use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
+use nalgebra::DVector;
+
+/// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
+pub(crate) const ORDER_FLOOR: f64 = 0.004;
+
+/// Where a model of an angle log leaves more than this many times the noise, its slip comes at other moments than the
+/// measured one's, if only in a few runs, and a small change tells little of a large one: secants over so many steps are looked
+/// at too.
+const FAR: f64 = 1.1;
+const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
+/// ... or, of a factor whose steps are no more than this part of it, so many times as much: where a rotor sticks and slips,
+/// three times the stiffness shows nothing of itself at twice.
+const FINE: f64 = 0.1;
+const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
+
+/// In a log of more samples than this that are fitted (of torques, and of angles, which cost more) the screening looks at some
+/// of the folds alone: they hold every kind of run, and it is the fit that decides.
+const MANY_TORQUES: usize = 60_000;
+const MANY_ANGLES: usize = 16_000;
+const LOOKED_AT: [usize; 2] = [0, 2];
+
+/// A candidate as the screening sees it.
+#[derive(Debug, Clone)]
+pub(crate) struct Screened {
+    pub candidate: usize,
+    /// Cut of the held-out RMS, in parts of the noise, linearised.
+    pub gain: f64,
+    pub member: Member,
+}
+
+/// A screening: the ranking, and what it was made from.
+pub(crate) struct Screening<'a> {
+    /// Best first.
+    pub ranked: Vec<Screened>,
+    pub tally: Tally<'a>,
+    pub places: Vec<Place>,
+}
+
+impl Screening<'_> {
+    /// Names and gains, best first.
+    pub fn ranking(&self, candidates: &[Candidate]) -> Vec<(&'static str, f64)> {
+        self.ranked.iter().filter_map(|of| candidates.get(of.candidate).map(|c| (c.id, of.gain))).collect()
+    }
+}
+
+/// Every candidate by what its linearised best cuts.
+pub(crate) fn screen<'a>(
+    setting: &Setting<'a>,
+    candidates: &[Candidate],
+    state: &Fitted,
+) -> Result<Screening<'a>, DiagnosisError> {
+    let point = &state.point;
+    let hypothesis = &point.hypothesis;
+    let mut columns = setting.own_columns(hypothesis)?;
+    let own: Vec<usize> = (0..columns.len()).collect();
+    let mut places: Vec<Place> = Vec::new();
+    for (index, candidate) in candidates.iter().enumerate().filter(|(_, c)| !hypothesis.has(c.id)) {
+        let secants = secants(setting, candidate, state);
+        for (number, probe) in candidate.probes.iter().enumerate() {
+            for part in secants.iter().take(if probe.jump { 1 } else { secants.len() }) {
+                let of = |(parameter, step): &(usize, f64)| {
+                    probe_column(setting, candidate, probe, *parameter, part * step, point)
+                };
+                let Some(own) = probe.columns.iter().map(of).collect::<Option<Vec<Column>>>() else {
+                    continue;
+                };
+                let at = (columns.len()..columns.len() + own.len()).collect();
+                places.push(Place { candidate: index, probe: number, part: *part, columns: at });
+                columns.extend(own);
+            }
+        }
+    }
+    let equations = setting.equations(point, &columns, looked_at(setting.campaign))?;
+    let groups = by_group(setting.campaign, &equations, columns.len());
+    let tally = Tally::new(setting, groups, own);
+    let mut ranked = Vec::new();
+    for (index, candidate) in candidates.iter().enumerate() {
+        let probes: Vec<_> = places.iter().filter(|place| place.candidate == index).collect();
+        let screened = if candidate.series {
+            screen_series(candidate, &probes, &tally)
+        } else {
+            screen_plain(candidate, &probes, &tally)
+        };
+        ranked.extend(screened.map(|(gain, member)| Screened { candidate: index, gain, member }));
+    }
+    ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(Screening { ranked, tally, places })
+}
+
+/// The pieces that the screening looks at.
+fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
+    let fitted = campaign.pieces.iter().filter(|piece| piece.is_fitted());
+    let samples: usize = fitted.map(Piece::len).sum();
+    let all = samples <= if campaign.facts.is_torque() { MANY_TORQUES } else { MANY_ANGLES };
+    move |piece| {
+        let fold = campaign.fold_of.get(piece.group);
+        piece.is_fitted() && (all || fold.is_some_and(|fold| LOOKED_AT.contains(fold)))
+    }
+}
+
+/// Over how many of its steps a candidate's sensitivity is taken.
+fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<f64> {
+    let total = sum(&state.groups);
+    let far = total.square() > FAR * FAR * total.count;
+    if !far || setting.campaign.facts.is_torque() || candidate.series {
+        return vec![1.0];
+    }
+    match candidate.parameters.as_slice() {
+        [of] if of.key == "factor" && of.step <= FINE * of.neutral => {
+            let far = FACTORS.iter().map(|factor| (factor - 1.0) * of.neutral / of.step);
+            std::iter::once(1.0).chain(far).collect()
+        }
+        _ => SECANTS.to_vec(),
+    }
+}
+
+fn probe_column(
+    setting: &Setting<'_>,
+    candidate: &Candidate,
+    probe: &Probe,
+    parameter: usize,
+    step: f64,
+    point: &Point,
+) -> Option<Column> {
+    if let Some(additive) = setting.additive(&point.hypothesis, candidate.id, parameter) {
+        return Some(Column::Direct(additive));
+    }
+    let mut numbers = probe.shape.clone();
+    if !probe.jump {
+        *numbers.get_mut(parameter)? += step;
+    }
+    let member = Member::new(candidate, numbers, Vec::new());
+    // A model that refuses the change has no such effect.
+    let ready = setting.ready(&point.hypothesis.with(member)).ok()?;
+    Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
+}
+
+/// The equations of all columns, and how they are summed up.
+pub(crate) struct Tally<'a> {
+    loss: Loss,
+    groups: Vec<Gram>,
+    /// As a fit takes the groups.
+    weighted: Vec<Gram>,
+    /// All of those together.
+    pub total: Gram,
+    folds: &'a [usize],
+    /// The columns of what is in already.
+    pub own: Vec<usize>,
+    /// RMS with those alone, in parts of the noise.
+    pub base: f64,
+}
+
+impl<'a> Tally<'a> {
+    fn new(setting: &Setting<'a>, groups: Vec<Gram>, own: Vec<usize>) -> Self {
+        let loss = Loss::of(setting);
+        let weighted = loss.weighted(&groups);
+        let (total, folds) = (sum(&weighted), &setting.campaign.fold_of);
+        let mut tally = Self { loss, groups, weighted, total, folds, own, base: f64::INFINITY };
+        tally.base = tally.left(&tally.own).unwrap_or(f64::INFINITY);
+        tally
+    }
+
+    /// RMS on what these columns were not fitted on, in parts of the noise.
+    pub fn left(&self, columns: &[usize]) -> Option<f64> {
+        leave_out(&self.weighted, &self.groups, self.folds, columns)
+            .map(|held| self.loss.rms(held.each(&self.groups)))
+    }
+
+    /// RMS once the columns change by `beta`, in parts of the noise.
+    fn after(&self, columns: &[usize], beta: &DVector<f64>) -> f64 {
+        let squares = self.groups.iter().map(|group| group.square_after(columns, beta)).collect();
+        self.loss.rms(HeldOut { squares }.each(&self.groups))
+    }
+}
+
+/// Where the columns of a candidate's probe are, and over how many of its steps they are taken.
+pub(crate) struct Place {
+    pub candidate: usize,
+    pub probe: usize,
+    pub part: f64,
+    pub columns: Vec<usize>,
+}
+
+impl Place {
+    /// The candidate's numbers once its columns change by `betas`, in their order; `None` where that is impossible, or beyond
+    /// what was looked at.
+    pub fn numbers(&self, candidate: &Candidate, betas: &[f64]) -> Option<Vec<f64>> {
+        let probe = candidate.probes.get(self.probe)?;
+        let mut numbers = probe.shape.clone();
+        for ((parameter, step), beta) in probe.columns.iter().zip(betas) {
+            let of = candidate.parameters.get(*parameter)?;
+            if probe.jump {
+                if *beta <= 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let wanted = of.neutral + beta;
+            // A secant speaks of its own side alone.
+            let ahead = self.part == 1.0 || beta * self.part * step > 0.0;
+            if !ahead || !at_most(wanted, of.lower, of.upper, of.step) {
+                return None;
+            }
+            *numbers.get_mut(*parameter)? = wanted.clamp(of.lower, of.upper);
+        }
+        Some(numbers)
+    }
+}
+
+fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
+    if let Some(begun) = best_jump(candidate, places, tally) {
+        return Some(begun);
+    }
+    let mut best: Option<(f64, Member)> = None;
+    for place in places {
+        let columns: Vec<usize> = tally.own.iter().chain(&place.columns).copied().collect();
+        let Some(left) = tally.left(&columns) else { continue };
+        let Some((beta, _)) = solve(&tally.total, &columns) else { continue };
+        let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
+        let numbers = place.numbers(candidate, &betas);
+        let gain = if numbers.is_some() { tally.base - left } else { -1.0 };
+        if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+            let numbers = numbers.unwrap_or_else(|| candidate.neutral());
+            best = Some((gain, Member::new(candidate, numbers, candidate.free.clone())));
+        }
+    }
+    best
+}
+
+/// The shape that by itself leaves least, if any leaves less than none: nothing is linearised there.
+fn best_jump(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
+    let whole = DVector::from_element(1, 1.0);
+    let mut best: Option<(f64, &Probe)> = None;
+    for place in places {
+        let Some(probe) = candidate.probes.get(place.probe).filter(|probe| probe.jump) else { continue };
+        let gain = tally.base - tally.after(&place.columns, &whole);
+        if best.is_none_or(|(most, _)| gain > most) {
+            best = Some((gain, probe));
+        }
+    }
+    let (gain, probe) = best.filter(|(gain, _)| *gain > 0.0)?;
+    let member = Member::new(candidate, probe.shape.clone(), candidate.free.clone());
+    Some((gain, member))
+}
+
+/// Within its bounds, or near enough for a linear estimate.
+fn at_most(wanted: f64, lower: f64, upper: f64, step: f64) -> bool {
+    wanted > lower - 0.5 * step && wanted < upper + step.max(0.5 * upper.abs())
+}
+
+/// Harmonics one after the other, each where it pays.
+fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
+    let mut columns = tally.own.clone();
+    let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), tally.base);
+    let mut first_cut = 0.0;
+    loop {
+        let mut best: Option<(f64, &Place)> = None;
+        for place in places.iter().filter(|place| !taken.iter().any(|taken| taken.probe == place.probe)) {
+            let wider: Vec<usize> = columns.iter().chain(&place.columns).copied().collect();
+            let Some(left) = tally.left(&wider) else { continue };
+            if best.is_none_or(|(least, _)| left < least) {
+                best = Some((left, place));
+            }
+        }
+        let Some((left, place)) = best else { break };
+        let cut = reached - left;
+        if !taken.is_empty() && (cut < ORDER_FLOOR || cut < 0.02 * first_cut) {
+            break;
+        }
+        first_cut = if taken.is_empty() { cut } else { first_cut };
+        columns.extend(&place.columns);
+        taken.push(place);
+        reached = left;
+        if taken.len() >= 6 || cut <= 0.0 {
+            break;
+        }
+    }
+    let (beta, _) = solve(&tally.total, &columns)?;
+    let mut numbers = candidate.neutral();
+    let mut free: Vec<usize> = Vec::new();
+    let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
+    for (place, pair) in taken.iter().zip(betas.chunks(2)) {
+        for (offset, value) in pair.iter().enumerate() {
+            free.push(2 * place.probe + offset);
+            let at = 2 * place.probe + offset;
+            if let (Some(number), Some(of)) = (numbers.get_mut(at), candidate.parameters.get(at)) {
+                *number = (of.neutral + value).clamp(of.lower, of.upper);
+            }
+        }
+    }
+    free.sort_unstable();
+    Some((tally.base - reached, Member::new(candidate, numbers, free)))
+}

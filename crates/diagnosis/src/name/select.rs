@@ -1,0 +1,153 @@
+//! Which causes are accepted: rivals screened by sensitivities, fitted through the model, judged on runs that they were
+//! not fitted on, one after the other; two that hide each other, together.
+
+use crate::DiagnosisError;
+use crate::extend::candidate::Candidate;
+use crate::fit::equations::Setting;
+use crate::fit::gauss_newton::Fitted;
+use crate::fit::loss::Loss;
+use crate::name::fine::fit_finely;
+use crate::name::forms::Forms;
+use crate::name::pair::{hidden_pair, leaves_less};
+use crate::name::prune::{drop_idle, fit_earlier_ones, tell_asymmetry_from_offset};
+use crate::name::refine::refine;
+use crate::name::round::next_cause;
+use crate::name::screen::{Screening, screen};
+use crate::name::selection::Selection;
+use crate::name::simplify::simplify;
+use crate::name::threshold::leaves_much_to_pick;
+use crate::name::tried::{Tried, judge};
+use crate::show::residual::left;
+use crate::show::whiteness::is_white;
+
+/// Causes at most.
+const MOST: usize = 6;
+
+/// Who is told a ranking: the effects, and how well each explains the residual.
+pub(crate) type Tell<'a> = dyn FnMut(&[(&'static str, f64)]) + 'a;
+
+/// Looks for causes from `begin` on; those of `earlier` are in at first, and stay as far as they pay.
+pub(crate) fn select(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    begin: Fitted,
+    earlier: Option<&Selection>,
+    tell: &mut Tell<'_>,
+) -> Result<Selection, DiagnosisError> {
+    let mut state = nothing_yet(setting, begin);
+    if let Some(earlier) = earlier {
+        take_over(setting, earlier, &mut state)?;
+    }
+    if is_white(setting, &left(setting, &state.fitted.point)?) {
+        return Ok(state);
+    }
+    let first = screen(setting, candidates, &state.fitted)?;
+    state.first_ranking = first.ranking(candidates);
+    tell(&state.first_ranking);
+    let begun = state.clone();
+    grow(setting, candidates, &first, &mut state)?;
+    if earlier.is_none()
+        && let Some(mut pair) = hidden_pair(setting, candidates, &first, &begun, &state)?
+    {
+        settle(setting, candidates, &mut pair)?;
+        grow_on(setting, candidates, &mut pair)?;
+        // Once all is settled one of the two may have gone.
+        if leaves_less(pair.rms, state.rms) {
+            state = pair;
+        }
+    }
+    state.tell_members_apart();
+    Ok(state)
+}
+
+fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
+    let held_out = judge(setting, &begin.groups);
+    let rms_first = Loss::of(setting).rms(held_out.each(&begin.groups));
+    Selection {
+        fitted: begin,
+        held_out_first: held_out.clone(),
+        held_out,
+        rms_first,
+        rms: rms_first,
+        forms: Forms::default(),
+        rounds: Vec::new(),
+        ambiguous: Vec::new(),
+        angles: Vec::new(),
+        first_ranking: Vec::new(),
+        dropped: Vec::new(),
+    }
+}
+
+/// Takes causes, one after the other, the first from this screening.
+fn grow(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    first: &Screening<'_>,
+    state: &mut Selection,
+) -> Result<(), DiagnosisError> {
+    if next_cause(setting, candidates, &first.ranked, state)? {
+        settle(setting, candidates, state)?;
+        grow_on(setting, candidates, state)?;
+    }
+    Ok(())
+}
+
+/// Takes further causes, one after the other, as long as something is left and they pay.
+fn grow_on(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    state: &mut Selection,
+) -> Result<(), DiagnosisError> {
+    for _ in 1..MOST {
+        let enough = state.fitted.point.hypothesis.members.len() >= MOST;
+        if enough || is_white(setting, &left(setting, &state.fitted.point)?) {
+            break;
+        }
+        let screening = screen(setting, candidates, &state.fitted)?;
+        let before = state.fitted.point.hypothesis.members.len();
+        if !next_cause(setting, candidates, &screening.ranked, state)? {
+            break;
+        }
+        settle(setting, candidates, state)?;
+        let as_many = state.fitted.point.hypothesis.members.len() <= before;
+        if as_many && leaves_much_to_pick(state, Loss::of(setting)) {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// What a new cause changes, for itself and for the others.
+fn settle(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    state: &mut Selection,
+) -> Result<(), DiagnosisError> {
+    refine(setting, state)?;
+    tell_asymmetry_from_offset(state);
+    fit_earlier_ones(setting, state)?;
+    fit_finely(setting, state)?;
+    drop_idle(setting, state)?;
+    simplify(setting, candidates, state)?;
+    // Where one has gone.
+    fit_finely(setting, state)
+}
+
+/// Begins with causes that were found before, fitted anew.
+fn take_over(
+    setting: &Setting<'_>,
+    earlier: &Selection,
+    state: &mut Selection,
+) -> Result<(), DiagnosisError> {
+    let tried = Tried::from(setting, earlier.fitted.point.clone(), 8)?;
+    let members = &tried.fitted.point.hypothesis.members;
+    if members.iter().any(|member| Forms::is_open(member.candidate.id)) {
+        state.forms.open = earlier.forms.open.min(state.rms.powi(2) - tried.rms.powi(2)).max(0.0);
+        state.forms.loose = earlier.forms.loose;
+    }
+    state.take(tried);
+    state.ambiguous.clone_from(&earlier.ambiguous);
+    state.angles.clone_from(&earlier.angles);
+    state.rounds.clone_from(&earlier.rounds);
+    drop_idle(setting, state)
+}

@@ -1,0 +1,70 @@
+//! A hypothesis fitted, and what it is worth on the groups that it was not fitted on.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::fit::equations::{Point, Setting};
+use crate::fit::gauss_newton::{Fitted, Progress, fit, fit_on};
+use crate::fit::loss::Loss;
+use crate::fit::pattern::search;
+use crate::log::piece::Piece;
+use crate::numerics::gram::{Gram, HeldOut, leave_out};
+
+/// Steps of a fit through the model.
+pub(crate) const STEPS: usize = 8;
+/// Fits are as good as equal within this RMS, in parts of the noise, or within the second where groups disagree.
+pub(crate) const EQUAL: f64 = 0.003;
+pub(crate) const NEARLY: f64 = 0.01;
+
+/// A hypothesis fitted, and what it is worth on what it was not fitted on.
+pub(crate) struct Tried {
+    pub fitted: Fitted,
+    pub held_out: HeldOut,
+    /// Held-out RMS in parts of the noise.
+    pub rms: f64,
+}
+
+impl Tried {
+    /// Fits from `begin` on, in so many steps at most.
+    pub fn from(setting: &Setting<'_>, begin: Point, steps: usize) -> Result<Self, DiagnosisError> {
+        Ok(Self::judged(setting, fit(setting, begin, &Piece::is_fitted, steps)?))
+    }
+
+    /// ... on from where a fit has come.
+    pub fn from_progress(
+        setting: &Setting<'_>,
+        begin: (Point, Progress),
+        steps: usize,
+    ) -> Result<Self, DiagnosisError> {
+        Ok(Self::judged(setting, fit_on(setting, begin, &Piece::is_fitted, steps)?))
+    }
+
+    /// So many steps further at most, if it hasn't ended.
+    pub fn further(self, setting: &Setting<'_>, steps: usize) -> Result<Self, DiagnosisError> {
+        if self.fitted.ended {
+            return Ok(self);
+        }
+        Self::from_progress(setting, (self.fitted.point, self.fitted.progress), steps)
+    }
+
+    fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
+        let held_out = judge(setting, &fitted.groups);
+        let rms = Loss::of(setting).rms(held_out.each(&fitted.groups));
+        Self { fitted, held_out, rms }
+    }
+
+    /// Fitted on from better numbers of one member, where much is left and a pattern search finds some.
+    pub fn searched(self, setting: &Setting<'_>, member: usize) -> Result<Self, DiagnosisError> {
+        let Some(better) = search(setting, &self.fitted, member, &Piece::is_fitted)? else { return Ok(self) };
+        let further = if_possible(Self::from(setting, better, STEPS))?;
+        Ok(further.filter(|further| further.fitted.loss < self.fitted.loss).unwrap_or(self))
+    }
+}
+
+/// Held-out squares at a fit, by one step of the fit without each fold.
+pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
+    let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
+    let columns: Vec<usize> = (0..width).collect();
+    let weighted = Loss::of(setting).weighted(groups);
+    leave_out(&weighted, groups, &setting.campaign.fold_of, &columns)
+        .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })
+}

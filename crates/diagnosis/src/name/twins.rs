@@ -1,0 +1,108 @@
+//! Causes that look alike: which ones, what data tell them apart, and whether a log holds those.
+
+use crate::log::facts::Facts;
+
+/// Swings within the bristles' reach from which on presliding shows.
+const SWINGS: usize = 12;
+/// Turns from which on both directions are compared.
+const TURNS: usize = 4;
+/// Standard deviations by which a spring's ringing has to stand out.
+const RINGING: f64 = 4.0;
+/// Frequencies that tell inertia, delay and lag apart.
+const FREQUENCIES: usize = 3;
+/// Samples near the motor's resonance.
+const NEAR_RESONANCE: usize = 200;
+/// A quantity that goes with the distance travelled like this can't be told from wear.
+const TREND: f64 = 0.85;
+
+/// What data tell causes apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Apart {
+    Presliding,
+    Ringing,
+    TwoPressures,
+    TwoTemperatures,
+    ThreeFrequencies,
+    Turns,
+    NearResonance,
+    PressureOutOfOrder,
+    TemperatureOutOfOrder,
+}
+
+impl Apart {
+    fn is_in(self, facts: &Facts) -> bool {
+        let excited = &facts.excitation;
+        match self {
+            Self::Presliding => excited.small_swings >= SWINGS,
+            Self::Ringing => excited.ringing >= RINGING,
+            Self::TwoPressures => facts.pressure_varies(),
+            Self::TwoTemperatures => facts.temperature_varies(),
+            Self::ThreeFrequencies => excited.frequencies >= FREQUENCIES,
+            Self::Turns => excited.turns >= TURNS,
+            Self::NearResonance => excited.near_resonance >= NEAR_RESONANCE,
+            Self::PressureOutOfOrder => excited.drift_with_pressure.abs() < TREND,
+            Self::TemperatureOutOfOrder => excited.drift_with_temperature.abs() < TREND,
+        }
+    }
+
+    /// What is missing, as a reason.
+    fn missing(self) -> &'static str {
+        match self {
+            Self::Presliding => "nothing swings within the bristles' reach (presliding)",
+            Self::Ringing => "nothing moves fast enough for the load's inertia to show beside the spring",
+            Self::TwoPressures => "there is one pressure drop",
+            Self::TwoTemperatures => "there is one oil temperature",
+            Self::ThreeFrequencies => "inertia shows at fewer than three frequencies",
+            Self::Turns => "the motion never turns back",
+            Self::NearResonance => "nothing is accelerated near the motor's resonance",
+            Self::PressureOutOfOrder => "the pressure rises or falls with the distance travelled",
+            Self::TemperatureOutOfOrder => "the oil temperature rises or falls with the distance travelled",
+        }
+    }
+}
+
+/// Names, and data any of which tell them apart.
+type Twins = (&'static [&'static str], &'static [Apart]);
+
+const TORQUE: [Twins; 11] = [
+    (&["direction-asymmetry", "torque-offset"], &[Apart::Presliding]),
+    (&["coupling-compliance", "bristle-stiffness"], &[Apart::Ringing]),
+    (&["flow-torque", "position-torque"], &[Apart::TwoPressures]),
+    (&["pressure-torque", "torque-offset"], &[Apart::TwoPressures]),
+    (&["pressure-torque", "direction-asymmetry"], &[Apart::TwoPressures, Apart::Presliding]),
+    (&["pressure-dependent-friction", "coulomb-level"], &[Apart::TwoPressures]),
+    (&["dwell-stiction", "hydraulic-lock"], &[Apart::TwoPressures]),
+    (&["wear-drift", "temperature-dependent-friction"], &[Apart::TemperatureOutOfOrder]),
+    (&["wear-drift", "pressure-dependent-friction"], &[Apart::PressureOutOfOrder]),
+    (&["load-inertia", "sensor-delay", "friction-lag"], &[Apart::ThreeFrequencies]),
+    (&["temperature-dependent-viscosity", "viscous-level"], &[Apart::TwoTemperatures]),
+];
+const ANGLE: [Twins; 10] = [
+    (&["encoder-eccentricity", "position-torque", "flow-torque"], &[Apart::Turns]),
+    (&["viscous-level", "sensor-delay"], &[Apart::NearResonance]),
+    (&["coulomb-level", "backlash"], &[Apart::Presliding]),
+    (&["coulomb-level", "holding-torque-level"], &[Apart::NearResonance]),
+    (&["backlash", "holding-torque-level"], &[Apart::Presliding]),
+    (&["pressure-dependent-friction", "coulomb-level"], &[Apart::TwoPressures]),
+    (&["flow-torque", "position-torque"], &[Apart::TwoPressures]),
+    (&["dwell-stiction", "hydraulic-lock"], &[Apart::TwoPressures]),
+    (&["wear-drift", "temperature-dependent-friction"], &[Apart::TemperatureOutOfOrder]),
+    (&["wear-drift", "pressure-dependent-friction"], &[Apart::PressureOutOfOrder]),
+];
+
+/// Whether two causes look alike on logs of this kind unless the data hold what tells them apart.
+pub(crate) fn are_twins(a: &str, b: &str, torque: bool) -> bool {
+    lists(torque).iter().any(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b))
+}
+
+/// What these data lack to tell two causes apart; `None` where they hold something that does.
+pub(crate) fn missing(a: &str, b: &str, facts: &Facts) -> Option<&'static str> {
+    let pairs = lists(facts.is_torque()).iter();
+    let mut own = pairs.filter(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b));
+    let lacking = own.find(|(_, apart)| !apart.iter().any(|apart| apart.is_in(facts)))?;
+    lacking.1.first().map(|apart| apart.missing())
+}
+
+fn lists(torque: bool) -> &'static [Twins] {
+    if torque { &TORQUE } else { &ANGLE }
+}

@@ -1,0 +1,5 @@
+//! Linear algebra and statistics that know nothing of valves.
+
+pub(crate) mod gram;
+pub(crate) mod line;
+pub(crate) mod statistics;

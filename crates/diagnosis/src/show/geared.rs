@@ -1,0 +1,156 @@
+//! A torque over the angle whose period is no whole part of a turn: harmonics of the turn can follow it within the angles
+//! that a log visits, but it comes from something that turns at another ratio, and no cause of the list does.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
+
+use crate::extend::hypothesis::Member;
+use crate::log::campaign::Campaign;
+use crate::log::piece::Piece;
+use crate::show::residual::Left;
+use nalgebra::{Matrix3, Vector3};
+
+/// Series over the spool's angle.
+const OVER_THE_ANGLE: [&str; 3] = ["position-torque", "flow-torque", "angle-dependent-friction"];
+/// One sine of any order is a gear's where it leaves no more than this part of the series' variance beyond what the series
+/// leaves, and the best of whole order so many times as much, and that part at least.
+const LEFT: f64 = 0.04;
+const TIMES: f64 = 4.0;
+const LEFT_BY_WHOLE: f64 = 0.03;
+/// ... its order is that far from a whole number, and so many of its periods lie within the angles visited.
+const BESIDE: f64 = 0.1;
+const PERIODS: f64 = 1.5;
+/// Orders tried.
+const ORDER_STEP: f64 = 0.02;
+const MOST_ORDER: f64 = 16.0;
+/// Samples looked at, about.
+const SAMPLES: usize = 3000;
+
+/// A sample: its angle, the series there, and what is left of it; in an angle log that is no torque, and counts as none.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    angle_rad: f64,
+    series: f64,
+    left: f64,
+}
+
+/// Whether an effect is a series over the spool's angle, which beside a gear picks from what that one leaves.
+pub(crate) fn is_over_the_angle(id: &str) -> bool {
+    OVER_THE_ANGLE.contains(&id)
+}
+
+/// The order of the one sine that explains what a series does, where it is no whole number; `left` is by piece.
+pub(crate) fn order_of_a_gear(campaign: &Campaign, member: &Member, left: &[Left]) -> Option<f64> {
+    let harmonics = member.numbers.chunks(2).filter(|pair| pair.iter().any(|number| *number != 0.0)).count();
+    if !is_over_the_angle(member.candidate.id) || harmonics < 2 {
+        return None;
+    }
+    order_beside_whole_ones(&samples(campaign, member, left))
+}
+
+fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
+    let angles = samples.iter().map(|sample| sample.angle_rad);
+    let (least, most) = angles
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), angle| (angle.min(least), angle.max(most)));
+    let turns = (most - least) / std::f64::consts::TAU;
+    let count = samples.len() as f64;
+    let mean = samples.iter().map(|sample| sample.series).sum::<f64>() / count;
+    let variance = samples.iter().map(|sample| (sample.series - mean).powi(2)).sum::<f64>();
+    let by_series = samples.iter().map(|sample| sample.left * sample.left).sum::<f64>();
+    let beyond = |order: f64| Some((left_by_a_sine(samples, order)? - by_series) / variance);
+    let best = |orders: &mut dyn Iterator<Item = f64>| {
+        orders.filter_map(|order| Some((beyond(order)?, order))).min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let (left, order) =
+        best(&mut (1..(MOST_ORDER / ORDER_STEP) as usize).map(|step| step as f64 * ORDER_STEP))?;
+    let (left_by_whole, _) = best(&mut (1..=MOST_ORDER as usize).map(|order| order as f64))?;
+    let clear = left < LEFT && left_by_whole > LEFT_BY_WHOLE.max(TIMES * left);
+    (clear && (order - order.round()).abs() > BESIDE && order * turns >= PERIODS).then_some(order)
+}
+
+fn samples(campaign: &Campaign, member: &Member, left: &[Left]) -> Vec<Sample> {
+    let count: usize = campaign.pieces.iter().map(Piece::len).sum();
+    let is_torque = campaign.facts.is_torque() && member.candidate.id == "position-torque";
+    let of_piece = |(piece, left): (&Piece, &Left)| -> Vec<Sample> {
+        let residuals = left.residual.iter().zip(&piece.weights).enumerate();
+        residuals
+            .map(|(index, (residual, weight))| {
+                let angle_rad = if *weight > 0.0 { piece.kinematics(index).0 } else { f64::NAN };
+                let left = if is_torque { *residual } else { 0.0 };
+                Sample { angle_rad, series: value(member, angle_rad), left }
+            })
+            .collect()
+    };
+    let all = campaign.pieces.iter().zip(left).flat_map(of_piece);
+    all.step_by(count.div_ceil(SAMPLES).max(1)).filter(|sample| sample.angle_rad.is_finite()).collect()
+}
+
+fn value(member: &Member, angle_rad: f64) -> f64 {
+    let pairs = member.numbers.chunks(2).zip(1..);
+    pairs
+        .map(|(pair, order)| {
+            let (sin, cos) = (f64::from(order) * angle_rad).sin_cos();
+            pair.first().unwrap_or(&0.0) * cos + pair.get(1).unwrap_or(&0.0) * sin
+        })
+        .sum()
+}
+
+/// The sum of squares that a constant and a sine of an order leave of what the series explains and leaves together.
+fn left_by_a_sine(samples: &[Sample], order: f64) -> Option<f64> {
+    let (mut matrix, mut right, mut square) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+    for sample in samples {
+        let (sin, cos) = (order * sample.angle_rad).sin_cos();
+        let (row, torque) = (Vector3::new(1.0, cos, sin), sample.series + sample.left);
+        matrix += row * row.transpose();
+        right += row * torque;
+        square += torque * torque;
+    }
+    let solved = matrix.cholesky()?.solve(&right);
+    Some((square - right.dot(&solved)).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn angles(turns: f64) -> Vec<f64> {
+        (0..1000).map(|k| -2.0 + turns * std::f64::consts::TAU * f64::from(k) / 1000.0).collect()
+    }
+
+    fn found(turns: f64, torque: impl Fn(f64) -> f64) -> Option<f64> {
+        let sample = |angle_rad: f64| Sample { angle_rad, series: torque(angle_rad), left: 0.0 };
+        order_beside_whole_ones(&angles(turns).into_iter().map(sample).collect::<Vec<_>>())
+    }
+
+    /// As in a torque log, where harmonics follow a torque as well as two of them can.
+    fn found_by_harmonics(turns: f64, torque: impl Fn(f64) -> f64) -> Option<f64> {
+        let angles_rad = angles(turns);
+        let row = |angle: &f64| [1, 2].map(|half| (f64::from(half + 1) * angle).sin_cos());
+        let rows = nalgebra::DMatrix::from_fn(angles_rad.len(), 4, |index, column| {
+            let (sin, cos) = row(&angles_rad[index])[column / 2];
+            if column % 2 == 0 { cos } else { sin }
+        });
+        let wanted = nalgebra::DVector::from_iterator(1000, angles_rad.iter().map(|angle| torque(*angle)));
+        let series = &rows * rows.clone().svd(true, true).solve(&wanted, 1e-12).unwrap();
+        let samples = (0..1000).map(|index| Sample {
+            angle_rad: angles_rad[index],
+            series: series[index],
+            left: wanted[index] - series[index],
+        });
+        order_beside_whole_ones(&samples.collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_gear_is_told_from_what_turns_with_the_spool() {
+        let order = found(0.8, |angle| 0.3 * (2.45 * angle + 0.4).sin() + 0.1).unwrap();
+        assert!((order - 2.45).abs() < 0.03, "{order}");
+        assert_eq!(found(0.8, |angle| (2.0 * angle).sin()), None);
+        assert_eq!(found(0.8, |angle| (2.0 * angle).sin() + 0.4 * (3.0 * angle + 1.0).sin()), None);
+        assert_eq!(found(1.1, |angle| (angle.cos() - 1.0).exp()), None);
+        // Harmonics that follow it badly, in a torque log.
+        let order = found_by_harmonics(1.3, |angle| (2.45 * angle).sin()).unwrap();
+        assert!((order - 2.45).abs() < 0.03, "{order}");
+        assert_eq!(found_by_harmonics(1.3, |angle| (2.0 * angle).sin() + 0.3 * (4.0 * angle).sin()), None);
+        // Too little of a turn to tell.
+        assert_eq!(found(0.4, |angle| (2.45 * angle).sin()), None);
+    }
+}

@@ -1,0 +1,10 @@
+//! What a residual shows: size, dependences, spectrum, whiteness, and observations in words.
+
+pub(crate) mod geared;
+pub(crate) mod observe;
+pub(crate) mod residual;
+pub(crate) mod ripple;
+pub(crate) mod spectrum;
+pub(crate) mod structure;
+pub(crate) mod tone;
+pub(crate) mod whiteness;

@@ -1,0 +1,155 @@
+//! What the runs show that is no cause of the list, and still has to be said in words: how speed goes with pressure, and
+//! that offset and friction differ from run to run.
+
+use crate::log::campaign::Campaign;
+use crate::log::piece::Piece;
+use crate::numerics::line::{Line, Weighted};
+use crate::numerics::statistics::median;
+use crate::show::residual::Left;
+use log_data::Channel;
+use statrs::statistics::Statistics;
+
+/// Slower is at rest, in parts of the fastest.
+const MOVING: f64 = 0.1;
+/// Runs that speed is compared over.
+const LEAST_RUNS: usize = 5;
+/// A change of speed over the span of pressures that is worth a word, what chance may do of it, and how much of the
+/// differences between runs pressure has to account for.
+const CHANGE: f64 = 0.15;
+const CHANCE: f64 = 1e-3;
+const ACCOUNTS: f64 = 0.8;
+
+/// A run in one direction.
+struct Stroke {
+    pressure_mpa: f64,
+    speed_rad_per_s: f64,
+}
+
+/// Sentences on how the speed goes with the pressure, direction by direction. Whoever commands the speed of each run has
+/// no reason to let it follow the pressure: a speed that does is the drive's own doing.
+pub(crate) fn speed_with_pressure(campaign: &Campaign) -> Vec<String> {
+    if campaign.channel != Channel::Torque {
+        return Vec::new();
+    }
+    [(1.0, "positive"), (-1.0, "negative")]
+        .into_iter()
+        .filter_map(|(sign, direction)| follows(&strokes(campaign, sign), direction))
+        .collect()
+}
+
+fn strokes(campaign: &Campaign, sign: f64) -> Vec<Stroke> {
+    let slow = MOVING * campaign.facts.fastest_rad_per_s;
+    (0..campaign.runs.len())
+        .filter_map(|run| {
+            let pieces = || campaign.pieces.iter().filter(|piece| piece.run == run);
+            let speeds = |piece: &Piece| -> Vec<f64> {
+                piece.motions.iter().map(|motion| sign * motion.speed_rad_per_s).collect()
+            };
+            let mut moving: Vec<f64> = pieces().flat_map(speeds).filter(|speed| *speed > slow).collect();
+            let pressures: Vec<f64> =
+                pieces().flat_map(|piece| piece.driven.pressure_pa().to_vec()).collect();
+            if moving.len() < 50 || pressures.is_empty() {
+                return None;
+            }
+            let speed_rad_per_s = median(&mut moving);
+            let pressure_mpa = pressures.iter().sum::<f64>() / pressures.len() as f64 / 1e6;
+            Some(Stroke { pressure_mpa, speed_rad_per_s })
+        })
+        .collect()
+}
+
+fn follows(strokes: &[Stroke], direction: &str) -> Option<String> {
+    if strokes.len() < LEAST_RUNS {
+        return None;
+    }
+    let least = strokes.iter().map(|of| of.pressure_mpa).fold(f64::INFINITY, f64::min);
+    let most = strokes.iter().map(|of| of.pressure_mpa).fold(f64::NEG_INFINITY, f64::max);
+    let point = |of: &Stroke| Weighted { weight: 1.0, x: of.pressure_mpa, y: of.speed_rad_per_s };
+    let points: Vec<Weighted> = strokes.iter().map(point).collect();
+    let line = Line::through(&points)?;
+    let (first, last) = (line.at(least), line.at(most));
+    if (last - first).abs() < CHANGE * first.abs() || line.accounts < ACCOUNTS || line.p_value > CHANCE {
+        return None;
+    }
+    let way = if last < first { "falls" } else { "rises" };
+    Some(format!(
+        "The speed in the {direction} direction {way} with pressure: {first:.3} rad/s at {least:.2} MPa, {last:.3} rad/s at \
+         {most:.2} MPa. Nothing in the model sets that speed; it is the drive's."
+    ))
+}
+
+/// What a run's residual is on the whole: the same both ways, and against the motion.
+fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option<(f64, f64)> {
+    let mut sides = [(0.0, 0.0); 2];
+    for (piece, left) in campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.run == run) {
+        for (index, residual) in left.residual.iter().enumerate().skip(1) {
+            let speed = piece.kinematics(index).1;
+            let side = if speed > 0.0 { sides.first_mut() } else { sides.last_mut() };
+            if let Some(side) = side.filter(|_| speed != 0.0) {
+                *side = (side.0 + residual, side.1 + 1.0);
+            }
+        }
+    }
+    let [(up, ups), (down, downs)] = sides;
+    (ups > 50.0 && downs > 50.0).then(|| (0.5 * (up / ups + down / downs), 0.5 * (up / ups - down / downs)))
+}
+
+/// By how much offset and friction scatter from run to run, N·m; `None` where there are too few runs with both directions.
+fn scatter(campaign: &Campaign, left: &[Left]) -> Option<(f64, f64)> {
+    let runs: Vec<(f64, f64)> =
+        (0..campaign.runs.len()).filter_map(|run| offset_and_friction(campaign, left, run)).collect();
+    if runs.len() < LEAST_RUNS {
+        return None;
+    }
+    Some((runs.iter().map(|run| run.0).std_dev(), runs.iter().map(|run| run.1).std_dev()))
+}
+
+/// That friction and offset differ between runs, and what would have to be known to say why. `zero_nm` is what was taken
+/// off the residual as each run's own zero.
+pub(crate) fn runs_differ(campaign: &Campaign, left: &[Left], zero_nm: f64) -> Option<String> {
+    let (offset_nm, friction_nm) = scatter(campaign, left)?;
+    let offset_nm = offset_nm.hypot(zero_nm);
+    let missing: Vec<&str> = [
+        (campaign.facts.pressure_mpa.is_none(), "pressure_drop"),
+        (campaign.facts.temperature_c.is_none(), "oil_temperature"),
+    ]
+    .into_iter()
+    .filter_map(|(missing, name)| missing.then_some(name))
+    .collect();
+    let why = if missing.is_empty() {
+        "no cause of the list follows what was recorded".to_owned()
+    } else {
+        let were = if missing.len() > 1 { "were" } else { "was" };
+        format!("{} {were} not recorded", missing.join(" and "))
+    };
+    Some(format!(
+        "Friction and offset differ between runs: friction by ±{friction_nm:.3} N·m, the offset by ±{offset_nm:.3} N·m. Why, \
+         these data can't say: {why}."
+    ))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn strokes(speeds: &[f64]) -> Vec<Stroke> {
+        let pressures = [0.1, 0.3, 0.5, 0.7, 0.1, 0.3, 0.5, 0.7];
+        let stroke = |(pressure_mpa, speed_rad_per_s): (f64, &f64)| Stroke {
+            pressure_mpa,
+            speed_rad_per_s: *speed_rad_per_s,
+        };
+        pressures.into_iter().zip(speeds).map(stroke).collect()
+    }
+
+    #[test]
+    fn a_speed_that_follows_the_pressure_is_said_and_a_chosen_one_is_not() {
+        let slowing = strokes(&[1.07, 0.89, 0.72, 0.53, 1.13, 0.94, 0.79, 0.62]);
+        let said = follows(&slowing, "positive").unwrap();
+        assert!(said.contains("falls with pressure"), "{said}");
+        let chosen = strokes(&[0.5, 2.0, 0.5, 2.0, 2.0, 0.5, 2.0, 0.5]);
+        assert_eq!(follows(&chosen, "positive"), None);
+        let steady = strokes(&[1.00, 0.99, 0.98, 0.97, 1.00, 0.99, 0.98, 0.97]);
+        assert_eq!(follows(&steady, "positive"), None, "3 % are not worth a word");
+    }
+}

@@ -1,0 +1,125 @@
+//! The residual of every piece at one hypothesis, and its RMS over the pieces wanted.
+
+use crate::DiagnosisError;
+use crate::fit::equations::{Point, Setting};
+use crate::fit::gauss_newton::{fit, with_best_starts};
+use crate::fit::loss::Loss;
+use crate::log::piece::Piece;
+use crate::workers::map;
+
+/// A piece's residual, nuisances taken off; and what it was taken from.
+pub(crate) struct Left {
+    pub predicted: Vec<f64>,
+    pub residual: Vec<f64>,
+}
+
+/// The hypothesis as it is, on the pieces wanted: only what varies from run to run is fitted.
+pub(crate) fn settled(
+    setting: &Setting<'_>,
+    point: &Point,
+    wanted: &(impl Fn(&Piece) -> bool + Sync),
+) -> Result<Point, DiagnosisError> {
+    let mut frozen = point.clone();
+    frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
+    let zero = frozen.hypothesis.zero_rad.take();
+    // An angle's best start is searched for anyway.
+    let steps = if setting.campaign.facts.is_torque() { 4 } else { 2 };
+    let mut shifted = fit(setting, with_zero(frozen, zero), wanted, steps)?.point;
+    shifted.starts = with_best_starts(setting, &shifted, wanted)?.starts;
+    shifted.hypothesis = point.hypothesis.clone();
+    Ok(shifted)
+}
+
+/// The zero of the angle stays free: it is no cause.
+fn with_zero(mut point: Point, zero: Option<f64>) -> Point {
+    point.hypothesis.zero_rad = zero;
+    point
+}
+
+/// Whether lost steps count as the model's error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Jumps {
+    Seen,
+    TakenOut,
+}
+
+/// What is left of every piece, lost steps taken out.
+pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<Left>, DiagnosisError> {
+    left_with(setting, point, Jumps::TakenOut)
+}
+
+/// What is left of every piece.
+pub(crate) fn left_with(
+    setting: &Setting<'_>,
+    point: &Point,
+    jumps: Jumps,
+) -> Result<Vec<Left>, DiagnosisError> {
+    let ready = setting.ready(&point.hypothesis)?;
+    let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
+    let job = |index: usize| {
+        let Some(piece) = setting.campaign.pieces.get(index) else {
+            return Left { predicted: Vec::new(), residual: Vec::new() };
+        };
+        let mut predicted = piece.predict(&ready, point.start(index));
+        let mut residual: Vec<f64> =
+            piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model - zero).collect();
+        if jumps == Jumps::Seen {
+            for (from, jump) in &piece.jumps {
+                residual.iter_mut().skip(*from).for_each(|value| *value += jump);
+                predicted.iter_mut().skip(*from).for_each(|value| *value -= jump);
+            }
+        }
+        let shift = own_zero(setting, &residual);
+        residual.iter_mut().for_each(|value| *value -= shift);
+        predicted.iter_mut().for_each(|value| *value += zero + shift);
+        Left { predicted, residual }
+    };
+    Ok(map(setting.workers, setting.campaign.pieces.len(), job))
+}
+
+/// A run's own zero, drawn towards none as far as zeros are known to scatter.
+fn own_zero(setting: &Setting<'_>, residual: &[f64]) -> f64 {
+    let mean = residual.iter().sum::<f64>() / residual.len().max(1) as f64;
+    if setting.nuisances.angle_zero || setting.nuisances.zero_nm > 0.0 { mean } else { 0.0 }
+}
+
+/// Sum of squares and samples by group, over the pieces wanted.
+pub(crate) fn squares(
+    setting: &Setting<'_>,
+    left: &[Left],
+    wanted: &impl Fn(&Piece) -> bool,
+) -> Vec<(f64, f64)> {
+    let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
+        if let Some((square, count)) = groups.get_mut(piece.group) {
+            // The first sample begins the prediction; it tells nothing.
+            *square += left.residual.iter().skip(1).map(|value| value * value).sum::<f64>();
+            *count += left.residual.len().saturating_sub(1) as f64;
+        }
+    }
+    groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
+}
+
+pub(crate) fn rms_of(groups: &[(f64, f64)]) -> f64 {
+    let (square, count) = groups.iter().fold((0.0, 0.0), |(s, c), group| (s + group.0, c + group.1));
+    (square / f64::max(count, 1.0)).sqrt()
+}
+
+/// RMS over the pieces wanted.
+pub(crate) fn rms_left(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
+    rms_of(&squares(setting, left, wanted))
+}
+
+/// What is left of the pieces wanted, as the fit counts it, in parts of the noise.
+pub(crate) fn rms_as_fitted(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
+    let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
+        let Some((square, count)) = groups.get_mut(piece.group) else { continue };
+        let samples = left.residual.iter().zip(&piece.weights).filter(|(_, weight)| **weight > 0.0);
+        for (value, weight) in samples {
+            *square += (value * weight).powi(2);
+            *count += 1.0;
+        }
+    }
+    Loss::of(setting).rms(groups.into_iter())
+}

@@ -1,0 +1,105 @@
+//! Whether a residual is white: whether a sample can be foretold from those before it (Ljung and Box, Biometrika 65, 1978).
+//! What a cause leaves behind shows in the correlation of neighbours, whichever cause it is.
+
+use crate::fit::equations::Setting;
+use crate::log::piece::Piece;
+use crate::outcome::Whiteness;
+use crate::show::residual::Left;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Samples back that are looked at for the report.
+const LAGS: usize = 20;
+/// ... and before another cause is looked for. A cause that makes two hundredths of the variance of 10,000 samples exceeds
+/// the bound by ten times what chance does.
+const SEARCHED: usize = 64;
+/// Above the statistic's mean by so many of its standard deviations there is something left to look for.
+const DEVIATIONS: f64 = 4.0;
+/// What can be foretold of white noise is less than this share; with many samples every test finds something.
+const FORETOLD: f64 = 0.02;
+const CHANCE: f64 = 0.01;
+
+/// Tests what is left, in parts of its noise.
+pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
+    let (correlations, count) = correlations::<LAGS>(setting, left, |_| true);
+    judged(&correlations, count)
+}
+
+/// Whether nothing is left to look for in the pieces that are fitted.
+pub(crate) fn is_white(setting: &Setting<'_>, left: &[Left]) -> bool {
+    let (correlations, count) = correlations::<SEARCHED>(setting, left, Piece::is_fitted);
+    let lags = SEARCHED as f64;
+    statistic(&correlations, count) < lags + DEVIATIONS * (2.0 * lags).sqrt()
+}
+
+/// The autocorrelations of the pieces that `counts`, from lag 1 on, each piece by itself; and of how many samples.
+fn correlations<const N: usize>(
+    setting: &Setting<'_>,
+    left: &[Left],
+    counts: impl Fn(&Piece) -> bool,
+) -> ([f64; N], f64) {
+    let (mut square, mut sums, mut count) = (0.0, [0.0; N], 0.0);
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| counts(piece)) {
+        let values: Vec<f64> =
+            left.residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect();
+        let product =
+            |lag: usize| values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+        count += values.iter().filter(|value| **value != 0.0).count() as f64;
+        square += product(0);
+        sums.iter_mut().zip(1..).for_each(|(sum, lag)| *sum += product(lag));
+    }
+    (sums.map(|sum| if square > 0.0 { sum / square } else { 0.0 }), count)
+}
+
+/// Ljung and Box's Q.
+fn statistic(correlations: &[f64], count: f64) -> f64 {
+    let terms = correlations.iter().zip(1..).map(|(correlation, lag)| {
+        let pairs = (count - f64::from(lag)).max(1.0);
+        correlation * correlation / pairs
+    });
+    count * (count + 2.0) * terms.sum::<f64>()
+}
+
+fn judged(correlations: &[f64; LAGS], count: f64) -> Whiteness {
+    let statistic = statistic(correlations, count);
+    let p_value = ChiSquared::new(LAGS as f64).map_or(1.0, |chi| 1.0 - chi.cdf(statistic));
+    let foretold = foretold(correlations);
+    let white = p_value >= CHANCE || foretold < FORETOLD;
+    Whiteness { lags: LAGS, statistic, p_value, foretold, white }
+}
+
+/// 1 − the error's variance that a linear prediction from the samples before leaves (Levinson and Durbin).
+fn foretold(correlations: &[f64; LAGS]) -> f64 {
+    let mut weights: Vec<f64> = Vec::with_capacity(LAGS);
+    let mut left = 1.0;
+    for (known, correlation) in correlations.iter().enumerate() {
+        let recent = correlations.iter().take(known).rev();
+        let so_far: f64 = weights.iter().zip(recent).map(|(weight, r)| weight * r).sum();
+        let partial: f64 = (correlation - so_far) / left;
+        if !partial.is_finite() || partial.abs() >= 1.0 {
+            break;
+        }
+        let turned: Vec<f64> = weights.iter().rev().copied().collect();
+        weights.iter_mut().zip(turned).for_each(|(weight, other)| *weight -= partial * other);
+        weights.push(partial);
+        left *= 1.0 - partial * partial;
+    }
+    1.0 - left
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_is_foretold_and_noise_is_not() {
+        let mut chain = [0.0; LAGS];
+        chain.iter_mut().zip(1..).for_each(|(r, lag)| *r = 0.8f64.powi(lag));
+        // Of r = 0.8·r' + e the part 0.8² is known beforehand.
+        assert!((foretold(&chain) - 0.64).abs() < 1e-9);
+        assert!(!judged(&chain, 1000.0).white);
+        let noise: [f64; LAGS] = std::array::from_fn(|lag| if lag % 2 == 0 { 0.02 } else { -0.02 });
+        let found = judged(&noise, 1000.0);
+        assert!(found.white && found.p_value > 0.5, "{found:?}");
+    }
+}
