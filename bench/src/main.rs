@@ -63,7 +63,7 @@ enum Bench {
     Peers,
     /// How often `stepvalve diagnose` finds what is hidden, beside a stepwise regression; takes long, not among `all`
     Diagnosis(diagnosis::Arguments),
-    /// What a diagnosis costs, by samples and candidates; --docs docs/diagnosis.md
+    /// What a diagnosis costs, by samples and candidates; --docs docs/diagnosis-evidence.md
     DiagnosisSpeed(diagnosis::speed::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
     Safety(safety::Arguments),
