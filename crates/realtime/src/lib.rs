@@ -6,9 +6,11 @@ mod alloc_count;
 mod clock;
 mod cyclic_timer;
 mod dma_latency;
+mod embassy_time;
 mod loop_stats;
 mod machine;
 mod memory;
+mod packet_socket;
 mod scheduling;
 
 pub use alloc_count::{CountingAllocator, allocations_of_this_thread};
@@ -18,4 +20,5 @@ pub use dma_latency::CpuDmaLatency;
 pub use loop_stats::{LoopStats, LoopSummary, Percentiles};
 pub use machine::machine_facts;
 pub use memory::{PageFaults, lock_memory, page_faults_of_this_thread, prefault_stack};
+pub use packet_socket::{PacketError, PacketSocket};
 pub use scheduling::{Obtained, Wanted, current_fifo_priority, obtain};
