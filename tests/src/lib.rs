@@ -9,12 +9,14 @@
 )]
 
 mod bench_place;
+mod cable;
 mod fake_machine;
 mod measured_data;
 mod payloads;
 mod stalls;
 
 pub use bench_place::{Finished, TestPlace, program, repository};
+pub use cable::{DriveProcess, FAR, NEAR, on_a_cable};
 pub use fake_machine::FakeMachine;
 pub use measured_data::measured_data;
 pub use payloads::{Payloads, payloads};
