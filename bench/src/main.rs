@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod bus;
+mod compensation;
 mod diagnosis;
 mod integrator;
 mod jitter;
@@ -75,6 +76,8 @@ enum Bench {
     Integrator,
     /// An hour of data through `stepvalve predict`
     Predict,
+    /// What friction compensation is worth, over scenarios, levels and beliefs; --file docs/compensation.md
+    Compensation(compensation::Arguments),
     /// Sim, bus, jitter, max and peers, one after the other
     All,
 }
@@ -113,6 +116,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Soak(arguments) => safety::run_soak(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
+        Bench::Compensation(arguments) => return compensation::run(arguments),
         Bench::All => return Ok(()),
     }?;
     println!("{}", results.text());

@@ -1,4 +1,5 @@
-//! ARCHITECTURE.md's table of allowed edges between crates is the truth, and control processes never reach HDF5.
+//! ARCHITECTURE.md's table of allowed edges between crates is the truth, and neither control processes nor their
+//! supervisor ever reach HDF5.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand};
@@ -70,12 +71,16 @@ fn reach(metadata: &Metadata, name: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn control_processes_never_reach_hdf5() {
+fn control_processes_and_their_supervisor_never_reach_hdf5() {
     let metadata = metadata();
     assert!(reach(&metadata, "run-log").contains("hdf5-metno"), "this test looks for the right name");
-    let reached = reach(&metadata, "processes");
-    for forbidden in ["hdf5-metno", "hdf5-metno-sys", "run-log", "stepvalve"] {
-        assert!(!reached.contains(forbidden), "the control processes reach {forbidden}");
+    for package in ["processes", "supervisor"] {
+        let reached = reach(&metadata, package);
+        for forbidden in
+            ["hdf5-metno", "hdf5-metno-sys", "run-log", "report", "diagnosis", "prediction", "stepvalve"]
+        {
+            assert!(!reached.contains(forbidden), "{package} reaches {forbidden}");
+        }
     }
 }
 

@@ -95,7 +95,7 @@ pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
 
 /// Runs one to its end.
 fn observe(ground: &Ground, injection: &Injection) -> Seen {
-    let wire = FaultyWire::new(ground.parts.timeline.period_ns, std::slice::from_ref(injection));
+    let wire = FaultyWire::new(&ground.parts, std::slice::from_ref(injection));
     let mut run = InProcess::over(&ground.parts, wire);
     let mut watch = Watch::new(ground, injection.at);
     while let Some(outputs) = run.cycle() {

@@ -114,7 +114,7 @@ fn judged(ground: &Ground, trial: &Trial, exact: String, record: &Path) -> Resul
 
 /// The first cycle in which the valve is not bit for bit where it is in one thread.
 fn first_difference(ground: &Ground, trial: &Trial, truths: &BTreeMap<u64, PlantTruth>) -> Option<u64> {
-    let wire = FaultyWire::new(ground.parts.timeline.period_ns, std::slice::from_ref(&trial.injection));
+    let wire = FaultyWire::new(&ground.parts, std::slice::from_ref(&trial.injection));
     let mut run = InProcess::over(&ground.parts, wire);
     while let Some(outputs) = run.cycle() {
         let expected = outputs.plant.map(|plant| words(&plant.truth));

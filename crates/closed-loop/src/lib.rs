@@ -7,6 +7,7 @@
 mod controller;
 mod encoder;
 mod in_process;
+mod measure;
 mod plant;
 mod pulses;
 mod timeline;
@@ -18,6 +19,7 @@ pub use crate::trajectory::{DueSetPoint, TrajectoryPart, TrajectoryRole};
 pub use controller::{ControllerPart, ControllerRole};
 pub use encoder::EncoderParams;
 pub use in_process::{Arrived, CycleMessages, CycleOutputs, InProcess};
+pub use measure::{Level, Outcome, measure};
 pub use plant::{PlantPart, PlantRole, PlantSample};
 pub use timeline::{ARM_CYCLE, Timeline};
 pub use wire::{Perfect, Presence, Wire};

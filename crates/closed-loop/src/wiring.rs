@@ -6,6 +6,7 @@ use crate::plant::PlantPart;
 use crate::timeline::Timeline;
 use crate::trajectory::{DueSetPoint, TrajectoryPart};
 use config::{FlowPressure, Scenario, ScheduledSetPoint, SetPoint};
+use serde::{Deserialize, Serialize};
 use signals::SetPointKind;
 use std::f64::consts::TAU;
 use step_control::ObserverSettings;
@@ -34,7 +35,7 @@ pub enum WiringError {
 }
 
 /// What each process is told, and the run's cycles.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Parts {
     /// The run's cycles.
     pub timeline: Timeline,

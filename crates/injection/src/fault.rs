@@ -1,12 +1,15 @@
 //! What can be made to go wrong.
 
+use crate::by_name;
+use serde::{Deserialize, Serialize};
 use signals::{Body, ControlStatus, Feedback, Field, Header, Reference, Source, StepCommand};
 
 /// The oldest message that can be replayed, in messages.
 pub const MAX_AGE: u64 = 16;
 
 /// A fault and when it begins.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub struct Injection {
     /// The first cycle of the process that it befalls; 0 for at once.
     pub at: u64,
@@ -15,7 +18,8 @@ pub struct Injection {
 }
 
 /// One way for the loop to go wrong.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Fault {
     /// Something befalls `count` messages, one after the other.
     Message {
@@ -29,6 +33,7 @@ pub enum Fault {
     /// A process takes so many cycles for one, and skips those that it missed.
     Overrun {
         /// Which.
+        #[serde(with = "by_name")]
         process: Source,
         /// How many.
         cycles: u64,
@@ -36,16 +41,19 @@ pub enum Fault {
     /// A process says nothing any more, as if it were dead.
     Silence {
         /// Which.
+        #[serde(with = "by_name")]
         process: Source,
     },
     /// A process is killed (SIGKILL).
     Kill {
         /// Which.
+        #[serde(with = "by_name")]
         process: Source,
     },
     /// A process is stopped for a while (SIGSTOP, SIGCONT).
     Pause {
         /// Which.
+        #[serde(with = "by_name")]
         process: Source,
         /// How long.
         ms: u64,
@@ -67,7 +75,8 @@ pub enum Fault {
 }
 
 /// What becomes of a message.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Damage {
     /// It is lost.
     Drop,
@@ -108,7 +117,8 @@ pub enum Damage {
 }
 
 /// The messages of the loop that faults befall.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "each variant is the message of its name")]
 pub enum Stream {
     Reference,

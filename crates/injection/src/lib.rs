@@ -6,6 +6,7 @@
 //! files; random details come from a seed.
 #![forbid(unsafe_code)]
 
+mod by_name;
 mod draw;
 mod fault;
 mod line;

@@ -4,9 +4,6 @@ use crate::fault::{Damage, Fault, Injection, MAX_AGE, Stream};
 use signals::{Body, Expectation, Header, Message, Source, check};
 use std::f64::consts::TAU;
 
-/// Counts per turn by which a jump of the angle shows in the encoder's counts.
-const COUNTS_PER_TURN: f64 = 131_072.0;
-
 /// One fault under way.
 #[derive(Debug, Clone)]
 struct Active {
@@ -23,6 +20,7 @@ pub struct Line<B: Body> {
     // The newest first.
     history: [Option<Message<B>>; MAX_AGE as usize],
     frozen: Option<B>,
+    counts_per_turn: f64,
 }
 
 /// What comes out for one message that went in.
@@ -35,13 +33,19 @@ pub struct Carried<B: Body> {
     pub arrives: bool,
 }
 
-impl<B: Body> Default for Line<B> {
-    fn default() -> Self {
-        Self { faults: Vec::new(), held: None, history: [None; MAX_AGE as usize], frozen: None }
-    }
-}
-
 impl<B: Body> Line<B> {
+    /// A line without a fault, beside an encoder of so many counts per turn; `None` where none is fitted.
+    pub fn new(counts_per_turn: Option<f64>) -> Self {
+        Self {
+            faults: Vec::new(),
+            held: None,
+            history: [None; MAX_AGE as usize],
+            frozen: None,
+            // Without an encoder there are no counts that a jump could show in.
+            counts_per_turn: counts_per_turn.unwrap_or(0.0),
+        }
+    }
+
     /// Lets a fault befall this line, if it is one of this kind of message.
     pub fn add(&mut self, injection: &Injection) {
         if let Fault::Message { stream, damage, count } = &injection.fault
@@ -73,7 +77,7 @@ impl<B: Body> Line<B> {
                 let old = usize::try_from(age.saturating_sub(1)).ok().and_then(|i| self.history.get(i));
                 Carried { messages: [old.copied().flatten(), None, None], arrives: false }
             }
-            Some(other) => changed(other, &message, &frozen),
+            Some(other) => changed(other, &message, &frozen, self.counts_per_turn),
         };
         if let Some(place) = carried.messages.iter_mut().find(|place| place.is_none()) {
             *place = late;
@@ -98,7 +102,7 @@ fn nothing<B: Body>() -> Carried<B> {
     Carried { messages: [None; 3], arrives: false }
 }
 
-fn changed<B: Body>(damage: &Damage, message: &Message<B>, frozen: &B) -> Carried<B> {
+fn changed<B: Body>(damage: &Damage, message: &Message<B>, frozen: &B, counts_per_turn: f64) -> Carried<B> {
     let header = message.header;
     let sealed = |header: Header, body: B| Message::seal(header, body);
     let new = match damage {
@@ -116,7 +120,7 @@ fn changed<B: Body>(damage: &Damage, message: &Message<B>, frozen: &B) -> Carrie
             sealed(Header { source: other.code(), ..header }, message.body)
         }
         Damage::FrozenEncoder => sealed(header, frozen_encoder(&message.body, frozen)),
-        Damage::EncoderJump { by_rad } => sealed(header, jumped(&message.body, *by_rad)),
+        Damage::EncoderJump { by_rad } => sealed(header, jumped(&message.body, *by_rad, counts_per_turn)),
         _ => *message,
     };
     let source = Source::from_code(header.source).unwrap_or(Source::Supervisor);
@@ -162,8 +166,8 @@ fn frozen_encoder<B: Body>(body: &B, frozen: &B) -> B {
     })
 }
 
-fn jumped<B: Body>(body: &B, by_rad: f64) -> B {
-    let by_counts = (by_rad / TAU * COUNTS_PER_TURN).round() as i64;
+fn jumped<B: Body>(body: &B, by_rad: f64, counts_per_turn: f64) -> B {
+    let by_counts = (by_rad / TAU * counts_per_turn).round() as i64;
     changed_words(body, |index, word| match field::<B>(index) {
         "encoder_counts" => word.cast_signed().wrapping_add(by_counts).cast_unsigned(),
         "angle_rad" => (f64::from_bits(word) + by_rad).to_bits(),

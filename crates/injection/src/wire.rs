@@ -3,7 +3,7 @@
 
 use crate::fault::{Fault, Injection};
 use crate::line::Line;
-use closed_loop::{Presence, Wire};
+use closed_loop::{Parts, Presence, Wire};
 use signals::{
     Arrival, Body, ControlStatus, Expectation, Feedback, Header, Message, Reference, SequenceTracker, Source,
     StepCommand, check,
@@ -20,8 +20,9 @@ struct Link<B: Body> {
 }
 
 impl<B: Body> Link<B> {
-    fn new(source: Source) -> Self {
-        Self { source, sequence: 0, line: Line::default(), tracker: SequenceTracker::default(), refused: 0 }
+    fn new(source: Source, counts_per_turn: Option<f64>) -> Self {
+        let (line, tracker) = (Line::new(counts_per_turn), SequenceTracker::default());
+        Self { source, sequence: 0, line, tracker, refused: 0 }
     }
 
     /// What arrives of the message for `of_cycle` that is sent in `cycle`.
@@ -60,14 +61,15 @@ pub struct FaultyWire {
 }
 
 impl FaultyWire {
-    /// A wire of a loop with this period, with these faults.
-    pub fn new(period_ns: u64, injections: &[Injection]) -> Self {
+    /// A wire of this loop, with these faults.
+    pub fn new(parts: &Parts, injections: &[Injection]) -> Self {
+        let counts = parts.plant.encoder.as_ref().map(|encoder| encoder.counts_per_turn);
         let mut wire = Self {
-            period_ns,
-            feedback: Link::new(Source::Plant),
-            reference: Link::new(Source::Trajectory),
-            command: Link::new(Source::Controller),
-            status: Link::new(Source::Controller),
+            period_ns: parts.timeline.period_ns,
+            feedback: Link::new(Source::Plant, counts),
+            reference: Link::new(Source::Trajectory, counts),
+            command: Link::new(Source::Controller, counts),
+            status: Link::new(Source::Controller, counts),
             processes: injections.to_vec(),
         };
         for injection in injections {

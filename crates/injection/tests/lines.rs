@@ -4,6 +4,9 @@
 use injection::{Damage, Fault, Injection, Line, SplitSeed, Stream, draw};
 use signals::{Body, Expectation, Feedback, Header, Message, Source, check};
 
+/// Not the usual 131,072.
+const COUNTS_PER_TURN: f64 = 4000.0;
+
 const EXPECTED: Expectation = Expectation { source: Source::Plant, generation: 4 };
 
 fn sealed(cycle: u64) -> Message<Feedback> {
@@ -13,7 +16,7 @@ fn sealed(cycle: u64) -> Message<Feedback> {
 
 /// Sequence numbers of what comes out that passes the check, cycle by cycle.
 fn passes(fault: &str, cycles: u64) -> Vec<Vec<u64>> {
-    let mut line = Line::default();
+    let mut line = Line::new(Some(COUNTS_PER_TURN));
     line.add(&Injection::parse(fault).unwrap());
     (0..cycles)
         .map(|cycle| {
@@ -53,13 +56,21 @@ fn damaged_messages_are_refused() {
 #[test]
 fn the_encoder_freezes_and_jumps() {
     let angles = |fault: &str| -> Vec<f64> {
-        let mut line = Line::default();
+        let mut line = Line::new(Some(COUNTS_PER_TURN));
         line.add(&Injection::parse(fault).unwrap());
         let angle = |cycle| line.carry(cycle, sealed(cycle)).messages[0].unwrap().body.angle_rad;
         (0..5).map(angle).collect()
     };
     assert_eq!(angles("frozen-encoder at=2 count=2"), [0.0, 0.001, 0.002, 0.002, 0.004]);
     assert_eq!(angles("encoder-jump at=3 by_rad=1"), [0.0, 0.001, 0.002, 1.003, 1.004]);
+}
+
+#[test]
+fn counts_jump_as_far_as_the_angle_does() {
+    let mut line = Line::new(Some(COUNTS_PER_TURN));
+    line.add(&Injection::parse("encoder-jump by_rad=1").unwrap());
+    let jumped = line.carry(0, sealed(0)).messages[0].unwrap().body;
+    assert_eq!(jumped.encoder_counts, (COUNTS_PER_TURN / std::f64::consts::TAU).round() as i64);
 }
 
 #[test]
@@ -104,6 +115,8 @@ fn what_is_drawn_has_a_text_that_reads_back() {
             Ok(injection.clone()),
             "seed {seed}: {injection}"
         );
+        let sent = postcard::to_stdvec(&injection).unwrap();
+        assert_eq!(postcard::from_bytes(&sent), Ok(injection), "seed {seed}");
     }
 }
 

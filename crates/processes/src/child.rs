@@ -50,9 +50,6 @@ pub enum ChildError {
     /// The record.
     #[error("record: {0}")]
     Recording(#[from] recording::RecordingError),
-    /// A fault to suffer.
-    #[error(transparent)]
-    Injection(#[from] injection::FaultTextError),
     /// The histograms of loop timing.
     #[error("histogram: {0}")]
     Histogram(String),
@@ -186,7 +183,6 @@ fn live(source: Source) -> Result<(), ChildError> {
     let bus = Bus::open(&part.membership.place, part.membership.generation)?;
     let wishes = Arc::new(Wishes::default());
     let orders = listen(&wishes);
-    let injections = part.injections.map(|texts| texts.iter().map(|text| Injection::parse(text)).collect());
     let child = Child {
         source,
         bus,
@@ -200,7 +196,7 @@ fn live(source: Source) -> Result<(), ChildError> {
             core: part.timing.core,
             lock_memory: source != Source::Recorder,
         },
-        injections: injections.transpose()?,
+        injections: part.injections,
         orders,
         early: RefCell::default(),
     };

@@ -17,9 +17,15 @@ impl<B: Service> Outbox<B> {
     pub(crate) fn open(child: &Child, source: Source) -> Result<Self, BusError> {
         Ok(Self {
             writer: child.bus.writer(source)?,
-            line: child.injections.as_ref().map(|_| Line::default()),
+            line: child.injections.as_ref().map(|_| Line::new(None)),
             says_absence: child.mode == Mode::Lockstep,
         })
+    }
+
+    /// The same beside an encoder of so many counts per turn, which faults can befall.
+    pub(crate) fn with_encoder(mut self, counts_per_turn: Option<f64>) -> Self {
+        self.line = self.line.map(|_| Line::new(counts_per_turn));
+        self
     }
 
     /// Publishes the message for `of_cycle` that this process makes in `cycle`. Never waits.

@@ -186,9 +186,7 @@ fn planned<C: Cyclic>(child: &Child, work: &mut C) -> ProcessFaults {
 /// Takes in faults that came since, and lets those of the whole process happen.
 fn suffer<C: Cyclic>(child: &Child, work: &mut C, faults: &mut ProcessFaults, wake: &Wake) {
     while let Some(order) = child.order() {
-        if let ToChild::Inject(text) = order
-            && let Ok(injection) = Injection::parse(&text)
-        {
+        if let ToChild::Inject(injection) = order {
             faults.add(C::SOURCE, &injection);
             work.inject(&injection);
         }

@@ -1,6 +1,7 @@
 //! What supervisor and processes say to each other.
 
 use closed_loop::{ControllerPart, PlantPart, Timeline, TrajectoryPart};
+use injection::Injection;
 use realtime::{LoopSummary, Obtained, PageFaults};
 use recording::RecordInfo;
 use serde::{Deserialize, Serialize};
@@ -54,8 +55,8 @@ pub struct Part {
     pub timeline: Timeline,
     /// When and where it runs.
     pub timing: TaskTiming,
-    /// Faults to suffer, as text; `None` where none are allowed, whatever comes later.
-    pub injections: Option<Vec<String>>,
+    /// Faults to suffer; `None` where none are allowed, whatever comes later.
+    pub injections: Option<Vec<Injection>>,
     /// Its own work.
     pub task: Task,
 }
@@ -128,8 +129,8 @@ pub enum ToChild {
     Mark(String),
     /// For the recorder: save the last seconds of every process's timing.
     SaveTiming,
-    /// Suffer a fault, where that is allowed; its text form.
-    Inject(String),
+    /// Suffer a fault, where that is allowed.
+    Inject(Injection),
     /// End the cycles now.
     Stop,
     /// End the process.

@@ -31,11 +31,12 @@ struct Plant {
 }
 
 pub(crate) fn run(child: &Child, part: PlantPart) -> Result<Option<ChildSummary>, ChildError> {
+    let counts_per_turn = part.encoder.as_ref().map(|encoder| encoder.counts_per_turn);
     let plant = Plant {
         role: PlantRole::new(part),
         mode: child.mode,
         last_cycle: child.timeline.last_cycle,
-        feedback: Outbox::open(child, Source::Plant)?,
+        feedback: Outbox::open(child, Source::Plant)?.with_encoder(counts_per_turn),
         recorded: child.recorded,
         truth: child.bus.writer(Source::Plant)?,
         commands: Inbox::open(child, Source::Controller)?,

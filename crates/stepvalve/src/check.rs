@@ -1,9 +1,9 @@
 //! `stepvalve check`: is this file good?
 
-use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::say::say;
 use std::path::PathBuf;
+use supervisor::{Failure, Outcome};
 
 /// What to check.
 #[derive(clap::Args)]

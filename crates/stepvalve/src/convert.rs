@@ -1,12 +1,12 @@
 //! `stepvalve convert`: a record becomes a run file.
 
-use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use anyhow::{Context, anyhow};
 use processes::complain;
 use run_log::RunLogError;
 use std::path::PathBuf;
+use supervisor::{Failure, Outcome};
 
 /// What to convert.
 #[derive(clap::Args)]

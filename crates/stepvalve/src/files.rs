@@ -1,13 +1,13 @@
 //! Scenario and model files: read here and nowhere else, checked before anything is started.
 
-use crate::failure::Failure;
 use anyhow::{Context, anyhow};
 use closed_loop::{Parts, wire};
 use config::{ConfigErrors, Scenario, belief_warnings, check_against_models, parse_model, parse_scenario};
-use processes::complain;
+use processes::{TaskTiming, complain};
 use recording::Texts;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use supervisor::{Failure, Timings};
 use valve_model::Model;
 
 /// No configuration file is longer, in bytes.
@@ -23,6 +23,24 @@ pub struct Loaded {
     pub parts: Parts,
     /// All three texts.
     pub texts: Texts,
+}
+
+impl Loaded {
+    /// When and where each process runs.
+    pub fn timings(&self) -> Timings {
+        let of = |task: config::TaskTiming| TaskTiming {
+            phase_ns: task.phase_ns,
+            core: task.core,
+            priority: task.priority,
+        };
+        let timing = &self.scenario.timing;
+        Timings {
+            plant: of(timing.plant),
+            trajectory: of(timing.trajectory),
+            controller: of(timing.controller),
+            recorder: of(timing.recorder),
+        }
+    }
 }
 
 /// Reads and checks a scenario and the models that it names.

@@ -1,14 +1,14 @@
 //! A scenario in one thread: as fast as it goes, with the same record as the processes make.
 
 use crate::metrics::Metrics;
-use crate::signals::Interruption;
-use crate::supervisor::Progress;
 use anyhow::Result;
 use closed_loop::{CycleOutputs, InProcess, Parts, Perfect, Wire};
 use injection::{FaultyWire, Injection};
 use recording::{Gap, RecordInfo, Topic, Writer};
 use signals::{Body, Header, Message, Source};
 use std::path::Path;
+use supervisor::Interruption;
+use supervisor::Progress;
 
 /// Counts one service's messages and seals them, as its publisher does.
 struct Sealer<B: Body> {
@@ -71,7 +71,7 @@ impl Run<'_> {
     }
 
     fn faulty(&self) -> FaultyWire {
-        FaultyWire::new(self.parts.timeline.period_ns, self.injections)
+        FaultyWire::new(self.parts, self.injections)
     }
 }
 

@@ -3,37 +3,33 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod check;
-mod compensation;
-mod control;
+mod conclude;
 mod convert;
 mod diagnose;
 mod doctor;
-mod failure;
+mod errand;
 mod files;
 mod import;
 mod in_process;
-mod instance;
+mod keep;
 mod metrics;
 mod operator;
 mod output;
 mod paper;
 mod predict;
+mod record_info;
 mod replay;
 mod report;
 mod run;
 mod say;
-mod signals;
 mod simulate;
-mod status;
 mod summary;
-mod supervisor;
 mod tune;
 
 use clap::{Parser, Subcommand};
-use control::Request;
-use failure::Outcome;
 use processes::complain;
 use std::process::ExitCode;
+use supervisor::{Outcome, Request};
 
 /// Positions a stepped rotary hydraulic valve, simulates it, and records what it does.
 ///
@@ -69,14 +65,15 @@ enum Command {
     Inject(operator::Inject),
     /// Validate a scenario (with its models) or a model
     Check(check::Arguments),
-    /// Measure what friction compensation is worth, over scenarios, levels and beliefs
-    Compensation(compensation::Arguments),
     /// Find the belief's friction parameters from a short motion, and how well they are known
     Tune(tune::Arguments),
     /// Check whether this machine holds the loop: what stands in the way, what to do, and how late a process wakes
     Doctor(doctor::Arguments),
     /// Turn a record (MCAP) into run.h5
     Convert(convert::Arguments),
+    /// Tell how a run ended, once the supervisor is done
+    #[command(hide = true)]
+    Conclude,
     /// Find what a model gets wrong about measured runs, name the cause, extend the model, measure the gain
     Diagnose(diagnose::Arguments),
     /// Turn tables (CSV, MAT) into a valve-log
@@ -108,10 +105,10 @@ fn main() -> ExitCode {
         Command::SaveTiming(arguments) => operator::plain(&Request::SaveTiming, &arguments),
         Command::Inject(arguments) => operator::inject(&arguments),
         Command::Check(arguments) => check::run(&arguments),
-        Command::Compensation(arguments) => compensation::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Conclude => conclude::conclude(),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
         Command::ReadMat(arguments) => import::read_mat(&arguments),

@@ -1,14 +1,12 @@
 //! `stepvalve arm | disarm | reset | set | status | mark | save-timing`: talking to a running instance.
 
-use crate::control::{Answer, Request, SetKind, ask, socket_path};
-use crate::failure::{Failure, Outcome};
-use crate::instance::base_folder;
 use crate::say::say;
-use crate::status::Status;
 use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand};
 use config::{Dimension, parse_quantity};
+use injection::Injection;
 use std::path::PathBuf;
+use supervisor::{Answer, Failure, Outcome, Request, SetKind, Status, ask, base_folder, socket_path};
 
 /// Which instance.
 #[derive(Debug, Args)]
@@ -125,8 +123,7 @@ pub fn mark(arguments: &Mark) -> Result<Outcome, Failure> {
 /// # Errors
 /// As [`plain`]; [`Failure::Input`] for a text that is no fault.
 pub fn inject(arguments: &Inject) -> Result<Outcome, Failure> {
-    let fault = arguments.fault.join(" ");
-    injection::Injection::parse(&fault).map_err(|error| Failure::Input(anyhow!("{error}")))?;
+    let fault = Injection::parse(&arguments.fault.join(" ")).map_err(Failure::input)?;
     send(&Request::Inject { fault }, &arguments.which)
 }
 

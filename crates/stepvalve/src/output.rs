@@ -1,10 +1,10 @@
 //! The folder that a run is written to.
 
-use crate::failure::Failure;
 use crate::files::name;
 use anyhow::{Context, anyhow};
 use processes::{SegmentName, segments_in};
 use std::path::{Path, PathBuf};
+use supervisor::Failure;
 
 /// Where a run's files go.
 pub struct Output {
@@ -49,11 +49,6 @@ impl Output {
     /// The record's segments that exist, in order.
     pub fn segments(&self) -> Vec<PathBuf> {
         segments_in(&self.folder).iter().map(|name| name.path(&self.folder)).collect()
-    }
-
-    /// The number of the next segment.
-    pub fn next_segment(&self) -> u32 {
-        segments_in(&self.folder).last().map_or(1, |name| name.number + 1)
     }
 
     /// The folder itself.

@@ -1,6 +1,5 @@
 //! `stepvalve predict`: what the model has for measured runs.
 
-use crate::failure::{Failure, Outcome};
 use crate::files::{self, name};
 use crate::say::say;
 use anyhow::{Context, anyhow};
@@ -9,12 +8,13 @@ use log_data::{Attribute, Channel, Log, Run};
 use prediction::{
     Past, Predicted, PredictionError, Start, depends_on_past, predict_taken, predicted_channel,
 };
-use run_log::Late;
+use run_log::{Late, RunLogError};
 use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Mutex, PoisonError};
+use supervisor::{Failure, Outcome};
 use valve_model::Model;
 
 /// What to predict.
@@ -106,7 +106,7 @@ fn predict_and_write(
 fn write(out: &Path, log: &Log, done: Receiver<Done>) -> Result<Vec<Predicted>, Failure> {
     let mut early: BTreeMap<usize, (Task, Predicted)> = BTreeMap::new();
     let mut all = Vec::new();
-    run_log::write_log_with_late(out, log, |index| -> Result<Late, Failure> {
+    let mut late = |index| -> Result<Late, Failure> {
         let (task, predicted) = loop {
             if let Some(done) = early.remove(&index) {
                 break done;
@@ -117,8 +117,19 @@ fn write(out: &Path, log: &Log, done: Receiver<Done>) -> Result<Vec<Predicted>, 
         };
         all.push(predicted);
         Ok(Late { channel: task.channel, values: task.values, attributes: attributes(&predicted) })
-    })?;
+    };
+    run_log::write_log_with_late(out, log, |index| late(index).map_err(Stopped))
+        .map_err(|stopped| stopped.0)?;
     Ok(all)
+}
+
+/// Why the file was not finished: the prediction's own failure, or one of writing.
+struct Stopped(Failure);
+
+impl From<RunLogError> for Stopped {
+    fn from(error: RunLogError) -> Self {
+        Self(Failure::Failed(error.into()))
+    }
 }
 
 /// For a model with a memory: in the order of time, each run with what the ones before left, rests in between included.

@@ -1,6 +1,5 @@
 //! `stepvalve replay`: the controller once more, on what it saw, compared bit for bit with what it said.
 
-use crate::failure::{Failure, Outcome};
 use crate::files::{load_texts, name};
 use crate::say::say;
 use anyhow::{Result, anyhow, bail};
@@ -10,6 +9,7 @@ use recording::{AnyMessage, read_record};
 use signals::{Body, ControlStatus, Feedback, OperatorCommand, Reference, StepCommand};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use supervisor::{Failure, Outcome};
 
 /// What to replay.
 #[derive(clap::Args)]

@@ -1,18 +1,18 @@
 //! `stepvalve run`: the valve without an end, in real time, spoken to over its control socket.
 
-use crate::control;
-use crate::failure::{Failure, Outcome};
+use crate::errand::{Errand, hand_over};
 use crate::files;
-use crate::instance::Instance;
+use crate::keep::parse_keep;
 use crate::output::Output;
+use crate::record_info::{Mode, record_info};
 use crate::say::say;
-use crate::signals::Interruption;
-use crate::simulate::{Mode, info};
-use crate::supervisor::{self, Channel, Setup, Stay};
+use crate::summary::{ProcessSummary, by_process};
 use anyhow::anyhow;
-use processes::complain;
-use processes::{Keep, Mode as Pace};
-use std::path::PathBuf;
+use processes::{Keep, Mode as Pace, complain};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use supervisor::{Ending, Failure, Mission, Outcome};
 
 /// What to run.
 #[derive(clap::Args)]
@@ -41,48 +41,72 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs until SIGTERM (exit code 0), SIGINT (130), or until the processes died too often (1).
+/// Runs until SIGTERM (exit code 0), SIGINT or SIGHUP (130), or until the processes died too often (1): becomes the
+/// supervisor, so it returns only where that fails.
 ///
 /// # Errors
-/// [`Failure::Input`] before anything is started; [`Failure::Failed`] as above.
+/// [`Failure::Input`] before anything is started; [`Failure::Failed`] where the supervisor can't be started.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut loaded = files::load(&arguments.scenario)?;
+    let loaded = files::load(&arguments.scenario)?;
     for warning in loaded.scenario.warnings() {
         complain(format_args!("note: {warning}"));
     }
-    loaded.parts = loaded.parts.without_end();
     let output = Output::of_instance(&arguments.out)?;
-    let interruption = Interruption::watch()?;
-    let instance = Instance::acquire(&arguments.instance)?;
-    let channel = Channel::new();
-    control::serve(instance.folder(), channel.sender())?;
-    let setup = Setup {
-        instance: &instance,
+    let mission = Mission {
         name: arguments.instance.clone(),
-        pace: Pace::Realtime,
-        loaded: &loaded,
-        output: &output,
+        mode: Pace::Realtime,
+        stays: true,
+        timings: loaded.timings(),
+        folder: output.folder().to_owned(),
         keep: arguments.record,
-        info: info(&loaded, Mode::Realtime, &arguments.instance),
+        info: record_info(&loaded, Mode::Realtime, &arguments.instance),
+        parts: loaded.parts.without_end(),
         injections: arguments.allow_injection.then(Vec::new),
         require_realtime: arguments.require_realtime,
-        interruption: interruption.clone(),
+        errand: Vec::new(),
     };
-    let stay = supervisor::stay(setup, &channel)?;
-    report(&stay, &output, arguments.json)?;
-    match stay.failure {
+    hand_over(mission, &Errand::Run { out: arguments.out.clone(), json: arguments.json })
+}
+
+/// How an instance ended, for machines.
+#[derive(Serialize)]
+struct Stay<'a> {
+    /// Starts of the processes.
+    generations: u64,
+    /// What went wrong for good.
+    failure: Option<&'a str>,
+    /// Messages that the supervisor itself published in the last generation.
+    published: u64,
+    /// What each process had to say in the last generation.
+    processes: BTreeMap<String, ProcessSummary>,
+}
+
+/// Tells how it ended.
+///
+/// # Errors
+/// [`Failure::Failed`] where the processes died too often, or the disk did not take the record.
+pub fn conclude(out: &Path, json: bool, ending: Ending) -> Result<Outcome, Failure> {
+    report(out, json, &ending)?;
+    match ending.failure {
         Some(failure) => Err(Failure::Failed(anyhow!("{failure}"))),
-        None if interruption.terminated() => Ok(Outcome::Done),
+        None if ending.terminated => Ok(Outcome::Done),
         None => Ok(Outcome::Interrupted),
     }
 }
 
-fn report(stay: &Stay, output: &Output, json: bool) -> Result<(), anyhow::Error> {
+fn report(out: &Path, json: bool, ending: &Ending) -> Result<(), Failure> {
     if json {
-        say(serde_json::to_string_pretty(stay)?);
+        let stay = Stay {
+            generations: ending.generations,
+            failure: ending.failure.as_deref(),
+            published: ending.published,
+            processes: by_process(&ending.processes),
+        };
+        say(serde_json::to_string_pretty(&stay).map_err(anyhow::Error::from)?);
         return Ok(());
     }
-    say(format_args!("stopped after {} starts of the processes", stay.generations));
+    say(format_args!("stopped after {} starts of the processes", ending.generations));
+    let output = Output::of_instance(out)?;
     let segments = output.segments();
     if !segments.is_empty() {
         let folder = output.folder().display();
@@ -92,41 +116,4 @@ fn report(stay: &Stay, output: &Output, json: bool) -> Result<(), anyhow::Error>
         ));
     }
     Ok(())
-}
-
-/// `none`, `all` or `ring=SIZE`.
-pub fn parse_keep(text: &str) -> Result<Keep, String> {
-    const UNITS: [(&str, u64); 4] = [("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000), ("B", 1)];
-    let expected =
-        || format!("found {text:?}, expected none, all, or ring=SIZE with a size like 500MB or 2GB");
-    match text {
-        "none" => return Ok(Keep::None),
-        "all" => return Ok(Keep::All),
-        _ => {}
-    }
-    let size = text.strip_prefix("ring=").ok_or_else(expected)?;
-    let (number, factor) = UNITS
-        .iter()
-        .find_map(|(unit, factor)| Some((size.strip_suffix(unit)?, *factor)))
-        .ok_or_else(expected)?;
-    let number: u64 = number.trim().parse().map_err(|_| expected())?;
-    let bytes = number
-        .checked_mul(factor)
-        .filter(|bytes| *bytes >= 10_000_000)
-        .ok_or_else(|| format!("found {text:?}, expected at least 10MB: some seconds of a 1 kHz loop"))?;
-    Ok(Keep::Ring { bytes })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes() {
-        assert_eq!(parse_keep("none"), Ok(Keep::None));
-        assert_eq!(parse_keep("ring=500MB"), Ok(Keep::Ring { bytes: 500_000_000 }));
-        for bad in ["", "ring", "ring=", "ring=5", "ring=-1GB", "ring=1kB", "ring=99999999999999GB", "ALL"] {
-            assert!(parse_keep(bad).is_err(), "{bad}");
-        }
-    }
 }

@@ -1,37 +1,22 @@
 //! `stepvalve simulate`: a scenario in closed loop, in one of three modes, to its end.
 
-use crate::failure::{Failure, Outcome};
+use crate::errand::{Errand, Simulation, hand_over};
 use crate::files::{self, Loaded};
 use crate::in_process;
-use crate::instance::Instance;
+use crate::keep::parse_keep;
 use crate::metrics::Metrics;
 use crate::output::Output;
+use crate::record_info::{Mode, record_info};
 use crate::report;
-use crate::run::parse_keep;
 use crate::say::say;
-use crate::signals::Interruption;
-use crate::summary::Summary;
-use crate::supervisor::{self, Setup};
+use crate::summary::{Summary, by_process};
 use anyhow::anyhow;
-use clap::ValueEnum;
 use injection::Injection;
-use processes::complain;
-use processes::{Keep, Mode as Pace};
-use recording::{RecordInfo, read_record};
-use std::collections::BTreeMap;
+use processes::{Keep, Mode as Pace, complain};
+use realtime::now_ns;
+use recording::read_record;
 use std::path::PathBuf;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
-
-/// How to run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Mode {
-    /// Separate processes, each on its own absolute deadlines
-    Realtime,
-    /// Separate processes that wait for each other: no clock, the same result every time
-    Lockstep,
-    /// One thread, as fast as it goes
-    InProcess,
-}
+use supervisor::{Ending, Failure, Interruption, Mission, Outcome};
 
 /// What to run, how, and where to.
 #[derive(clap::Args)]
@@ -66,7 +51,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the scenario and prints the summary.
+/// Runs the scenario and prints the summary; between processes it becomes the supervisor, and returns only where that fails.
 ///
 /// # Errors
 /// [`Failure::Input`] before anything is started; [`Failure::Failed`] where the run or its record failed.
@@ -80,73 +65,91 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         complain(format_args!("note: {warning}"));
     }
     let output = Output::prepare(&arguments.out)?;
-    let interruption = Interruption::watch()?;
-    let begun = Instant::now();
-    let mut summary = summary(&loaded, arguments.mode);
-    let complete = match arguments.mode {
-        Mode::InProcess => in_process(arguments, &loaded, &output, &injections, &interruption, &mut summary)?,
-        Mode::Realtime => {
-            supervised(arguments, &loaded, Pace::Realtime, &output, &injections, &interruption, &mut summary)?
-        }
-        Mode::Lockstep => {
-            supervised(arguments, &loaded, Pace::Lockstep, &output, &injections, &interruption, &mut summary)?
-        }
+    let simulation = Simulation {
+        title: loaded.scenario.name.clone(),
+        mode: arguments.mode,
+        cycles: loaded.parts.timeline.last_cycle + 1,
+        period_s: loaded.scenario.period_s(),
+        begun_ns: now_ns(),
+        out: arguments.out.clone(),
+        keep: arguments.record,
+        json: arguments.json,
     };
-    summary.wall_s = begun.elapsed().as_secs_f64();
-    if arguments.record == Keep::All {
-        take_record(&output, &mut summary)?;
+    match arguments.mode {
+        Mode::InProcess => in_process(&simulation, &loaded, &output, &injections),
+        Mode::Realtime => supervised(arguments, loaded, Pace::Realtime, injections, simulation),
+        Mode::Lockstep => supervised(arguments, loaded, Pace::Lockstep, injections, simulation),
     }
-    print(&summary, arguments.json)?;
-    outcome(&summary, complete)
 }
 
 /// In one thread; without a record the summary's numbers come from the messages as they pass.
 fn in_process(
-    arguments: &Arguments,
+    simulation: &Simulation,
     loaded: &Loaded,
     output: &Output,
     injections: &[Injection],
-    interruption: &Interruption,
-    summary: &mut Summary,
-) -> Result<bool, Failure> {
-    let run = in_process::Run { parts: &loaded.parts, injections, interruption };
-    if arguments.record == Keep::All {
-        let info = info(loaded, Mode::InProcess, "in-process");
-        return Ok(run.record(&info, &output.first_segment())?);
-    }
-    let (metrics, complete) = run.measure();
-    summary.take_metrics(&metrics);
-    Ok(complete)
+) -> Result<Outcome, Failure> {
+    let mut summary = Summary::new(simulation);
+    let run = in_process::Run { parts: &loaded.parts, injections, interruption: &Interruption::watch()? };
+    let complete = if simulation.keep == Keep::All {
+        let info = record_info(loaded, Mode::InProcess, "in-process");
+        run.record(&info, &output.first_segment())?
+    } else {
+        let (metrics, complete) = run.measure();
+        summary.take_metrics(&metrics);
+        complete
+    };
+    tell(simulation, summary, output, complete)
 }
 
 fn supervised(
     arguments: &Arguments,
-    loaded: &Loaded,
+    loaded: Loaded,
     pace: Pace,
-    output: &Output,
-    injections: &[Injection],
-    interruption: &Interruption,
-    summary: &mut Summary,
-) -> Result<bool, Failure> {
+    injections: Vec<Injection>,
+    simulation: Simulation,
+) -> Result<Outcome, Failure> {
     let name = arguments.instance.clone().unwrap_or_else(|| format!("simulate-{}", std::process::id()));
-    let instance = Instance::acquire(&name)?;
-    let setup = Setup {
-        instance: &instance,
-        name: name.clone(),
-        pace,
-        loaded,
-        output,
+    let mission = Mission {
+        mode: pace,
+        stays: false,
+        timings: loaded.timings(),
+        folder: arguments.out.clone(),
         keep: arguments.record,
-        info: info(loaded, arguments.mode, &name),
-        injections: arguments.allow_injection.then(|| injections.to_vec()),
+        info: record_info(&loaded, arguments.mode, &name),
+        parts: loaded.parts,
+        injections: arguments.allow_injection.then_some(injections),
         require_realtime: arguments.require_realtime,
-        interruption: interruption.clone(),
+        errand: Vec::new(),
+        name,
     };
-    let ending = supervisor::run(&setup)?;
-    summary.processes = ending.processes;
+    hand_over(mission, &Errand::Simulate(simulation))
+}
+
+/// Takes over from the supervisor: makes run.h5 and run.html, and prints the summary.
+///
+/// # Errors
+/// [`Failure::Failed`] where the run or its record failed.
+pub fn conclude(simulation: &Simulation, ending: Ending) -> Result<Outcome, Failure> {
+    let mut summary = Summary::new(simulation);
+    summary.processes = by_process(&ending.processes);
     summary.failure = ending.failure;
     summary.recorder_restarts = ending.recorder_restarts;
-    Ok(!ending.interrupted)
+    tell(simulation, summary, &Output::of_instance(&simulation.out)?, !ending.interrupted)
+}
+
+fn tell(
+    simulation: &Simulation,
+    mut summary: Summary,
+    output: &Output,
+    complete: bool,
+) -> Result<Outcome, Failure> {
+    summary.wall_s = now_ns().saturating_sub(simulation.begun_ns) as f64 / 1e9;
+    if simulation.keep == Keep::All {
+        take_record(output, &mut summary)?;
+    }
+    print(&summary, simulation.json)?;
+    outcome(&summary, complete)
 }
 
 /// The faults that were asked for.
@@ -160,67 +163,12 @@ fn injections(arguments: &Arguments) -> Result<Vec<Injection>, Failure> {
         if fits {
             return Ok(injection);
         }
-        let mode = mode_name(arguments.mode);
         Err(Failure::Input(anyhow!(
-            "fault {text:?} can't be planned {mode}: stepvalve inject does it to an instance"
+            "fault {text:?} can't be planned {}: stepvalve inject does it to an instance",
+            arguments.mode.name()
         )))
     };
     arguments.inject.iter().map(one).collect()
-}
-
-/// What a record says of itself.
-pub fn info(loaded: &Loaded, mode: Mode, instance: &str) -> RecordInfo {
-    // In lockstep and in process nothing may differ between two runs of one scenario.
-    let live = mode == Mode::Realtime;
-    let started = SystemTime::now().duration_since(UNIX_EPOCH).map(|since| since.as_nanos() as u64);
-    RecordInfo {
-        title: loaded.scenario.name.clone(),
-        instance: if live { instance.to_owned() } else { String::new() },
-        mode: mode_name(mode).to_owned(),
-        program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        generation: supervisor::generation_of(live),
-        period_ns: loaded.scenario.period_ns,
-        microstep_rad: Some(loaded.microstep_rad),
-        started_unix_ns: started.ok().filter(|_| live),
-        texts: loaded.texts.clone(),
-        machine: realtime::machine_facts().into_iter().collect(),
-    }
-}
-
-fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Realtime => "realtime",
-        Mode::Lockstep => "lockstep",
-        Mode::InProcess => "in-process",
-    }
-}
-
-fn summary(loaded: &Loaded, mode: Mode) -> Summary {
-    Summary {
-        title: loaded.scenario.name.clone(),
-        mode: mode_name(mode).to_owned(),
-        cycles: loaded.parts.timeline.last_cycle + 1,
-        period_s: loaded.scenario.period_s(),
-        wall_s: 0.0,
-        following_error_rad: None,
-        true_following_error_rad: None,
-        pulse_rate_peak_hz: 0.0,
-        torque_reserve_min_nm: None,
-        limiting_cycles: 0,
-        lost_steps: 0,
-        fault: None,
-        fault_cycle: None,
-        refused_set_points: BTreeMap::new(),
-        recorded: 0,
-        declared_missing: 0,
-        record_flaws: Vec::new(),
-        recorder_restarts: 0,
-        failure: None,
-        measured: false,
-        processes: BTreeMap::new(),
-        run_h5: None,
-        run_html: None,
-    }
 }
 
 /// Turns the record into run.h5, that into run.html, and takes the summary's numbers from it.

@@ -1,5 +1,6 @@
 //! A run's summary: for people on stdout, for machines as JSON.
 
+use crate::errand::Simulation;
 use crate::metrics::{Metrics, Spread};
 use processes::ChildSummary;
 use realtime::{Obtained, Percentiles};
@@ -8,6 +9,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
+use supervisor::ProcessEnding;
 
 /// One process's part of the summary.
 #[derive(Debug, Clone, Serialize)]
@@ -70,7 +72,45 @@ pub struct Summary {
     pub run_html: Option<PathBuf>,
 }
 
+/// What each process had to say, for people and machines.
+pub fn by_process(endings: &BTreeMap<String, ProcessEnding>) -> BTreeMap<String, ProcessSummary> {
+    let summary = |ending: &ProcessEnding| ProcessSummary {
+        scheduling: ending.scheduling.clone(),
+        counts: ending.counts.clone(),
+    };
+    endings.iter().map(|(name, ending)| (name.clone(), summary(ending))).collect()
+}
+
 impl Summary {
+    /// Of a simulation of which nothing is known yet.
+    pub fn new(simulation: &Simulation) -> Self {
+        Self {
+            title: simulation.title.clone(),
+            mode: simulation.mode.name().to_owned(),
+            cycles: simulation.cycles,
+            period_s: simulation.period_s,
+            wall_s: 0.0,
+            following_error_rad: None,
+            true_following_error_rad: None,
+            pulse_rate_peak_hz: 0.0,
+            torque_reserve_min_nm: None,
+            limiting_cycles: 0,
+            lost_steps: 0,
+            fault: None,
+            fault_cycle: None,
+            refused_set_points: BTreeMap::new(),
+            recorded: 0,
+            declared_missing: 0,
+            record_flaws: Vec::new(),
+            recorder_restarts: 0,
+            failure: None,
+            measured: false,
+            processes: BTreeMap::new(),
+            run_h5: None,
+            run_html: None,
+        }
+    }
+
     /// Takes over what the record says.
     pub fn take_record(&mut self, metrics: &Metrics, report: &Report) {
         self.take_metrics(metrics);

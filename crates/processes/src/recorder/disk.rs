@@ -4,7 +4,7 @@ use super::ring::Ring;
 use crate::complain::complain;
 use crate::part::{Keep, RecorderPart};
 use crate::segments::SegmentName;
-use injection::{Fault, Injection};
+use injection::Fault;
 use recording::{Gap, RecordInfo, RecordingError, Writer};
 use signal_bus::Service;
 use signals::{Message, Source};
@@ -191,10 +191,10 @@ impl Disk {
     }
 
     /// A fault of the disk, as far as the record can tell: it takes nothing for a while, or refuses everything.
-    pub(crate) fn inject(&mut self, text: &str) {
-        match Injection::parse(text).map(|injection| injection.fault) {
-            Ok(Fault::DiskStalled { ms }) => std::thread::sleep(Duration::from_millis(ms)),
-            Ok(Fault::DiskFull) => self.fail("No space left on device (injected)".to_owned()),
+    pub(crate) fn inject(&mut self, fault: &Fault) {
+        match fault {
+            Fault::DiskStalled { ms } => std::thread::sleep(Duration::from_millis(*ms)),
+            Fault::DiskFull => self.fail("No space left on device (injected)".to_owned()),
             _ => {}
         }
     }

@@ -84,7 +84,9 @@ impl Recorder {
         while let Some(order) = child.order() {
             match order {
                 ToChild::Mark(text) => self.disk.note(&text),
-                ToChild::Inject(text) if child.injections.is_some() => self.disk.inject(&text),
+                ToChild::Inject(injection) if child.injections.is_some() => {
+                    self.disk.inject(&injection.fault)
+                }
                 ToChild::SaveTiming => child.say(&FromChild::Saved(self.flight.save_now())),
                 _ => {}
             }

@@ -2,7 +2,7 @@
 //! the controller.
 
 use super::extended;
-use crate::compensation::measure::{self, Level};
+use closed_loop::{Level, measure};
 use config::{Compensation, parse_scenario};
 use diagnosis::{ClosedLoopGain, Found};
 use valve_model::Model;
@@ -30,7 +30,7 @@ pub fn gain(found: &Found, given: &Model) -> Option<ClosedLoopGain> {
     let scenario = parse_scenario(&text, "the sine of the closed loop").ok()?;
     let extended = extended::model(found);
     let following_error = |belief: &Model| {
-        let outcome = measure::run(&scenario, &extended, belief, LEVEL).ok()?;
+        let outcome = measure(&scenario, &extended, belief, LEVEL).ok()?;
         (outcome.fault.is_none() && outcome.lost_teeth == 0 && outcome.cycles > 0).then_some(outcome.rms_rad)
     };
     let (before, after) = (following_error(given)?, following_error(&extended)?);

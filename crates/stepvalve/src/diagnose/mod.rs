@@ -7,7 +7,6 @@ mod page;
 mod threads;
 mod words;
 
-use crate::failure::{Failure, Outcome};
 use crate::files::{self, name};
 use crate::say::say;
 use anyhow::{Context, anyhow};
@@ -16,6 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use supervisor::{Failure, Outcome};
 use threads::Threads;
 
 /// What to hold against what.

@@ -5,10 +5,10 @@
 
 use super::finding::{Finding, Topic};
 use super::root::Root;
-use crate::instance::{base_path, prefix};
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use supervisor::{base_path, prefix};
 
 const LEFTOVERS: Topic = Topic {
     id: "leftovers",

@@ -2,7 +2,6 @@
 //! with the loop's own timer.
 
 use super::target::Target;
-use crate::failure::Failure;
 use anyhow::{Context, Result, anyhow, bail};
 use hdrhistogram::Histogram;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use supervisor::Failure;
 
 /// The longest wake-up told apart, ns.
 const LONGEST_NS: u64 = 100_000_000_000;

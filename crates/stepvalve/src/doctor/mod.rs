@@ -14,7 +14,6 @@ mod root;
 mod target;
 mod verdict;
 
-use crate::failure::{Failure, Outcome};
 use crate::say::say;
 use anyhow::anyhow;
 use config::{Dimension, parse_quantity};
@@ -24,6 +23,7 @@ use root::Root;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Duration;
+use supervisor::{Failure, Outcome};
 use target::Target;
 use verdict::Verdict;
 

@@ -1,12 +1,12 @@
 //! The loop that the machine is judged for: its period, cores, priority, and how late a process may be.
 
-use crate::failure::Failure;
 use crate::files;
 use anyhow::anyhow;
 use config::{Dimension, TaskTiming, parse_quantity};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::Path;
+use supervisor::Failure;
 
 /// Period, ns, where neither the option nor a scenario gives one.
 const DEFAULT_PERIOD_NS: u64 = 1_000_000;

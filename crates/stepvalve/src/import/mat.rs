@@ -3,7 +3,6 @@
 //! The parsers of both were not written against malice: a strange file may crash or exhaust them. So a process of its
 //! own reads the file (`stepvalve read-mat`), and its end, however it ends, is an error message here.
 
-use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use anyhow::{Context, anyhow, bail};
 use matfile::{MatFile, NumericData};
@@ -11,6 +10,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use supervisor::{Failure, Outcome};
 use table_import::{Table, Take};
 
 /// An array of a MAT file: name, shape, numbers with the first index running fastest.

@@ -4,7 +4,6 @@ mod mat;
 
 pub use mat::{ReadMat, read_mat};
 
-use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use anyhow::{Context, anyhow};
@@ -12,6 +11,7 @@ use indicatif::ProgressBar;
 use log_data::{AngleZero, Log, Run};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use supervisor::{Failure, Outcome};
 use table_import::{Format, Header, Limits, Map, Rows, Separated, Separator, Table, collect};
 
 /// More numbers than this, all runs and channels together, are refused: they take 2 GB of memory.

@@ -5,12 +5,12 @@ mod figures;
 mod page;
 mod ramp;
 
-use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use anyhow::{Context, Result, anyhow};
 use config::parse_model;
 use std::path::PathBuf;
+use supervisor::{Failure, Outcome};
 use valve_model::{FrictionParams, LuGreParams, Model};
 
 /// Where to write.

@@ -9,13 +9,13 @@ mod table;
 mod text;
 mod timing;
 
-use crate::failure::{Failure, Outcome};
 use crate::files::name;
 use crate::say::say;
 use ::report::{RunData, TimeAxis, run_page};
 use anyhow::{Context, anyhow};
 use run_log::RunFile;
 use std::path::{Path, PathBuf};
+use supervisor::{Failure, Outcome};
 use table::Table;
 
 /// What to show.

@@ -4,7 +4,6 @@ mod fit;
 mod motion;
 mod torque;
 
-use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::say::say;
 use anyhow::{Context, anyhow};
@@ -12,6 +11,7 @@ use config::{ModelComments, parse_model, parse_scenario, write_model};
 use fit::{COUNT, Fit, KEYS, fit};
 use motion::{identification, record};
 use std::path::{Path, PathBuf};
+use supervisor::{Failure, Outcome};
 use valve_model::{FrictionParams, LuGreParams, Model};
 
 /// What to tune and where to write it.

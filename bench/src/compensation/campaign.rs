@@ -1,8 +1,8 @@
 //! All runs of all cases, on all cores.
 
 use super::cases::{Case, factor_of_two, thirty_percent, wrong_shaft};
-use super::measure::{Level, Outcome, run};
 use anyhow::{Context, Result};
+use closed_loop::{Level, Outcome, measure};
 use config::Compensation;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::Mutex;
@@ -83,7 +83,7 @@ fn take<'a>(next: &AtomicUsize, cases: &'a [Case]) -> Option<(usize, &'a Case)> 
 }
 
 fn examine(case: &Case) -> Result<Findings> {
-    let outcome = |belief: &Model, level: Level| run(&case.scenario, &case.truth, belief, level);
+    let outcome = |belief: &Model, level: Level| measure(&case.scenario, &case.truth, belief, level);
     let none = outcome(&case.truth, Level::NONE)?;
     let right = LEVELS.iter().map(|(_, level)| outcome(&case.truth, *level)).collect::<Result<_, _>>()?;
     let spread = |beliefs: &[Model], level: Level| -> Result<Spread> {

@@ -7,8 +7,7 @@
 //!
 //! Both locks go with their processes, however these end, so what a crash left can be told from what lives.
 
-use crate::failure::Failure;
-use crate::files::name;
+use crate::exit::Failure;
 use anyhow::{Context, anyhow, bail};
 use signal_bus::Place;
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
@@ -108,6 +107,11 @@ pub fn base_path() -> PathBuf {
     from("RUNTIME_DIRECTORY")
         .or_else(|| from("XDG_RUNTIME_DIR"))
         .unwrap_or_else(|| std::env::temp_dir().join(format!("stepvalve-{}", nix::unistd::getuid())))
+}
+
+/// A path as messages show it.
+fn name(path: &Path) -> String {
+    path.display().to_string()
 }
 
 fn make_private(folder: &Path) -> Result<(), anyhow::Error> {

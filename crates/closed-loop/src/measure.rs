@@ -1,6 +1,7 @@
 //! One run in one thread: how far the spool is from where it is wanted, and what stood in the way.
 
-use closed_loop::{InProcess, WiringError, wire};
+use crate::in_process::InProcess;
+use crate::wiring::{WiringError, wire};
 use config::{Compensation, Damping, Scenario};
 use signals::{ControllerState, FaultCode};
 use std::collections::VecDeque;
@@ -45,7 +46,12 @@ pub struct Outcome {
 ///
 /// # Errors
 /// A model that the scenario can't be wired with.
-pub fn run(scenario: &Scenario, truth: &Model, belief: &Model, level: Level) -> Result<Outcome, WiringError> {
+pub fn measure(
+    scenario: &Scenario,
+    truth: &Model,
+    belief: &Model,
+    level: Level,
+) -> Result<Outcome, WiringError> {
     let mut scenario = scenario.clone();
     scenario.compensation = level.feed_forward;
     scenario.encoder.fitted = level.encoder;

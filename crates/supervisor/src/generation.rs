@@ -1,20 +1,21 @@
 //! One generation of processes, from its services to its end.
 
-use super::child::{Child, Event, News};
-use super::notify::Pulse;
-use super::progress::Progress;
-use super::watch::Watch;
-use super::{Channel, Ending, Setup};
-use crate::control::Asked;
-use crate::summary::ProcessSummary;
+use crate::child::Child;
+use crate::instance::Instance;
+use crate::interruption::Interruption;
+use crate::mission::{Ending, Mission, ProcessEnding};
+use crate::news::{Asked, Channel, Event, News};
+use crate::notify::Pulse;
+use crate::progress::Progress;
+use crate::watch::Watch;
 use anyhow::{Context, Result, bail};
 use closed_loop::Parts;
 use injection::Injection;
-use processes::complain;
 use processes::{
-    ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,
+    ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, ToChild, complain, segments_in,
 };
 use realtime::Obtained;
+use recording::RecordInfo;
 use signal_bus::{Bus, Place, Writer};
 use signals::{OperatorCommand, OperatorKind, SetPoint, Source};
 use std::collections::{BTreeMap, VecDeque};
@@ -43,6 +44,19 @@ const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller
 #[error("{0} ended before it was ready")]
 pub struct DiedAtStart(Source);
 
+/// What a generation is started from.
+pub struct Setup<'a> {
+    /// The run.
+    pub mission: &'a Mission,
+    /// Its instance.
+    pub instance: &'a Instance,
+    /// The number of the generation in messages: 0 without a clock, so that recordings are identical.
+    pub generation: u64,
+    /// Whether the user wants it to end.
+    pub interruption: &'a Interruption,
+}
+
+/// A generation under way.
 pub struct Generation<'a> {
     setup: &'a Setup<'a>,
     channel: &'a Channel,
@@ -73,7 +87,7 @@ impl<'a> Generation<'a> {
     /// # Errors
     /// Where one can't be started, fails, or doesn't get the scheduling that is required.
     pub fn start(setup: &'a Setup<'a>, channel: &'a Channel, started: u32) -> Result<Self> {
-        let generation = setup.info.generation;
+        let generation = setup.generation;
         let place = setup.instance.place(generation);
         let bus = Bus::create(&place, generation)?;
         let mut this = Self {
@@ -87,10 +101,10 @@ impl<'a> Generation<'a> {
             summaries: BTreeMap::new(),
             asked: VecDeque::new(),
             saved: None,
-            watch: Watch::open(&bus, setup.pace)?,
+            watch: Watch::open(&bus, setup.mission.mode)?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
-            progress: Progress::new(&setup.loaded.parts.timeline),
+            progress: Progress::new(&setup.mission.parts.timeline),
             pulse: Pulse::new(),
             interrupted: false,
             failure: None,
@@ -147,7 +161,7 @@ impl<'a> Generation<'a> {
 
     /// Instance, generation, recorder restarts.
     pub fn names(&self) -> (String, u64, u32) {
-        (self.setup.name.clone(), self.setup.info.generation, self.recorder_restarts)
+        (self.setup.mission.name.clone(), self.setup.generation, self.recorder_restarts)
     }
 
     /// Publishes an order; its id.
@@ -166,7 +180,7 @@ impl<'a> Generation<'a> {
 
     /// Whether faults may be injected.
     pub fn allows_injection(&self) -> bool {
-        self.setup.injections.is_some()
+        self.setup.mission.injections.is_some()
     }
 
     /// A child process, while it lives.
@@ -189,7 +203,7 @@ impl<'a> Generation<'a> {
         if self.recorded() {
             self.start_recorder()?;
         }
-        let parts = &self.setup.loaded.parts;
+        let parts = &self.setup.mission.parts;
         for task in loop_tasks(parts) {
             self.start_child(task)?;
         }
@@ -206,7 +220,7 @@ impl<'a> Generation<'a> {
 
     /// Without a clock a recorder that records nothing has nothing to do: there is no timing to keep either.
     fn recorded(&self) -> bool {
-        self.setup.pace == Mode::Realtime || self.setup.keep != Keep::None
+        self.setup.mission.mode == Mode::Realtime || self.setup.mission.keep != Keep::None
     }
 
     fn start_child(&mut self, task: Task) -> Result<()> {
@@ -214,19 +228,19 @@ impl<'a> Generation<'a> {
         let part = Part {
             membership: Membership {
                 place: self.place.clone(),
-                generation: self.setup.info.generation,
+                generation: self.setup.generation,
                 lock: self.setup.instance.members_lock(),
                 supervisor: std::process::id(),
             },
-            mode: self.setup.pace,
+            mode: self.setup.mission.mode,
             recorded: self.recorded(),
-            timeline: self.setup.loaded.parts.timeline,
-            timing: timing(self.setup, source),
-            injections: self.setup.injections.as_ref().map(|all| injections_within(all, source)),
+            timeline: self.setup.mission.parts.timeline,
+            timing: self.setup.mission.timings.of(source),
+            injections: self.setup.mission.injections.as_ref().map(|all| injections_within(all, source)),
             task,
         };
         self.started += 1;
-        let mut child = Child::start(source, self.started, &self.channel.sender)?;
+        let mut child = Child::start(source, self.started, &self.channel.sender())?;
         let told = child.tell(&ToChild::Part(Box::new(part)));
         self.children.insert(source, child);
         told.map_err(|_| DiedAtStart(source).into())
@@ -234,11 +248,11 @@ impl<'a> Generation<'a> {
 
     fn start_recorder(&mut self) -> Result<()> {
         self.start_child(Task::Recorder(Box::new(RecorderPart {
-            folder: self.setup.output.folder().to_owned(),
-            segment: self.setup.output.next_segment(),
+            folder: self.setup.mission.folder.clone(),
+            segment: segments_in(&self.setup.mission.folder).last().map_or(1, |name| name.number + 1),
             first: self.recorder_restarts == 0,
-            keep: self.setup.keep,
-            info: self.setup.info.clone(),
+            keep: self.setup.mission.keep,
+            info: RecordInfo { generation: self.setup.generation, ..self.setup.mission.info.clone() },
         })))
     }
 
@@ -272,7 +286,7 @@ impl<'a> Generation<'a> {
     }
 
     fn judge_scheduling(&self) -> Result<()> {
-        if self.setup.pace == Mode::Lockstep {
+        if self.setup.mission.mode == Mode::Lockstep {
             return Ok(());
         }
         let refused: Vec<_> = self
@@ -285,7 +299,7 @@ impl<'a> Generation<'a> {
         if refused.is_empty() {
             return Ok(());
         }
-        if self.setup.require_realtime {
+        if self.setup.mission.require_realtime {
             bail!("real time is required, and was not obtained:\n  {}", refused.join("\n  "));
         }
         complain("DEGRADED: this run does not have the real-time rights that its scenario asks for:");
@@ -343,7 +357,8 @@ impl<'a> Generation<'a> {
             Some(Ok(status)) => status.to_string(),
             _ => "unknown".to_owned(),
         };
-        let replaceable = self.setup.pace == Mode::Realtime && self.recorder_restarts < MAX_RECORDER_RESTARTS;
+        let replaceable =
+            self.setup.mission.mode == Mode::Realtime && self.recorder_restarts < MAX_RECORDER_RESTARTS;
         if source == Source::Recorder && replaceable {
             complain(format_args!("{source} died ({how}); another takes over with the next segment"));
             self.recorder_restarts += 1;
@@ -361,7 +376,7 @@ impl<'a> Generation<'a> {
 
     /// The user wants an end: the valve is stopped first.
     fn interrupt(&mut self) {
-        if self.setup.pace == Mode::Realtime {
+        if self.setup.mission.mode == Mode::Realtime {
             self.give_order(OperatorCommand {
                 kind: OperatorKind::Disarm.code(),
                 ..OperatorCommand::default()
@@ -377,7 +392,7 @@ impl<'a> Generation<'a> {
     /// then the plant ends.
     fn wait_for_standstill(&mut self) {
         let begun = Instant::now();
-        while self.setup.pace == Mode::Realtime
+        while self.setup.mission.mode == Mode::Realtime
             && self.children.contains_key(&Source::Plant)
             && !self.summaries.contains_key(&Source::Plant)
             && begun.elapsed() < self.stop_patience()
@@ -404,7 +419,7 @@ impl<'a> Generation<'a> {
 
     /// The silence, the ramp, and a margin.
     pub fn stop_patience(&self) -> Duration {
-        let parts = &self.setup.loaded.parts;
+        let parts = &self.setup.mission.parts;
         let cycles = drive::stop_cycles_bound(&parts.plant.drive);
         Duration::from_nanos(cycles.saturating_mul(parts.timeline.period_ns)) + STOP_MARGIN
     }
@@ -445,16 +460,18 @@ impl<'a> Generation<'a> {
     }
 
     fn ending(self) -> Ending {
-        let realtime = self.setup.pace == Mode::Realtime;
+        let realtime = self.setup.mission.mode == Mode::Realtime;
         let sources = LOOP.into_iter().chain(self.recorded().then_some(Source::Recorder));
-        let process = |source: &Source| ProcessSummary {
+        let process = |source: &Source| ProcessEnding {
             scheduling: self.obtained.get(source).filter(|_| realtime).cloned(),
             counts: self.summaries.get(source).cloned(),
         };
         Ending {
+            generations: self.setup.generation,
             processes: sources.map(|source| (source.name().to_owned(), process(&source))).collect(),
             published: self.orders.published() + self.set_points.published(),
             interrupted: self.interrupted,
+            terminated: false,
             failure: self.failure.clone(),
             recorder_restarts: self.recorder_restarts,
         }
@@ -469,19 +486,7 @@ fn loop_tasks(parts: &Parts) -> [Task; 3] {
     ]
 }
 
-/// The faults that a process carries out itself, as text.
-fn injections_within(all: &[Injection], source: Source) -> Vec<String> {
-    let ours = all.iter().filter(|injection| injection.fault.within() == Some(source));
-    ours.map(Injection::to_string).collect()
-}
-
-fn timing(setup: &Setup, source: Source) -> TaskTiming {
-    let timing = &setup.loaded.scenario.timing;
-    let task = match source {
-        Source::Plant => timing.plant,
-        Source::Trajectory => timing.trajectory,
-        Source::Controller => timing.controller,
-        Source::Recorder | Source::Supervisor => timing.recorder,
-    };
-    TaskTiming { phase_ns: task.phase_ns, core: task.core, priority: task.priority }
+/// The faults that a process carries out itself.
+fn injections_within(all: &[Injection], source: Source) -> Vec<Injection> {
+    all.iter().filter(|injection| injection.fault.within() == Some(source)).cloned().collect()
 }

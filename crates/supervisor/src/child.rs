@@ -1,6 +1,7 @@
 //! A child process: started, told its part, listened to.
 
-use crate::control::Asked;
+use crate::handover::beside;
+use crate::news::{Event, News};
 use anyhow::{Context, Result};
 use processes::{FromChild, ToChild, read_frame, write_frame};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -8,28 +9,9 @@ use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
 use signals::Source;
 use std::os::fd::OwnedFd;
 use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
 use std::process::{Child as Process, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
-
-/// Something that a child said, or its end.
-pub struct Event {
-    /// Who.
-    pub source: Source,
-    /// Counts the processes started, so that a dead recorder's last words aren't taken for its successor's.
-    pub number: u32,
-    /// What; `None` when it is dead, as its pidfd says, or will say no more.
-    pub said: Option<FromChild>,
-}
-
-/// What the supervisor waits for: a child's words, or an operator's wish.
-pub enum News {
-    /// From a child.
-    Child(Event),
-    /// From the control socket.
-    Asked(Asked),
-}
 
 /// A child process.
 pub struct Child {
@@ -45,7 +27,7 @@ impl Child {
     /// # Errors
     /// Where the program is missing.
     pub fn start(source: Source, number: u32, events: &Sender<News>) -> Result<Self> {
-        let path = program(source)?;
+        let path = beside(source.name())?;
         let mut process = Command::new(&path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -143,12 +125,4 @@ fn next_words(pipe: &mut ChildStdout, pidfd: &OwnedFd) -> Option<FromChild> {
     }
     // A frame that can't be read is the end of sensible speech.
     read_frame(pipe).ok().flatten()
-}
-
-/// The program beside this one.
-fn program(source: Source) -> Result<PathBuf> {
-    let own = std::env::current_exe().context("path of this program")?;
-    let path = own.with_file_name(source.name());
-    path.exists().then_some(()).with_context(|| format!("{} is missing beside stepvalve", path.display()))?;
-    Ok(path)
 }

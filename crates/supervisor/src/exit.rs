@@ -1,4 +1,4 @@
-//! How a command ends: done, stopped by a fault, interrupted; or a failure with its exit code.
+//! How a program ends: done, stopped by a fault, interrupted; or a failure with its exit code.
 
 use std::fmt;
 use std::process::ExitCode;
@@ -49,12 +49,5 @@ impl fmt::Display for Failure {
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Failed(error)
-    }
-}
-
-/// A file that can't be written; one that can't be read is wrong input, and said to be.
-impl From<run_log::RunLogError> for Failure {
-    fn from(error: run_log::RunLogError) -> Self {
-        Self::Failed(error.into())
     }
 }

@@ -3,10 +3,10 @@
 //! One connection carries one request and one answer, each a line of JSON. A client that dies, says nothing or talks
 //! nonsense costs a thread for a few seconds and nothing else.
 
-use crate::supervisor::News;
+use crate::news::{Asked, News};
+use crate::request::{Answer, Request};
 use anyhow::{Context, Result, bail};
 use nix::sys::socket::{getsockopt, sockopt::PeerCredentials};
-use serde::{Deserialize, Serialize};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
@@ -23,96 +23,6 @@ const CLIENT_PATIENCE: Duration = Duration::from_secs(5);
 const ANSWER_PATIENCE: Duration = Duration::from_secs(60);
 /// More clients at once are turned away.
 const MAX_CLIENTS: usize = 32;
-
-/// A set-point's kind, as an operator says it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum SetKind {
-    /// Go to an angle: 17deg
-    Angle,
-    /// Go to an opening from 0 to 1: 0.5
-    Opening,
-    /// Hold a flow at the measured pressure drop: 40L/min
-    Flow,
-    /// Turn without end: 60rpm
-    Speed,
-}
-
-/// What can be asked.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "request")]
-pub enum Request {
-    /// Begin to follow set-points.
-    Arm,
-    /// Stop the valve and hold.
-    Disarm,
-    /// Leave a fault.
-    Reset,
-    /// A set-point.
-    Set {
-        /// What kind.
-        kind: SetKind,
-        /// Its value in SI, units taken off by the client.
-        value: f64,
-        /// For a flow: the pressure drop that it is meant at, Pa; `None` for the measured one.
-        pressure_drop_pa: Option<f64>,
-    },
-    /// Stop as soon as the limits of motion allow, and stay armed.
-    Hold,
-    /// Give a parameter of the controller another value.
-    Parameter {
-        /// Its name, as messages and records have it.
-        name: String,
-        /// The value, in the parameter's unit.
-        value: f64,
-    },
-    /// How it is.
-    Status,
-    /// Put a note into the record.
-    Mark {
-        /// The note.
-        text: String,
-    },
-    /// Save the last seconds of every process's timing.
-    SaveTiming,
-    /// Let something go wrong, where that was allowed at the start.
-    Inject {
-        /// What, in its text form.
-        fault: String,
-    },
-}
-
-/// What became of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Answer {
-    /// Whether it was done.
-    pub done: bool,
-    /// What happened, or why it was refused.
-    pub text: String,
-    /// The status, where that was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub status: Option<serde_json::Value>,
-}
-
-impl Answer {
-    /// Done.
-    pub fn done(text: impl Into<String>) -> Self {
-        Self { done: true, text: text.into(), status: None }
-    }
-
-    /// Refused.
-    pub fn refused(text: impl Into<String>) -> Self {
-        Self { done: false, text: text.into(), status: None }
-    }
-}
-
-/// A request on its way to the supervisor, with the way back.
-pub struct Asked {
-    /// What is asked.
-    pub request: Request,
-    /// Where the answer goes; a client that is gone doesn't take it.
-    pub answer: Sender<Answer>,
-}
 
 /// The socket in an instance's folder.
 pub fn socket_path(folder: &Path) -> PathBuf {

@@ -1,7 +1,7 @@
 //! Faults on a running instance: those of a process's messages are told to it, those from outside are done here.
 
-use super::generation::Generation;
-use crate::control::Answer;
+use crate::generation::Generation;
+use crate::request::Answer;
 use anyhow::Result;
 use injection::{Fault, Injection};
 use processes::ToChild;
@@ -16,18 +16,14 @@ const HOG_PRIORITY: u8 = 90;
 const LONGEST: Duration = Duration::from_secs(60);
 
 impl Generation<'_> {
-    /// Injects a fault, given in its text form.
-    pub fn inject(&mut self, text: &str) -> Answer {
+    /// Injects a fault.
+    pub fn inject(&mut self, injection: &Injection) -> Answer {
         if !self.allows_injection() {
             return Answer::refused("this instance was started without --allow-injection");
         }
-        let injection = match Injection::parse(text) {
-            Ok(injection) => injection,
-            Err(error) => return Answer::refused(error.to_string()),
-        };
         // A recorder that is gone keeps no note; the fault is injected all the same.
         let _ = self.tell(Source::Recorder, &ToChild::Mark(format!("injected: {injection}")));
-        match self.carry_out_fault(&injection) {
+        match self.carry_out_fault(injection) {
             Ok(()) => Answer::done(format!("injected: {injection}")),
             Err(error) => Answer::refused(format!("{error:#}")),
         }
@@ -35,7 +31,7 @@ impl Generation<'_> {
 
     fn carry_out_fault(&mut self, injection: &Injection) -> Result<()> {
         if let Some(source) = injection.fault.within() {
-            return self.tell(source, &ToChild::Inject(injection.to_string()));
+            return self.tell(source, &ToChild::Inject(injection.clone()));
         }
         match injection.fault {
             Fault::Kill { process: Source::Supervisor } => Ok(kill_process(getpid(), Signal::KILL)?),

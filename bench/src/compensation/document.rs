@@ -3,8 +3,8 @@
 use super::campaign::{Findings, LEVELS, Spread};
 use super::cases::{Case, Demand};
 use super::cycle_time::CycleTime;
-use super::measure::Outcome;
 use super::response::FREQUENCIES_HZ;
+use closed_loop::Outcome;
 use std::fmt::Write;
 
 /// Everything that was measured.
@@ -48,7 +48,7 @@ impl Measured {
         _ = write!(
             text,
             "# What friction compensation is worth\n\n\
-             Written by `stepvalve compensation --out docs/compensation.md` (release build): every scenario of \
+             Written by `target/release/bench compensation --file docs/compensation.md`: every scenario of \
              `rt-config/scenarios` and generated ones, in process, plant and controller with a model each. The error is \
              reference minus true angle, while running; a ratio says how many times lower its RMS is than without \
              compensation. Encoder: 131,072 counts a turn, 0.01 mrad of noise, one cycle from reading to command.\n\n\

@@ -1,7 +1,7 @@
 //! What operators ask for, carried out one after the other, each answered when its effect is seen on the bus.
 
-use super::generation::Generation;
-use crate::control::{Answer, Request, SetKind};
+use crate::generation::Generation;
+use crate::request::{Answer, Request, SetKind};
 use crate::status::Status;
 use processes::ToChild;
 use signals::{

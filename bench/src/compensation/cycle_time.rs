@@ -1,9 +1,8 @@
 //! How long a control cycle takes.
 
 use super::cases::Case;
-use super::measure::Level;
 use anyhow::Result;
-use closed_loop::{InProcess, wire};
+use closed_loop::{InProcess, Level, wire};
 use config::Damping;
 use std::time::Instant;
 use step_control::{Input, State, step};

@@ -1,0 +1,40 @@
+//! `--record`: how much of a run is kept.
+
+use processes::Keep;
+
+/// `none`, `all` or `ring=SIZE`.
+pub fn parse_keep(text: &str) -> Result<Keep, String> {
+    const UNITS: [(&str, u64); 4] = [("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000), ("B", 1)];
+    let expected =
+        || format!("found {text:?}, expected none, all, or ring=SIZE with a size like 500MB or 2GB");
+    match text {
+        "none" => return Ok(Keep::None),
+        "all" => return Ok(Keep::All),
+        _ => {}
+    }
+    let size = text.strip_prefix("ring=").ok_or_else(expected)?;
+    let (number, factor) = UNITS
+        .iter()
+        .find_map(|(unit, factor)| Some((size.strip_suffix(unit)?, *factor)))
+        .ok_or_else(expected)?;
+    let number: u64 = number.trim().parse().map_err(|_| expected())?;
+    let bytes = number
+        .checked_mul(factor)
+        .filter(|bytes| *bytes >= 10_000_000)
+        .ok_or_else(|| format!("found {text:?}, expected at least 10MB: some seconds of a 1 kHz loop"))?;
+    Ok(Keep::Ring { bytes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(parse_keep("none"), Ok(Keep::None));
+        assert_eq!(parse_keep("ring=500MB"), Ok(Keep::Ring { bytes: 500_000_000 }));
+        for bad in ["", "ring", "ring=", "ring=5", "ring=-1GB", "ring=1kB", "ring=99999999999999GB", "ALL"] {
+            assert!(parse_keep(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! What the command line has read and checked and hands over to the supervisor, and how that ended.
+
+use closed_loop::Parts;
+use injection::Injection;
+use processes::{ChildSummary, Keep, Mode, TaskTiming};
+use realtime::Obtained;
+use recording::RecordInfo;
+use serde::{Deserialize, Serialize};
+use signals::Source;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// A run to supervise: validated data, no text left to parse.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Mission {
+    /// The instance's name.
+    pub name: String,
+    /// Real time or lockstep.
+    pub mode: Mode,
+    /// Whether it goes on until somebody ends it: then operators are answered, and processes that died are started again.
+    pub stays: bool,
+    /// What each process of the loop is told.
+    pub parts: Parts,
+    /// When and where each process runs.
+    pub timings: Timings,
+    /// The folder that the record goes to.
+    pub folder: PathBuf,
+    /// How much of it is kept.
+    pub keep: Keep,
+    /// What the record says of itself; the generation counts from the one given here.
+    pub info: RecordInfo,
+    /// Faults to inject; `None` where none are allowed, now or later.
+    pub injections: Option<Vec<Injection>>,
+    /// Whether degraded scheduling is refused.
+    pub require_realtime: bool,
+    /// What the command line wants to be told when it takes over again, in a form that it alone understands.
+    pub errand: Vec<u8>,
+}
+
+/// When and where each process runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Timings {
+    /// The plant side.
+    pub plant: TaskTiming,
+    /// trajectory-generator.
+    pub trajectory: TaskTiming,
+    /// step-controller.
+    pub controller: TaskTiming,
+    /// run-recorder.
+    pub recorder: TaskTiming,
+}
+
+impl Timings {
+    /// Those of one process.
+    pub fn of(&self, source: Source) -> TaskTiming {
+        match source {
+            Source::Plant => self.plant,
+            Source::Trajectory => self.trajectory,
+            Source::Controller => self.controller,
+            Source::Recorder | Source::Supervisor => self.recorder,
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ending {
+    /// The last generation: counts the starts of the processes of a run that stays.
+    pub generations: u64,
+    /// What each process of the last generation had to say.
+    pub processes: BTreeMap<String, ProcessEnding>,
+    /// Messages that the supervisor itself published in the last generation.
+    pub published: u64,
+    /// Whether the user ended it.
+    pub interrupted: bool,
+    /// Whether that was by SIGTERM.
+    pub terminated: bool,
+    /// What went wrong.
+    pub failure: Option<String>,
+    /// How often the recorder had to be replaced.
+    pub recorder_restarts: u32,
+}
+
+/// How a process ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProcessEnding {
+    /// The scheduling really obtained; `None` outside real time.
+    pub scheduling: Option<Obtained>,
+    /// What it said at its end; `None` for one that died.
+    pub counts: Option<ChildSummary>,
+}
+
+/// What the command line gets back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Conclusion {
+    /// The mission's errand, unopened.
+    pub errand: Vec<u8>,
+    /// How the run ended.
+    pub ending: Ending,
+}

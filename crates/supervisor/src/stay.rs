@@ -1,0 +1,101 @@
+//! A mission from its first generation to its end.
+
+use crate::control::serve;
+use crate::exit::Failure;
+use crate::generation::{DiedAtStart, Generation, Setup};
+use crate::instance::Instance;
+use crate::interruption::Interruption;
+use crate::mission::{Ending, Mission};
+use crate::news::Channel;
+use crate::notify;
+use anyhow::Result;
+use processes::complain;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// A generation is started anew so often,
+const MAX_RESTARTS: usize = 3;
+/// within this time.
+const RESTART_WINDOW: Duration = Duration::from_secs(600);
+
+/// Processes of a generation at its start.
+const PROCESSES: u32 = 4;
+
+/// Carries a mission out. Once this returns, nothing is left of the instance but its record.
+///
+/// # Errors
+/// [`Failure::Input`] for a bad name or one that is taken; [`Failure::Failed`] where the first generation could not be
+/// started. What goes wrong later is in [`Ending::failure`].
+pub fn supervise(mission: &Mission) -> Result<Ending, Failure> {
+    let interruption = Interruption::watch()?;
+    let instance = Instance::acquire(&mission.name)?;
+    let channel = Channel::new();
+    let setup = Setup {
+        mission,
+        instance: &instance,
+        generation: mission.info.generation,
+        interruption: &interruption,
+    };
+    let mut ending = if mission.stays {
+        serve(instance.folder(), channel.sender())?;
+        stay(setup, &channel)?
+    } else {
+        once(&setup, &channel)?
+    };
+    ending.terminated = interruption.terminated();
+    Ok(ending)
+}
+
+/// Runs one generation to its end.
+fn once(setup: &Setup, channel: &Channel) -> Result<Ending> {
+    let mut generation = Generation::start(setup, channel, 0)?;
+    while generation.goes_on() {
+        generation.look_around();
+    }
+    Ok(generation.end())
+}
+
+/// Keeps an instance alive until the user ends it, or its processes die too often.
+fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
+    let mut deaths = VecDeque::new();
+    let mut started = 0;
+    loop {
+        let ending = generation(&setup, channel, &mut started)?;
+        // What a killed process left in shared memory goes now, not at the instance's end.
+        setup.instance.place(setup.generation).wipe()?;
+        let Some(failure) = ending.failure.clone() else { return Ok(ending) };
+        complain(&failure);
+        deaths.push_back(Instant::now());
+        deaths.retain(|death: &Instant| death.elapsed() < RESTART_WINDOW);
+        if ending.interrupted || deaths.len() > MAX_RESTARTS {
+            let why = format!("{failure}; {} starts in {} min", deaths.len(), RESTART_WINDOW.as_secs() / 60);
+            return Ok(Ending { failure: Some(why), ..ending });
+        }
+        complain("starting again, disarmed");
+        setup.generation += 1;
+    }
+}
+
+/// One generation of those that follow each other; `started` counts the processes of all of them.
+fn generation(setup: &Setup, channel: &Channel, started: &mut u32) -> Result<Ending> {
+    let mut generation = match Generation::start(setup, channel, *started) {
+        Ok(generation) => generation,
+        Err(error) if error.is::<DiedAtStart>() => {
+            // Whatever was started then, nobody's last words may be taken for its successor's.
+            *started += PROCESSES;
+            let failure = Some(format!("{error:#}"));
+            return Ok(Ending { generations: setup.generation, failure, ..Ending::default() });
+        }
+        Err(error) => return Err(error),
+    };
+    notify::ready(setup.generation);
+    while generation.goes_on() {
+        generation.look_around();
+        generation.answer_waiting();
+    }
+    *started = generation.started();
+    if !generation.failed() {
+        notify::stopping();
+    }
+    Ok(generation.end())
+}
