@@ -175,6 +175,15 @@ impl Session {
         serde_json::from_str(&line).ok()
     }
 
+    /// Injects a fault, given in its text form; `None` where nobody answers.
+    ///
+    /// # Errors
+    /// A text that is no fault.
+    pub fn inject(&self, text: &str) -> Result<Option<Value>> {
+        let fault = Injection::parse(text)?;
+        Ok(self.ask(&json!({"request": "inject", "fault": fault})))
+    }
+
     /// Its status.
     pub fn status(&self) -> Option<Value> {
         self.ask(&json!({"request": "status"})).and_then(|answer| answer.get("status").cloned())
@@ -227,7 +236,7 @@ impl Session {
         std::thread::sleep(Duration::from_micros(details.whole(0, 60_000)));
         let before = self.status().unwrap_or_default();
         let at_ns = now_ns();
-        let answer = self.ask(&json!({"request": "inject", "fault": text}));
+        let answer = self.inject(text)?;
         let mut done = Done {
             kind,
             text: text.to_owned(),

@@ -15,7 +15,6 @@ use injection::SplitSeed;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use recording::{GapOrigin, read_record};
-use serde_json::json;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -236,11 +235,11 @@ fn on_running(
             0
         }
         "disk full" => {
-            session.ask(&json!({"request": "inject", "fault": "disk-full"}));
+            session.inject("disk-full")?;
             300
         }
         "disk stalled 10 s" => {
-            session.ask(&json!({"request": "inject", "fault": "disk-stalled ms=10000"}));
+            session.inject("disk-stalled ms=10000")?;
             11_000
         }
         _ => 300,
