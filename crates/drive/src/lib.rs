@@ -21,8 +21,10 @@ mod limits;
 mod params;
 mod state;
 mod step;
+mod units;
 
 pub use limits::{Travel, follow, ramp_down};
 pub use params::{AfterStop, DriveError, Params, stop_cycles_bound};
 pub use state::{Mode, State};
 pub use step::{Output, step};
+pub use units::{Microsteps, MicrostepsPerCycle};

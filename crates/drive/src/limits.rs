@@ -1,19 +1,19 @@
 //! The driver's limits, applied to a command: the one piece of code that both the drive and the controller use, so that
 //! a healthy controller's commands pass the drive untouched.
 
-use crate::Params;
 use crate::approach::largest_approach;
+use crate::{Microsteps, MicrostepsPerCycle, Params};
 
 /// Relative slack of the limits: a command that was cut to the same limits elsewhere must pass untouched.
 const LIMIT_SLACK: f64 = 1e-9;
 
-/// What a cycle came to, micro-steps.
+/// What a cycle came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Travel {
-    /// Way of the cycle, signed.
-    pub way: f64,
-    /// Position at its end, before rounding.
-    pub position: f64,
+    /// Way of the cycle.
+    pub way: MicrostepsPerCycle,
+    /// Position at its end.
+    pub position: Microsteps,
     /// Whether the greatest pulse rate held it back.
     pub rate_limited: bool,
     /// Whether the greatest change of the pulse rate held it back.
@@ -31,31 +31,39 @@ impl Travel {
 ///
 /// `own_way` is how far the target itself goes in this cycle. What was missed is caught up relative to that, at no
 /// more than can still be braked in time: it ends on the target without passing it.
-pub fn follow(params: &Params, position: f64, travel: f64, target: f64, own_way: f64) -> Travel {
+pub fn follow(
+    params: &Params,
+    position: Microsteps,
+    travel: MicrostepsPerCycle,
+    target: Microsteps,
+    own_way: MicrostepsPerCycle,
+) -> Travel {
     let (max_travel, max_change) = (params.max_travel(), params.max_change());
-    let gap = target - (position + own_way);
+    let gap = (target - (position + own_way)).0;
     // Positions are only known to their last bit.
-    let rounding = 4.0 * f64::EPSILON * (target.abs() + position.abs());
+    let rounding = 4.0 * f64::EPSILON * (target.0.abs() + position.0.abs());
+    let direct_way = (target - position).0;
     let wanted = if gap.abs() <= max_change * (1.0 + LIMIT_SLACK) + rounding {
-        target - position
+        direct_way
     } else {
-        own_way + largest_approach(gap.abs(), max_change).copysign(gap)
+        own_way.0 + largest_approach(gap.abs(), max_change).copysign(gap)
     };
-    let changed = clamp(wanted, travel, max_change, max_change * LIMIT_SLACK + rounding);
+    let changed = clamp(wanted, travel.0, max_change, max_change * LIMIT_SLACK + rounding);
     let way = clamp(changed, 0.0, max_travel, max_travel * LIMIT_SLACK + rounding);
-    let direct = way == target - position;
+    let direct = way == direct_way;
+    let way_taken = MicrostepsPerCycle(way);
     Travel {
-        way,
-        position: if direct { target } else { position + way },
+        way: way_taken,
+        position: if direct { target } else { position + way_taken },
         rate_limited: way != changed,
         change_limited: !direct && way == changed,
     }
 }
 
 /// The way of the next cycle of a quick stop, after a cycle's way of `travel`: 0 once it stands.
-pub fn ramp_down(params: &Params, travel: f64) -> f64 {
-    let rest = travel.abs() - params.quick_stop_change();
-    if rest > 0.0 { rest.copysign(travel) } else { 0.0 }
+pub fn ramp_down(params: &Params, travel: MicrostepsPerCycle) -> MicrostepsPerCycle {
+    let rest = travel.0.abs() - params.quick_stop_change();
+    if rest > 0.0 { MicrostepsPerCycle(rest.copysign(travel.0)) } else { MicrostepsPerCycle::ZERO }
 }
 
 /// `value`, unless it is further than `limit` from `centre`, a slack aside; then what is just `limit` from it.

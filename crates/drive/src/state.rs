@@ -1,5 +1,7 @@
 //! What the guard remembers from cycle to cycle.
 
+use crate::{Microsteps, MicrostepsPerCycle};
+
 /// What the guard is doing; the drawing stands in the crate's documentation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
@@ -16,12 +18,12 @@ pub enum Mode {
 /// The guard's state between two cycles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    /// Where the command stands, before rounding, micro-steps.
-    pub(crate) position: f64,
+    /// Where the command stands, before rounding.
+    pub(crate) position: Microsteps,
     /// Where the motor is driven to: whole micro-steps.
     pub(crate) accepted: i64,
-    /// Way of the last cycle, micro-steps, signed.
-    pub(crate) travel: f64,
+    /// Way of the last cycle.
+    pub(crate) travel: MicrostepsPerCycle,
     /// Cycles in a row without a command.
     pub(crate) missed: u64,
     /// What the drive is doing.
@@ -33,7 +35,7 @@ pub struct State {
     /// Whether the last command wanted current.
     pub(crate) energise_wanted: bool,
     /// Position that the last cycle's command asked for; `None` when it had none to follow.
-    pub(crate) previous_command: Option<f64>,
+    pub(crate) previous_command: Option<Microsteps>,
     /// The cycle of the newest command taken.
     pub(crate) command_cycle: u64,
 }
@@ -42,9 +44,9 @@ impl State {
     /// A drive at rest, its windings without current, that has seen no command.
     pub fn at_rest(accepted_microsteps: i64) -> Self {
         Self {
-            position: accepted_microsteps as f64,
+            position: accepted_microsteps.into(),
             accepted: accepted_microsteps,
-            travel: 0.0,
+            travel: MicrostepsPerCycle::ZERO,
             missed: 0,
             mode: Mode::Idle,
             settled: true,
@@ -65,8 +67,8 @@ impl State {
         self.accepted
     }
 
-    /// Where the command stands now, before rounding, micro-steps.
-    pub fn position_unrounded(&self) -> f64 {
+    /// Where the command stands now, before rounding.
+    pub fn position_unrounded(&self) -> Microsteps {
         self.position
     }
 

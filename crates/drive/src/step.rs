@@ -3,7 +3,7 @@
 use signals::{FaultCode, MAX_MICROSTEPS, StepCommand, validity};
 
 use crate::limits::{self, Travel};
-use crate::{AfterStop, Mode, Params, State};
+use crate::{AfterStop, Microsteps, MicrostepsPerCycle, Mode, Params, State};
 
 /// How the micro-step command moves in one cycle, and what the drive has to say about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,8 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&Ste
         state.mode = Mode::StoppedItself;
         state.settled = false;
     } else if state.mode == Mode::StoppedItself {
-        state.settled = state.settled || state.travel == 0.0 && at_neutral(params, state);
+        state.settled =
+            state.settled || state.travel == MicrostepsPerCycle::ZERO && at_neutral(params, state);
     }
     switch_current(params, state);
     report(params, state, start, travel.limited(), command.is_none())
@@ -56,12 +57,16 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
     state.command_cycle = cycle;
     state.energise_wanted = command.energise == 1;
     let follow = command.follow == 1 && state.energise_wanted;
-    if follow && !state.energised && state.travel == 0.0 && state.mode != Mode::StoppedItself {
+    if follow
+        && !state.energised
+        && state.travel == MicrostepsPerCycle::ZERO
+        && state.mode != Mode::StoppedItself
+    {
         // Without current the count means nothing: energising begins where the command does.
-        state.position = command.position_unrounded - command.pulse_rate_hz * params.period_s;
-        state.accepted = state.position.round() as i64;
+        state.position = Microsteps(command.position_unrounded - command.pulse_rate_hz * params.period_s);
+        state.accepted = state.position.round();
     }
-    let agrees = (command.position_unrounded - state.position).abs() <= 1.0;
+    let agrees = (Microsteps(command.position_unrounded) - state.position).0.abs() <= 1.0;
     state.mode = match (state.mode, follow) {
         (Mode::StoppedItself, false) if state.settled => Mode::Released,
         (Mode::StoppedItself, _) => Mode::StoppedItself,
@@ -77,11 +82,14 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
 
 /// Goes where the command wants, or as far as the limits let it.
 fn follow(params: &Params, state: &State, command: &StepCommand) -> Travel {
-    let target = command.position_unrounded;
+    let target = Microsteps(command.position_unrounded);
     // The command's own word on its speed is only asked for where the last command is unknown.
     let own_way = match state.previous_command {
         Some(previous) => target - previous,
-        None => (command.pulse_rate_hz * params.period_s).clamp(-params.max_travel(), params.max_travel()),
+        None => {
+            let way = command.pulse_rate_hz * params.period_s;
+            MicrostepsPerCycle(way.clamp(-params.max_travel(), params.max_travel()))
+        }
     };
     limits::follow(params, state.position, state.travel, target, own_way)
 }
@@ -106,15 +114,15 @@ fn after_silence(params: &Params, state: &State, command: Option<&StepCommand>) 
     };
     // Faster than on that way: still the ramp.
     let way = pulse_rate_hz * params.period_s;
-    if state.settled || !state.energised || state.travel.abs() > way * (1.0 + f64::EPSILON) {
+    if state.settled || !state.energised || state.travel.0.abs() > way * (1.0 + f64::EPSILON) {
         return stop(params, state, command);
     }
     limits::follow(
         &params.towards_neutral(pulse_rate_hz),
         state.position,
         state.travel,
-        microsteps as f64,
-        0.0,
+        microsteps.into(),
+        MicrostepsPerCycle::ZERO,
     )
 }
 
@@ -125,26 +133,26 @@ fn at_neutral(params: &Params, state: &State) -> bool {
     }
 }
 
-fn go(state: &State, way: f64, change_limited: bool) -> Travel {
+fn go(state: &State, way: MicrostepsPerCycle, change_limited: bool) -> Travel {
     Travel { way, position: state.position + way, rate_limited: false, change_limited }
 }
 
 /// Takes over the cycle's way, and rounds.
 fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
     state.travel = travel.way;
-    state.position = travel.position.clamp(-MAX_MICROSTEPS, MAX_MICROSTEPS);
+    state.position = Microsteps(travel.position.0.clamp(-MAX_MICROSTEPS, MAX_MICROSTEPS));
     let untouched = command.filter(|command| {
         state.mode == Mode::Following
             && !travel.limited()
-            && (command.position_microsteps as f64 - state.position).abs() <= 1.0
+            && (Microsteps::from(command.position_microsteps) - state.position).0.abs() <= 1.0
     });
     // The controller has rounded once; rounding a second time could only differ from what it believes.
     state.accepted = match untouched {
         Some(command) => command.position_microsteps,
-        None => state.position.round() as i64,
+        None => state.position.round(),
     };
     if state.mode == Mode::Following {
-        state.previous_command = command.map(|command| command.position_unrounded);
+        state.previous_command = command.map(|command| Microsteps(command.position_unrounded));
     }
 }
 
@@ -154,7 +162,7 @@ fn switch_current(params: &Params, state: &mut State) {
     let wanted = state.energise_wanted && !(latched && params.after_stop == AfterStop::DeEnergise);
     if wanted && !latched {
         state.energised = true;
-    } else if !wanted && state.travel == 0.0 {
+    } else if !wanted && state.travel == MicrostepsPerCycle::ZERO {
         state.energised = false;
     }
 }
@@ -164,7 +172,7 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
     let bits = [
         (validity::ENERGISED, state.energised),
         // On the way to the neutral position it may stand for a cycle, where it turns back.
-        (validity::STANDSTILL, state.travel == 0.0 && (!latched || state.settled)),
+        (validity::STANDSTILL, state.travel == MicrostepsPerCycle::ZERO && (!latched || state.settled)),
         (validity::LIMITED, limited),
         (validity::STOPPED_ITSELF, latched),
         (validity::COMMAND_MISSED, missed),
@@ -172,7 +180,7 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
     Output {
         start_microsteps: start as f64,
         end_microsteps: state.accepted as f64,
-        pulse_rate_hz: state.travel / params.period_s,
+        pulse_rate_hz: state.travel.rate_hz(params.period_s),
         energised: state.energised,
         flags: bits.iter().filter(|(_, set)| *set).fold(0, |flags, (bit, _)| flags | bit),
         fault: if latched { FaultCode::CommandSilent } else { FaultCode::None },

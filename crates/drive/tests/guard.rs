@@ -108,13 +108,13 @@ fn settle(state: &mut State, target: f64, cycle: &mut u64) -> f64 {
     let params = params();
     let (mut beyond, mut quiet) = (0.0_f64, 0);
     for _ in 0..200_000 {
-        let side = (target - state.position_unrounded()).signum();
+        let side = (target - state.position_unrounded().0).signum();
         let motion = step(&params, state, *cycle, Some(&follow(target, 0.0)));
         *cycle += 1;
-        beyond = beyond.max((state.position_unrounded() - target) * side);
+        beyond = beyond.max((state.position_unrounded().0 - target) * side);
         quiet = if motion.flags & validity::STANDSTILL != 0 { quiet + 1 } else { 0 };
         if quiet == 3 {
-            assert_eq!(state.position_unrounded(), target);
+            assert_eq!(state.position_unrounded().0, target);
             assert_eq!(motion.flags & validity::LIMITED, 0);
             return beyond;
         }
@@ -132,7 +132,7 @@ proptest! {
             if !had_current {
                 // Nothing holds the rotor: energising may begin the count anew.
                 last_end = motion.start_microsteps;
-                last_position = state.position_unrounded() - way(motion);
+                last_position = state.position_unrounded().0 - way(motion);
             }
             had_current = motion.energised;
             let change = way(motion) - last_way;
@@ -145,13 +145,13 @@ proptest! {
             assert!(way(motion).abs() <= 600.0 * (1.0 + 1e-9) + slack, "rate {}", motion.pulse_rate_hz);
             assert!(change.abs() <= allowed * (1.0 + 1e-9) + slack, "change {change}");
             // The position is the sum of the ways, and what the motor gets is that, rounded.
-            assert!((state.position_unrounded() - last_position - way(motion)).abs() <= slack);
-            assert!((state.accepted_microsteps() as f64 - state.position_unrounded()).abs() <= 1.0);
+            assert!((state.position_unrounded().0 - last_position - way(motion)).abs() <= slack);
+            assert!((state.accepted_microsteps() as f64 - state.position_unrounded().0).abs() <= 1.0);
             assert_eq!(motion.start_microsteps, last_end);
             assert_eq!(motion.end_microsteps, state.accepted_microsteps() as f64);
             assert!(motion.energised || way(motion) == 0.0, "moves without current");
             last_way = way(motion);
-            last_position = state.position_unrounded();
+            last_position = state.position_unrounded().0;
             last_end = motion.end_microsteps;
         });
     }
@@ -165,7 +165,7 @@ proptest! {
             step(&params, &mut state, cycle, Some(&hold()));
             cycle += 1;
         }
-        let own = state.position_unrounded();
+        let own = state.position_unrounded().0;
         step(&params, &mut state, cycle, Some(&follow(own, 0.0)));
         cycle += 1;
         settle(&mut state, position + last, &mut cycle);
@@ -186,7 +186,7 @@ proptest! {
         for cycle in 0..20_000_u64 {
             let target = behind + rate * (cycle + 1) as f64;
             step(&params, &mut state, cycle, Some(&follow(target, rate)));
-            let gap = target - state.position_unrounded();
+            let gap = target - state.position_unrounded().0;
             // Where the command comes towards the drive it can pass before the drive is up to its rate.
             if behind * rate >= 0.0 {
                 prop_assert!(gap * behind.signum() >= -1e-6, "went {} beyond", -gap);
@@ -212,7 +212,7 @@ proptest! {
                 let motion = step(&params, &mut state, cycle, Some(&command));
                 cycle += 1;
                 prop_assert_eq!(motion.flags & validity::LIMITED, 0);
-                prop_assert_eq!(state.position_unrounded(), position);
+                prop_assert_eq!(state.position_unrounded().0, position);
                 prop_assert_eq!(motion.end_microsteps, command.position_microsteps as f64);
             }
         }
@@ -228,7 +228,7 @@ proptest! {
             step(&params, &mut state, cycle, Some(&hold()));
             cycle += 1;
         }
-        let mut position = state.position_unrounded();
+        let mut position = state.position_unrounded().0;
         for i in 0..30 {
             position += 10.0 * f64::from(i);
             step(&params, &mut state, cycle, Some(&follow(position, 10.0 * f64::from(i))));
@@ -371,7 +371,7 @@ fn a_missed_cycle_is_caught_up_without_a_trace() {
         let motion = step(&params, &mut state, i, (i != 50).then_some(&command));
         assert_eq!(motion.flags & validity::COMMAND_MISSED != 0, i == 50);
         if i != 50 {
-            assert_eq!(state.position_unrounded(), position);
+            assert_eq!(state.position_unrounded().0, position);
         }
     }
     assert_eq!(state.command_cycle(), 199);

@@ -14,6 +14,7 @@ mod codes;
 mod control_status;
 mod feedback;
 mod header;
+mod kinematics;
 mod loop_timing;
 mod operator_command;
 mod plant_truth;
@@ -31,6 +32,7 @@ pub use codes::{
 pub use control_status::{ControlStatus, limiting};
 pub use feedback::{Feedback, validity};
 pub use header::Header;
+pub use kinematics::Kinematics;
 pub use loop_timing::LoopTiming;
 pub use message::{Body, Field, Kind, MAX_ANGLE_RAD, MAX_MICROSTEPS, Message, Rule};
 pub use operator_command::OperatorCommand;

@@ -4,7 +4,8 @@
 //! asin(T/T_hold)/N_r for the rotor to be where it is wanted: 2 N·m cost 0.39° if nobody leads.
 
 use crate::params::{Compensation, Params};
-use signals::Reference;
+use drive::Microsteps;
+use signals::Kinematics;
 use std::f64::consts::TAU;
 use valve_model::{FrictionState, Motion, MotionInput, MotionState, motion_step};
 
@@ -77,12 +78,12 @@ pub(crate) fn feed_forward(
     level: Compensation,
     contact: &mut Contact,
     around: &Surroundings,
-    before: &Reference,
-    after: &Reference,
+    before: &Kinematics,
+    after: &Kinematics,
 ) -> FeedForward {
     let friction_nm = match level {
         Compensation::None => {
-            // Followed all the same, so that its state is right when the level changes.
+            // The friction state follows all the same, so that it is right when the level changes.
             _ = law_nm(params, contact, before, after);
             return FeedForward::default();
         }
@@ -101,7 +102,7 @@ pub(crate) fn feed_forward(
     FeedForward { friction_nm, torque_nm }
 }
 
-fn law_nm(params: &Params, contact: &mut Contact, before: &Reference, after: &Reference) -> f64 {
+fn law_nm(params: &Params, contact: &mut Contact, before: &Kinematics, after: &Kinematics) -> f64 {
     if let Some(motion) = contact.with_effects.take() {
         contact.friction = motion.friction;
     }
@@ -112,10 +113,10 @@ fn with_effects_nm(
     params: &Params,
     contact: &mut Contact,
     around: &Surroundings,
-    before: &Reference,
-    after: &Reference,
+    before: &Kinematics,
+    after: &Kinematics,
 ) -> f64 {
-    let motion = |reference: &Reference| Motion {
+    let motion = |reference: &Kinematics| Motion {
         angle_rad: reference.angle_rad,
         speed_rad_per_s: reference.speed_rad_per_s,
         acceleration_rad_per_s2: reference.acceleration_rad_per_s2,
@@ -134,7 +135,7 @@ fn with_effects_nm(
 }
 
 /// How the command gives the torque fed forward and `beyond_nm` more, at the speed of `after`.
-pub(crate) fn wanted(params: &Params, after: &Reference, fed: &FeedForward, beyond_nm: f64) -> Wanted {
+pub(crate) fn wanted(params: &Params, after: &Kinematics, fed: &FeedForward, beyond_nm: f64) -> Wanted {
     let available_nm = available_torque_nm(params, after);
     let torque_nm = fed.torque_nm + beyond_nm;
     let most = MAX_LEAD_RAD.sin();
@@ -150,27 +151,32 @@ pub(crate) fn wanted(params: &Params, after: &Reference, fed: &FeedForward, beyo
 }
 
 /// The greatest torque at the reference's speed, N·m.
-pub(crate) fn available_torque_nm(params: &Params, reference: &Reference) -> f64 {
+pub(crate) fn available_torque_nm(params: &Params, reference: &Kinematics) -> f64 {
     params.motor.available_torque_nm(reference.speed_rad_per_s)
 }
 
 /// The torque beyond the one fed forward that a command at `position` micro-steps gives a spool on its reference, N·m.
 pub(crate) fn torque_beyond_nm(
     params: &Params,
-    position: f64,
-    reference: &Reference,
+    position: Microsteps,
+    reference: &Kinematics,
     fed: &FeedForward,
 ) -> f64 {
-    let lead_rad = position * params.drive.microstep_angle_rad - reference.angle_rad;
+    let lead_rad = position.0 * params.drive.microstep_angle_rad - reference.angle_rad;
     let electrical_rad = f64::from(params.motor.rotor_teeth) * lead_rad;
     available_torque_nm(params, reference) * electrical_rad.sin() - fed.torque_nm
 }
 
-/// Where the command shall be for the rotor to be at `reference`, `teeth` tooth pitches aside, micro-steps, unrounded.
-pub(crate) fn command_microsteps(params: &Params, reference: &Reference, lead_rad: f64, teeth: i64) -> f64 {
+/// Where the command shall be for the rotor to be at `reference`, `teeth` tooth pitches aside.
+pub(crate) fn command_position(
+    params: &Params,
+    reference: &Kinematics,
+    lead_rad: f64,
+    teeth: i64,
+) -> Microsteps {
     let electrical_rad = lead_rad + TAU * teeth as f64;
     let angle_rad = reference.angle_rad + electrical_rad / f64::from(params.motor.rotor_teeth);
-    angle_rad / params.drive.microstep_angle_rad
+    Microsteps(angle_rad / params.drive.microstep_angle_rad)
 }
 
 /// The lead over `reference` that pulls no further than [`MAX_PULL_RAD`] on a rotor `deviation_rad` beyond it, rad, and

@@ -4,7 +4,7 @@ use crate::matrix::Vector;
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::tuning::Tuning;
-use signals::Reference;
+use signals::Kinematics;
 
 /// Samples remembered: the oldest reading that a scenario may have, the longest dead time, and one to start from.
 const TRAIL: usize = 20;
@@ -70,9 +70,9 @@ pub(crate) enum Wish {
 }
 
 impl Correction {
-    /// Begins where nothing moves: the torque that the command gives is what friction takes.
-    pub(crate) fn begin(&mut self, instant: Instant) {
-        *self = Self { trail: [instant; TRAIL], estimate: [0.0, 0.0, instant.beyond_nm], ..Self::default() };
+    /// Where nothing moves the torque that the command gives is what friction takes.
+    pub(crate) fn at_rest(instant: Instant) -> Self {
+        Self { trail: [instant; TRAIL], estimate: [0.0, 0.0, instant.beyond_nm], ..Self::default() }
     }
 
     /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends; teeth
@@ -102,8 +102,8 @@ impl Correction {
         self.trail.get(age).copied().unwrap_or_default()
     }
 
-    /// Takes note of a cycle in which nothing was read or commanded: the estimate goes on with the command.
-    pub(crate) fn go_on(&mut self, params: &Params, instant: Instant) {
+    /// A cycle in which nothing was read or commanded: the estimate is predicted with the last command.
+    pub(crate) fn coast(&mut self, params: &Params, instant: Instant) {
         if let Some(observer) = &params.observer {
             self.estimate = self.predicted(params, observer);
         }
@@ -123,7 +123,7 @@ impl Correction {
         observer: &Observer,
         tuning: &Tuning,
         angle_rad: Option<f64>,
-        next: &Reference,
+        next: &Kinematics,
     ) -> Wish {
         let age = age(params, observer);
         let predicted = self.predicted(params, observer);
@@ -145,7 +145,7 @@ impl Correction {
     }
 
     /// Whether the command is held: the reference has rested for a while and the spool is where it is wanted.
-    fn rest(&mut self, observer: &Observer, next: &Reference, reading_rad: f64, period_s: f64) {
+    fn rest(&mut self, observer: &Observer, next: &Kinematics, reading_rad: f64, period_s: f64) {
         let rests = next.speed_rad_per_s == 0.0 && next.acceleration_rad_per_s2 == 0.0;
         self.resting_cycles = if rests { self.resting_cycles.saturating_add(1) } else { 0 };
         self.smoothed_rad += SMOOTHING * (reading_rad - self.smoothed_rad);

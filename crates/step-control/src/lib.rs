@@ -12,11 +12,15 @@
 
 mod compensation;
 mod correction;
+mod input;
 mod machine;
 mod matrix;
+mod measure;
 mod observer;
 mod params;
 mod partner;
+mod re_entry;
+mod reception;
 mod recovery;
 mod shaper;
 mod state;
@@ -24,11 +28,11 @@ mod step;
 mod time_scale;
 mod track;
 mod tuning;
-mod way_back;
 mod window;
 
+pub use input::{Input, Output};
 pub use observer::{Observer, ObserverSettings};
 pub use params::{Compensation, ControlError, LostSteps, Params, ReferenceLimits};
 pub use shaper::Shaper;
 pub use state::State;
-pub use step::{Input, Output, step};
+pub use step::step;

@@ -1,15 +1,12 @@
 //! The state machine: arming, disarming, faults, reset.
 
-use crate::compensation::{Contact, FeedForward, torque_beyond_nm};
-use crate::correction::Instant;
+use crate::input::Input;
 use crate::params::{LostSteps, Params};
-use crate::recovery::Recovery;
-use crate::state::State;
-use crate::step::Input;
-use crate::way_back::WayBack;
+use crate::state::{State, Steering};
+use drive::{Microsteps, MicrostepsPerCycle};
 use signals::{
-    ControlParameter, ControllerState, FaultCode, Feedback, OperatorCommand, OperatorKind, OperatorResult,
-    Reference, validity,
+    ControlParameter, ControllerState, FaultCode, Feedback, Kinematics, OperatorCommand, OperatorKind,
+    OperatorResult, validity,
 };
 
 /// Carries out what the operator, or the scenario in the operator's place, wants in this cycle.
@@ -26,10 +23,10 @@ pub(crate) fn obey(
     if params.disarm_at_cycle == Some(cycle) {
         carry_out(params, state, OperatorKind::Disarm, feedback);
     }
-    let Some(order) = order.filter(|order| order.id > state.operator_id) else { return };
-    state.operator_id = order.id;
+    let Some(order) = order.filter(|order| order.id > state.supervision.operator_id) else { return };
+    state.supervision.operator_id = order.id;
     let kind = OperatorKind::from_code(order.kind).unwrap_or(OperatorKind::Nothing);
-    state.operator_result = if kind == OperatorKind::SetParameter {
+    state.supervision.operator_result = if kind == OperatorKind::SetParameter {
         let parameter = ControlParameter::from_code(order.parameter).unwrap_or(ControlParameter::None);
         state.tuning.set(params, parameter, order.value)
     } else {
@@ -44,18 +41,19 @@ fn carry_out(
     feedback: Option<&Feedback>,
 ) -> OperatorResult {
     use ControllerState::{Disarmed, Fault, QuickStop, Running};
-    match (kind, state.machine) {
+    let supervision = &mut state.supervision;
+    match (kind, supervision.machine) {
         (OperatorKind::Nothing | OperatorKind::SetParameter, _) => OperatorResult::None,
         (OperatorKind::Arm, Disarmed) => arm(params, state, feedback),
         (OperatorKind::Disarm, Running) => {
-            state.machine = QuickStop;
+            supervision.machine = QuickStop;
             OperatorResult::Done
         }
         (OperatorKind::Disarm, Disarmed) | (OperatorKind::Arm, Running) => OperatorResult::Done,
         (OperatorKind::Reset, Fault) => {
-            state.machine = Disarmed;
-            state.fault = FaultCode::None;
-            state.following_error_peak_rad = 0.0;
+            supervision.machine = Disarmed;
+            supervision.fault = FaultCode::None;
+            state.observation.following_error_peak_rad = 0.0;
             OperatorResult::Done
         }
         (OperatorKind::Disarm | OperatorKind::Reset, QuickStop) | (OperatorKind::Arm, QuickStop | Fault) => {
@@ -70,61 +68,43 @@ fn carry_out(
 /// Running begins where the valve stands: from the drive's own position while it holds, else (nothing holds the
 /// rotor) from the measured angle.
 fn arm(params: &Params, state: &mut State, feedback: Option<&Feedback>) -> OperatorResult {
-    let Some(feedback) = feedback.filter(|_| state.reference.silent_cycles() == 0) else {
+    let Some(feedback) = feedback.filter(|_| state.reception.reference.silent_cycles() == 0) else {
         return OperatorResult::NotReady;
     };
     let still = feedback.validity & validity::STANDSTILL != 0;
     if !still || feedback.drive_fault != FaultCode::None.code() {
         return OperatorResult::NotReady;
     }
-    state.position = if feedback.validity & validity::ENERGISED != 0 {
-        feedback.accepted_microsteps as f64
+    let position = if feedback.validity & validity::ENERGISED != 0 {
+        feedback.accepted_microsteps.into()
     } else {
-        (feedback.angle_rad / params.drive.microstep_angle_rad).round()
+        Microsteps((feedback.angle_rad / params.drive.microstep_angle_rad).round())
     };
-    begin(params, state, feedback);
-    state.machine = ControllerState::Running;
+    begin(params, state, position, feedback);
+    state.supervision.machine = ControllerState::Running;
     OperatorResult::Done
 }
 
-/// Forgets all that was, and begins at rest.
-fn begin(params: &Params, state: &mut State, feedback: &Feedback) {
-    let reference = Reference { speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, ..*state.window.now() };
-    let command_rad = state.position * params.drive.microstep_angle_rad;
-    let seen = feedback.validity & validity::ENCODER != 0;
-    let lag_rad = f64::from(params.motor.rotor_teeth) * (command_rad - feedback.angle_rad);
-    state.target = state.position;
-    state.target_before = state.position;
-    state.travel = 0.0;
-    state.contact = Contact::relaxed();
-    state.aim = reference;
-    state.shaped.fill(&reference);
-    state.recovery = Recovery::begin(if seen { lag_rad } else { 0.0 });
-    state.following_error_peak_rad = 0.0;
-    state.load_angle_rad = None;
-    state.lost = false;
-    state.unheard_cycles = 0;
-    state.leapt = false;
-    state.sets_out = false;
-    state.way_back = WayBack::default();
-    state.led = reference;
-    state.time_scale = 1.0;
-    let beyond_nm = torque_beyond_nm(params, state.position, &reference, &FeedForward::default());
-    let reference_rad = reference.angle_rad;
-    state.correction.begin(Instant { reference_rad, beyond_nm, command_rad });
+/// Begins at rest with the command at `position`; of what was before only orders, tuning and surroundings remain.
+fn begin(params: &Params, state: &mut State, position: Microsteps, feedback: &Feedback) {
+    let now = state.reception.window.now();
+    let reference = Kinematics { speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, ..*now };
+    state.reception = state.reception.begun();
+    state.steering = Steering::at(position, reference);
+    state.observation = state.observation.begun(params, &state.steering, feedback);
 }
 
 /// Looks for a reason to stop, while running.
 pub(crate) fn watch(params: &Params, state: &mut State, cycle: u64, input: &Input) {
-    if state.machine != ControllerState::Running {
+    if state.supervision.machine != ControllerState::Running {
         return;
     }
-    let limit = params.drive.silence_cycles;
-    let fault = if state.feedback.silent(limit) {
+    let (limit, reception) = (params.drive.silence_cycles, &state.reception);
+    let fault = if reception.feedback.silent(limit) {
         FaultCode::FeedbackSilent
-    } else if state.reference.silent(limit) {
+    } else if reception.reference.silent(limit) {
         FaultCode::ReferenceSilent
-    } else if state.leapt
+    } else if reception.leapt
         || input.reference.is_some_and(|reference| params.reference_limits.exceeded(reference))
     {
         FaultCode::ReferenceLimit
@@ -132,9 +112,9 @@ pub(crate) fn watch(params: &Params, state: &mut State, cycle: u64, input: &Inpu
         input.feedback.map_or(FaultCode::None, |feedback| fault_of(params, state, feedback))
     };
     if fault != FaultCode::None {
-        state.fault = fault;
-        state.fault_cycle = cycle;
-        state.machine = ControllerState::QuickStop;
+        state.supervision.fault = fault;
+        state.supervision.fault_cycle = cycle;
+        state.supervision.machine = ControllerState::QuickStop;
     }
 }
 
@@ -142,27 +122,29 @@ fn fault_of(params: &Params, state: &State, feedback: &Feedback) -> FaultCode {
     if feedback.drive_fault != FaultCode::None.code() {
         return FaultCode::Drive;
     }
-    if state.lost {
+    if state.observation.lost {
         return match params.lost_steps {
             LostSteps::Fault => FaultCode::LostSteps,
             LostSteps::Resynchronise => FaultCode::None,
         };
     }
-    let limit_rad = state.tuning.following_error_limit_rad(params, state.window.now().speed_rad_per_s);
-    // Against what the command aimed at: what it catches up, or is late by because it is shaped, is no error of following.
-    if state.behind_aim_rad.abs() > limit_rad {
+    let speed_rad_per_s = state.reception.window.now().speed_rad_per_s;
+    let limit_rad = state.tuning.following_error_limit_rad(params, speed_rad_per_s);
+    // Against what the command aimed at: the lag of a shaper or of a re-entry ramp is intended.
+    if state.observation.behind_aim_rad.abs() > limit_rad {
         return FaultCode::FollowingError;
     }
     FaultCode::None
 }
 
-/// Ends a quick stop once command and drive stand still; a drive that is not heard of counts as still, since it stops
-/// by itself.
+/// Ends a quick stop once command and drive stand still; a drive that is silent counts as still, since it stops by
+/// itself.
 pub(crate) fn settle(params: &Params, state: &mut State, feedback: Option<&Feedback>) {
-    let silent = state.feedback.silent(params.drive.silence_cycles);
+    let silent = state.reception.feedback.silent(params.drive.silence_cycles);
     let still = feedback.map_or(silent, |feedback| feedback.validity & validity::STANDSTILL != 0);
-    if state.machine == ControllerState::QuickStop && state.travel == 0.0 && still {
-        let disarmed = state.fault == FaultCode::None;
-        state.machine = if disarmed { ControllerState::Disarmed } else { ControllerState::Fault };
+    let stands = state.steering.travel == MicrostepsPerCycle::ZERO && still;
+    if state.supervision.machine == ControllerState::QuickStop && stands {
+        let disarmed = state.supervision.fault == FaultCode::None;
+        state.supervision.machine = if disarmed { ControllerState::Disarmed } else { ControllerState::Fault };
     }
 }

@@ -1,8 +1,8 @@
 //! What the controller is set to: its belief of the valve, its limits, its reactions.
 
 use crate::observer::{Observer, ObserverSettings, Shaft};
+use crate::re_entry::ReEntryLimits;
 use crate::shaper::Shaper;
-use crate::way_back::WayBackLimits;
 use serde::{Deserialize, Serialize};
 use signals::Reference;
 use thiserror::Error;
@@ -26,7 +26,7 @@ pub enum Compensation {
 pub enum LostSteps {
     /// A fault.
     Fault,
-    /// The command goes to where the rotor is, and back to the reference from there.
+    /// The command restarts from where the rotor is, and returns to the reference on a re-entry ramp.
     Resynchronise,
 }
 
@@ -124,9 +124,9 @@ pub enum ControlError {
     Drive(#[from] drive::DriveError),
 }
 
-/// The part of the holding torque that accelerates the way back to the reference: it leaves the motor most of its torque,
-/// and the resonance nearly at rest.
-const WAY_BACK_PART: f64 = 1.0 / 8.0;
+/// The part of the holding torque that a re-entry ramp may accelerate with: it leaves the motor most of its torque and
+/// hardly excites the resonance.
+const RE_ENTRY_PART: f64 = 1.0 / 8.0;
 
 impl Params {
     /// These settings with an observer designed for them.
@@ -152,11 +152,11 @@ impl Params {
         Self { shaper: Shaper::design(frequency, ratio, self.period_s), ..self }
     }
 
-    /// What the way back to the reference keeps to.
-    pub(crate) fn way_back_limits(&self) -> WayBackLimits {
-        WayBackLimits {
+    /// What a re-entry ramp keeps to.
+    pub(crate) fn re_entry_limits(&self) -> ReEntryLimits {
+        ReEntryLimits {
             speed_rad_per_s: self.reference_limits.max_speed_rad_per_s,
-            acceleration_rad_per_s2: WAY_BACK_PART * self.motor.holding_torque_nm / self.inertia_kg_m2,
+            acceleration_rad_per_s2: RE_ENTRY_PART * self.motor.holding_torque_nm / self.inertia_kg_m2,
         }
     }
 

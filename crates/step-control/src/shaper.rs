@@ -2,10 +2,10 @@
 //! ringing the second stops (zero vibration). It costs a delay of a quarter of the period.
 
 use serde::{Deserialize, Serialize};
-use signals::Reference;
+use signals::Kinematics;
 use std::f64::consts::PI;
 
-/// References remembered: half a period at the slowest resonance and shortest cycle that are shaped.
+/// Motions remembered: half a period at the slowest resonance and shortest cycle that are shaped.
 const MEMORY: usize = 64;
 
 /// A shaper, designed.
@@ -36,62 +36,45 @@ impl Shaper {
     }
 }
 
-/// The references that a shaper remembers, newest first.
+/// The motions that a shaper remembers, newest first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Shaped {
-    past: [Reference; MEMORY],
-}
-
-impl Default for Shaped {
-    fn default() -> Self {
-        Self { past: [Reference::default(); MEMORY] }
-    }
+    past: [Kinematics; MEMORY],
 }
 
 impl Shaped {
-    /// Begins at rest.
-    pub(crate) fn fill(&mut self, reference: &Reference) {
-        self.past = [*reference; MEMORY];
+    /// At rest.
+    pub(crate) fn at(reference: Kinematics) -> Self {
+        Self { past: [reference; MEMORY] }
     }
 
-    /// Begins anew on a motion at the speed of `shaped`, which is what comes out; what goes in.
-    pub(crate) fn restart(&mut self, shaper: &Shaper, shaped: &Reference, period_s: f64) -> Reference {
-        let speed = shaped.speed_rad_per_s;
+    /// Starts anew so that `shaped` comes out, at its speed; returns the motion that goes in then.
+    pub(crate) fn restart(&mut self, shaper: &Shaper, shaped: &Kinematics, period_s: f64) -> Kinematics {
+        let line = shaped.at_constant_speed();
         let late_s = (1.0 - shaper.first) * (shaper.cycles as f64 * period_s - shaper.rest_s);
-        let line = Reference { acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0, ..*shaped };
-        let at = |age: u8| shaped.angle_rad + speed * (late_s - period_s * f64::from(age));
+        let at = |age: u8| {
+            let angle_rad = line.angle_rad + line.speed_rad_per_s * (late_s - period_s * f64::from(age));
+            Kinematics { angle_rad, ..line }
+        };
         for (past, age) in self.past.iter_mut().zip(0..) {
-            *past = Reference { angle_rad: at(age), ..line };
+            *past = at(age);
         }
-        Reference { angle_rad: at(0), ..line }
+        at(0)
     }
 
-    /// Takes the newest reference in and gives the shaped one.
-    pub(crate) fn step(&mut self, shaper: &Shaper, newest: &Reference) -> Reference {
+    /// Takes the newest motion in and gives the shaped one.
+    pub(crate) fn step(&mut self, shaper: &Shaper, newest: &Kinematics) -> Kinematics {
         self.past.rotate_right(1);
         if let Some(first) = self.past.first_mut() {
             *first = *newest;
         }
-        let old = self.past.get(shaper.cycles).unwrap_or(newest);
-        let late = later(old, shaper.rest_s);
+        let late = self.past.get(shaper.cycles).unwrap_or(newest).after(shaper.rest_s);
         let mix = |first: f64, second: f64| second + shaper.first * (first - second);
-        Reference {
+        Kinematics {
             angle_rad: mix(newest.angle_rad, late.angle_rad),
             speed_rad_per_s: mix(newest.speed_rad_per_s, late.speed_rad_per_s),
             acceleration_rad_per_s2: mix(newest.acceleration_rad_per_s2, late.acceleration_rad_per_s2),
             ..*newest
         }
-    }
-}
-
-/// A motion continued at its jerk for less than a cycle.
-fn later(reference: &Reference, dt_s: f64) -> Reference {
-    let (speed, acceleration, jerk) =
-        (reference.speed_rad_per_s, reference.acceleration_rad_per_s2, reference.jerk_rad_per_s3);
-    Reference {
-        angle_rad: reference.angle_rad + dt_s * (speed + dt_s * (acceleration / 2.0 + dt_s * jerk / 6.0)),
-        speed_rad_per_s: speed + dt_s * (acceleration + dt_s * jerk / 2.0),
-        acceleration_rad_per_s2: acceleration + dt_s * jerk,
-        ..*reference
     }
 }

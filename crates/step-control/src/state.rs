@@ -1,122 +1,176 @@
-//! What the controller remembers from cycle to cycle.
+//! What the controller remembers from cycle to cycle, in four parts that each have one writer.
 
-use crate::compensation::{Contact, Surroundings, Wanted};
-use crate::correction::Correction;
+use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
+use crate::correction::{Correction, Instant};
+use crate::params::Params;
 use crate::partner::Partner;
+use crate::re_entry::ReEntry;
 use crate::recovery::Recovery;
 use crate::shaper::Shaped;
 use crate::tuning::Tuning;
-use crate::way_back::WayBack;
 use crate::window::Window;
-use signals::{ControllerState, FaultCode, OperatorResult, Reference};
+use drive::{Microsteps, MicrostepsPerCycle};
+use signals::{ControllerState, FaultCode, Feedback, Kinematics, OperatorResult, validity};
 
 /// The controller's state between two cycles: plain data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    /// The newest cycle run; `None` before the first.
-    pub(crate) last_cycle: Option<u64>,
-    pub(crate) machine: ControllerState,
-    pub(crate) fault: FaultCode,
-    pub(crate) fault_cycle: u64,
-    pub(crate) feedback: Partner,
-    pub(crate) reference: Partner,
-    pub(crate) window: Window,
-    /// Cycles since the last reference that was heard of.
-    pub(crate) unheard_cycles: u64,
-    /// Whether this cycle's reference is further from the last one than any motion goes.
-    pub(crate) leapt: bool,
-    /// Whether the next target sets out from `led`, and does not go on from the reference before.
-    pub(crate) sets_out: bool,
-    pub(crate) way_back: WayBack,
-    /// What was followed last: the reference, or what comes back to it.
-    pub(crate) led: Reference,
-    pub(crate) shaped: Shaped,
-    /// The same, shaped: what the command aimed at.
-    pub(crate) aim: Reference,
-    /// The believed contact at the end of the cycle commanded last.
-    pub(crate) contact: Contact,
-    pub(crate) surroundings: Surroundings,
-    pub(crate) wanted: Wanted,
-    pub(crate) correction: Correction,
-    pub(crate) recovery: Recovery,
-    /// The encoder's reading of this cycle, rad, and its way since the one before, rad.
-    pub(crate) reading_rad: Option<f64>,
-    pub(crate) reading_way_rad: f64,
-    /// Electrical lead of the command over the rotor at the last reading, lost teeth aside, rad.
-    pub(crate) load_angle_rad: Option<f64>,
-    /// Whether this cycle's reading says that steps are lost.
-    pub(crate) lost: bool,
-    /// How fast the trajectory's time shall run.
-    pub(crate) time_scale: f64,
-    /// Where the command stands at the end of the cycle commanded last, micro-steps, unrounded.
-    pub(crate) position: f64,
-    /// Its way in that cycle, micro-steps.
-    pub(crate) travel: f64,
-    /// Where it was wanted there, before limits, micro-steps.
-    pub(crate) target: f64,
-    /// The same a cycle earlier.
-    pub(crate) target_before: f64,
-    /// The driver's limits that held it back: bits of [`signals::limiting`].
-    pub(crate) limits: u64,
-    pub(crate) following_error_rad: f64,
-    /// How far the reading is behind what the command aimed at for its time, rad.
-    pub(crate) behind_aim_rad: f64,
-    pub(crate) following_error_peak_rad: f64,
+    pub(crate) supervision: Supervision,
+    pub(crate) reception: Reception,
+    pub(crate) steering: Steering,
+    pub(crate) observation: Observation,
     pub(crate) tuning: Tuning,
-    pub(crate) operator_id: u64,
-    pub(crate) operator_result: OperatorResult,
 }
 
 impl State {
     /// A disarmed controller whose command stands at `position_microsteps`.
     pub fn new(position_microsteps: i64) -> Self {
-        let position = position_microsteps as f64;
         Self {
-            last_cycle: None,
-            machine: ControllerState::Disarmed,
-            fault: FaultCode::None,
-            fault_cycle: 0,
-            feedback: Partner::default(),
-            reference: Partner::default(),
-            window: Window::default(),
-            unheard_cycles: 0,
-            leapt: false,
-            sets_out: false,
-            way_back: WayBack::default(),
-            led: Reference::default(),
-            shaped: Shaped::default(),
-            aim: Reference::default(),
-            contact: Contact::relaxed(),
-            surroundings: Surroundings::default(),
-            wanted: Wanted::default(),
-            correction: Correction::default(),
-            recovery: Recovery::default(),
-            reading_rad: None,
-            reading_way_rad: 0.0,
-            load_angle_rad: None,
-            lost: false,
-            time_scale: 1.0,
-            position,
-            travel: 0.0,
-            target: position,
-            target_before: position,
-            limits: 0,
-            following_error_rad: 0.0,
-            behind_aim_rad: 0.0,
-            following_error_peak_rad: 0.0,
+            supervision: Supervision::default(),
+            reception: Reception::default(),
+            steering: Steering::at(position_microsteps.into(), Kinematics::default()),
+            observation: Observation::default(),
             tuning: Tuning::default(),
-            operator_id: 0,
-            operator_result: OperatorResult::None,
         }
     }
 
     /// The state of the state machine.
     pub fn machine(&self) -> ControllerState {
-        self.machine
+        self.supervision.machine
     }
 
     /// Why the valve was stopped; kept until reset.
     pub fn fault(&self) -> FaultCode {
-        self.fault
+        self.supervision.fault
+    }
+}
+
+/// The state machine and what it answered. Changed by `machine` alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Supervision {
+    pub machine: ControllerState,
+    pub fault: FaultCode,
+    /// The cycle in which the fault was found.
+    pub fault_cycle: u64,
+    /// The last order looked at, by its id, and what became of it.
+    pub operator_id: u64,
+    pub operator_result: OperatorResult,
+}
+
+impl Default for Supervision {
+    fn default() -> Self {
+        Self {
+            machine: ControllerState::Disarmed,
+            fault: FaultCode::None,
+            fault_cycle: 0,
+            operator_id: 0,
+            operator_result: OperatorResult::None,
+        }
+    }
+}
+
+/// What was heard of the partners. Changed by `reception` alone.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Reception {
+    /// The newest cycle run; `None` before the first.
+    pub last_cycle: Option<u64>,
+    pub feedback: Partner,
+    pub reference: Partner,
+    pub window: Window,
+    /// Cycles since the last reference that arrived.
+    pub cycles_without_reference: u64,
+    /// Whether this cycle's reference is further from the last one than any motion goes.
+    pub leapt: bool,
+}
+
+impl Reception {
+    /// The same with what was missed before forgotten: arming begins with the reference of this cycle.
+    pub(crate) fn begun(self) -> Self {
+        Self { cycles_without_reference: 0, leapt: false, ..self }
+    }
+}
+
+/// Where the command is and where it goes. Changed by `track`, and by `step` while the valve is stopped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Steering {
+    /// Whether the next target starts from `led` instead of continuing the reference before.
+    pub re_enters: bool,
+    pub re_entry: ReEntry,
+    /// What was followed last: the reference, or the re-entry ramp towards it.
+    pub led: Kinematics,
+    pub shaped: Shaped,
+    /// `led`, shaped: what the command aimed at.
+    pub aim: Kinematics,
+    /// The believed contact at the end of the cycle commanded last.
+    pub contact: Contact,
+    pub wanted: Wanted,
+    /// How fast the trajectory's time shall run.
+    pub time_scale: f64,
+    /// Where the command stands at the end of the cycle commanded last.
+    pub position: Microsteps,
+    /// Its way in that cycle.
+    pub travel: MicrostepsPerCycle,
+    /// Where it was wanted there, before the driver's limits.
+    pub target: Microsteps,
+    /// The same a cycle earlier.
+    pub target_before: Microsteps,
+    /// The limits that held it back: bits of [`signals::limiting`].
+    pub limits: u64,
+}
+
+impl Steering {
+    /// At rest on a reference, the command at a position, the believed bristles relaxed.
+    pub(crate) fn at(position: Microsteps, reference: Kinematics) -> Self {
+        Self {
+            re_enters: false,
+            re_entry: ReEntry::default(),
+            led: reference,
+            shaped: Shaped::at(reference),
+            aim: reference,
+            contact: Contact::relaxed(),
+            wanted: Wanted::default(),
+            time_scale: 1.0,
+            position,
+            travel: MicrostepsPerCycle::ZERO,
+            target: position,
+            target_before: position,
+            limits: 0,
+        }
+    }
+}
+
+/// What the sensors say, and what follows from it. Changed by `measure`, and by `track` for what it commands.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Observation {
+    pub surroundings: Surroundings,
+    pub correction: Correction,
+    pub recovery: Recovery,
+    /// The encoder's reading of this cycle, rad, and its change since the one before, rad.
+    pub reading_rad: Option<f64>,
+    pub reading_change_rad: f64,
+    /// Electrical lead of the command over the rotor at the last reading, lost teeth aside, rad.
+    pub load_angle_rad: Option<f64>,
+    /// Whether this cycle's reading says that steps are lost.
+    pub lost: bool,
+    pub following_error_rad: f64,
+    /// What the command aimed at for the time of the reading, minus the reading, rad.
+    pub behind_aim_rad: f64,
+    pub following_error_peak_rad: f64,
+}
+
+impl Observation {
+    /// Begins with a valve at rest: the torque that its command gives is what friction takes.
+    pub(crate) fn begun(self, params: &Params, steering: &Steering, feedback: &Feedback) -> Self {
+        let command_rad = steering.position.0 * params.drive.microstep_angle_rad;
+        let seen = feedback.validity & validity::ENCODER != 0;
+        let lag_rad = f64::from(params.motor.rotor_teeth) * (command_rad - feedback.angle_rad);
+        let beyond_nm = torque_beyond_nm(params, steering.position, &steering.led, &FeedForward::default());
+        let instant = Instant { reference_rad: steering.led.angle_rad, beyond_nm, command_rad };
+        Self {
+            surroundings: self.surroundings,
+            correction: Correction::at_rest(instant),
+            recovery: Recovery::begin(if seen { lag_rad } else { 0.0 }),
+            ..Self::default()
+        }
     }
 }

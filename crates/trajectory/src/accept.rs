@@ -3,13 +3,13 @@
 use signals::{SetPoint, SetPointKind, SetPointRefusal};
 
 use crate::Params;
-use crate::kinematics::Kinematics;
 use crate::motion::{ActiveMotion, Motion, Planned, Then};
 use crate::planner::{plan_angle, plan_speed};
 use crate::profile::Profile;
 use crate::sine::Sine;
 use crate::state::{Followed, State};
 use crate::target::target_angle;
+use signals::Kinematics;
 
 /// How far a planned motion may pass a limit of motion: what is lost in rounding, not more.
 const ANGLE_TOLERANCE_RAD: f64 = 1e-9;

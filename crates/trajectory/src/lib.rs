@@ -8,7 +8,6 @@
 
 mod accept;
 mod feasible;
-mod kinematics;
 mod motion;
 mod params;
 mod planner;

@@ -1,8 +1,8 @@
 //! What the reference is doing: resting, on a planned motion, or on a sine; and the time that runs along it.
 
-use crate::kinematics::Kinematics;
 use crate::profile::Profile;
 use crate::sine::Sine;
+use signals::Kinematics;
 
 /// A motion since its start, at time scale 1.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,8 +11,8 @@ use rsruckig::prelude::Profile as Solution;
 use rsruckig::velocity_third_step1::VelocityThirdOrderStep1;
 
 use crate::Limits;
-use crate::kinematics::Kinematics;
 use crate::profile::Profile;
+use signals::Kinematics;
 
 /// What a plan's end may lack, in the problem's own units, before it is not used: the planner's own tolerance.
 const END_TOLERANCE: f64 = 1.1e-8;

@@ -4,7 +4,7 @@
 //! checked as a whole: a plan that leaves a limit anywhere is not used, whatever the planner says of it.
 
 use crate::Limits;
-use crate::kinematics::Kinematics;
+use signals::Kinematics;
 
 /// Pieces a plan can have: three of a change of speed, and seven of a motion from rest to rest.
 const MAX_PIECES: usize = 10;

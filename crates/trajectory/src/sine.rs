@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 
 use signals::SetPointRefusal;
 
-use crate::kinematics::Kinematics;
 use crate::{Limits, Params};
+use signals::Kinematics;
 
 /// The greatest |d/dx (s·sin 2πx)|: that of the sine itself, 2π.
 const PEAK_SPEED: f64 = TAU;

@@ -3,9 +3,9 @@
 use signals::{Reference, SetPointKind};
 
 use crate::Params;
-use crate::kinematics::Kinematics;
 use crate::motion::{ActiveMotion, Motion};
 use crate::time_scale::TimeScale;
+use signals::Kinematics;
 
 /// The trajectory's state between two cycles: plain data.
 #[derive(Debug, Clone, PartialEq)]

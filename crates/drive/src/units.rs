@@ -1,0 +1,57 @@
+//! Positions of the command and its way in a cycle: two numbers in micro-steps that must not be swapped.
+
+use std::ops::{Add, AddAssign, Sub};
+
+/// A position of the command, absolute micro-steps, before rounding.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+pub struct Microsteps(pub f64);
+
+/// A way in one cycle, signed, micro-steps: a pulse rate times the period.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+pub struct MicrostepsPerCycle(pub f64);
+
+impl Microsteps {
+    /// The whole micro-step that is nearest.
+    pub fn round(self) -> i64 {
+        self.0.round() as i64
+    }
+}
+
+impl MicrostepsPerCycle {
+    /// No motion.
+    pub const ZERO: Self = Self(0.0);
+
+    /// The pulse rate, Hz, with a cycle of this length.
+    pub fn rate_hz(self, period_s: f64) -> f64 {
+        self.0 / period_s
+    }
+}
+
+impl From<i64> for Microsteps {
+    fn from(count: i64) -> Self {
+        Self(count as f64)
+    }
+}
+
+impl Add<MicrostepsPerCycle> for Microsteps {
+    type Output = Self;
+
+    fn add(self, way: MicrostepsPerCycle) -> Self {
+        Self(self.0 + way.0)
+    }
+}
+
+impl AddAssign<MicrostepsPerCycle> for Microsteps {
+    fn add_assign(&mut self, way: MicrostepsPerCycle) {
+        *self = *self + way;
+    }
+}
+
+impl Sub for Microsteps {
+    type Output = MicrostepsPerCycle;
+
+    /// The way from `from` to this position.
+    fn sub(self, from: Self) -> MicrostepsPerCycle {
+        MicrostepsPerCycle(self.0 - from.0)
+    }
+}

@@ -1,0 +1,32 @@
+//! Following error and load angle, from the encoder and from what was commanded for the time of its reading.
+
+use crate::params::Params;
+use crate::state::State;
+use signals::{ControllerState, Feedback, validity};
+use std::f64::consts::TAU;
+
+/// Compares this cycle's reading with what the command aimed at for its time.
+pub(crate) fn measure(params: &Params, state: &mut State, feedback: Option<&Feedback>) {
+    let observation = &mut state.observation;
+    if state.supervision.machine != ControllerState::Running {
+        observation.following_error_rad = 0.0;
+        observation.reading_rad = None;
+        return;
+    }
+    let before_rad = observation.reading_rad.take();
+    let Some(feedback) = feedback else { return };
+    let error_rad = state.reception.window.now().angle_rad - feedback.angle_rad;
+    observation.following_error_rad = error_rad;
+    observation.following_error_peak_rad = observation.following_error_peak_rad.max(error_rad.abs());
+    let age_cycles = params.loop_delay_cycles + params.encoder_delay_cycles;
+    let commanded = observation.correction.commanded(age_cycles);
+    observation.behind_aim_rad = commanded.reference_rad - feedback.angle_rad;
+    if feedback.validity & validity::ENCODER == 0 {
+        return;
+    }
+    observation.reading_rad = Some(feedback.angle_rad);
+    observation.reading_change_rad = before_rad.map_or(0.0, |before_rad| feedback.angle_rad - before_rad);
+    let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - feedback.angle_rad);
+    observation.load_angle_rad = Some(lag_rad - TAU * observation.recovery.teeth as f64);
+    observation.lost = observation.recovery.lost(lag_rad);
+}
