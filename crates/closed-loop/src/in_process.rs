@@ -51,6 +51,20 @@ pub struct Arrived {
 }
 
 /// The loop, cycle by cycle: an iterator over the run's messages.
+///
+/// ```
+/// use closed_loop::{InProcess, wire};
+///
+/// let files = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rt-config/scenarios/");
+/// let read = |name: &str| std::fs::read_to_string(format!("{files}{name}")).unwrap();
+/// let scenario = config::parse_scenario(&read("sine-1hz.toml"), "sine-1hz.toml").unwrap();
+/// let truth = config::parse_model(&read(&scenario.truth), &scenario.truth).unwrap();
+/// let belief = config::parse_model(&read(&scenario.belief), &scenario.belief).unwrap();
+///
+/// let parts = wire(&scenario, &truth, &belief).unwrap();
+/// let errors_rad = InProcess::new(&parts).map(|cycle| cycle.status.following_error_rad.abs());
+/// assert!(errors_rad.fold(0.0, f64::max) < 0.02);
+/// ```
 pub struct InProcess<W: Wire = Perfect> {
     plant: PlantRole,
     trajectory: TrajectoryRole,

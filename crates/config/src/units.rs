@@ -174,6 +174,13 @@ pub struct QuantityError {
 ///
 /// A blank may stand between number and unit. NaN and infinities are refused.
 ///
+/// ```
+/// use config::{Dimension, parse_quantity};
+///
+/// assert_eq!(parse_quantity("180deg", Dimension::Angle), Ok(std::f64::consts::PI));
+/// assert!(parse_quantity("180 apples", Dimension::Angle).is_err());
+/// ```
+///
 /// # Errors
 /// When the number or the unit is missing or unknown, or the value is not finite.
 pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, QuantityError> {

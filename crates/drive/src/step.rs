@@ -26,6 +26,26 @@ pub struct Output {
 /// Takes the guard through cycle `cycle`.
 ///
 /// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.
+///
+/// ```
+/// use drive::{AfterStop, Params, State, step};
+/// use signals::StepCommand;
+///
+/// let params = Params {
+///     period_s: 1e-3,
+///     microstep_angle_rad: 5.585e-5,
+///     max_pulse_rate_hz: 600e3,
+///     max_pulse_acceleration_hz_per_s: 40e6,
+///     quick_stop_deceleration_hz_per_s: 100e6,
+///     after_stop: AfterStop::Hold,
+///     silence_cycles: 3,
+/// };
+/// let mut state = State::at_rest_energised(0);
+/// let command = StepCommand { position_unrounded: 1e6, follow: 1, energise: 1, ..StepCommand::default() };
+/// // A million micro-steps were asked for; the first cycle gives what the acceleration allows.
+/// let output = step(&params, &mut state, 0, Some(&command));
+/// assert_eq!(output.end_microsteps, 40.0);
+/// ```
 pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Output {
     match command {
         Some(command) => note_command(params, state, cycle, command),

@@ -1,9 +1,9 @@
 //! The observer at work: what it remembers, and the torque it adds to the one fed forward.
 
-use crate::matrix::Vector;
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::tuning::Tuning;
+use nalgebra::Vector3;
 use signals::Kinematics;
 
 /// Samples remembered: the oldest reading that a scenario may have, the longest dead time, and one to start from.
@@ -35,7 +35,7 @@ pub(crate) struct Instant {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Correction {
     /// x, ẋ and d at the time of the newest reading.
-    estimate: Vector,
+    estimate: Vector3<f64>,
     /// The newest first: it belongs to the end of the cycle commanded last.
     trail: [Instant; TRAIL],
     resting_cycles: u64,
@@ -46,7 +46,7 @@ pub(crate) struct Correction {
 impl Default for Correction {
     fn default() -> Self {
         Self {
-            estimate: [0.0; 3],
+            estimate: Vector3::zeros(),
             trail: [Instant::default(); TRAIL],
             resting_cycles: 0,
             smoothed_rad: 0.0,
@@ -72,7 +72,11 @@ pub(crate) enum Wish {
 impl Correction {
     /// Where nothing moves the torque that the command gives is what friction takes.
     pub(crate) fn at_rest(instant: Instant) -> Self {
-        Self { trail: [instant; TRAIL], estimate: [0.0, 0.0, instant.beyond_nm], ..Self::default() }
+        Self {
+            trail: [instant; TRAIL],
+            estimate: Vector3::new(0.0, 0.0, instant.beyond_nm),
+            ..Self::default()
+        }
     }
 
     /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends; teeth
@@ -111,7 +115,7 @@ impl Correction {
     }
 
     /// The estimate at the time of this cycle's reading, before it.
-    fn predicted(&self, params: &Params, observer: &Observer) -> Vector {
+    fn predicted(&self, params: &Params, observer: &Observer) -> Vector3<f64> {
         let age = age(params, observer);
         observer.predicted(&self.estimate, self.instant(age + 1).beyond_nm, self.instant(age).beyond_nm)
     }
@@ -128,7 +132,7 @@ impl Correction {
         let age = age(params, observer);
         let predicted = self.predicted(params, observer);
         let reading_rad =
-            angle_rad.map_or(predicted[0], |angle_rad| angle_rad - self.instant(age).reference_rad);
+            angle_rad.map_or(predicted.x, |angle_rad| angle_rad - self.instant(age).reference_rad);
         let (filter, limit_nm) = (tuning.filter(observer), tuning.observer_limit_nm(observer));
         self.estimate = observer.corrected(&filter, &predicted, reading_rad, limit_nm);
         self.rest(observer, next, reading_rad, params.period_s);

@@ -7,7 +7,8 @@
 //! takes x and ẋ to zero at least cost. The state of d is the integral action: without it in the way of limits, since
 //! what is under way is what the limits left.
 
-use crate::matrix::{Filter, Matrix, Vector, add, apply, diagonal, least_cost_gain, scaled};
+use crate::riccati::{Filter, least_cost_gain};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -59,10 +60,10 @@ pub struct Observer {
     /// What it was told.
     pub settings: ObserverSettings,
     /// From one cycle to the next: x, ẋ and d.
-    transition: Matrix,
+    transition: Matrix3<f64>,
     /// What w at the cycle's beginning and end add.
-    by_start: Vector,
-    by_end: Vector,
+    by_start: Vector3<f64>,
+    by_end: Vector3<f64>,
     /// How an innovation corrects the estimate.
     pub(crate) filter: Filter,
     /// Variance of a reading, rad².
@@ -72,7 +73,7 @@ pub struct Observer {
     /// The largest bandwidth that it may have, Hz.
     largest_hz: f64,
     /// Feedback of x, ẋ and the present w − d.
-    feedback: Vector,
+    feedback: Vector3<f64>,
 }
 
 /// Torque noise that stands for everything the model has not, in parts of K times a count, per cycle.
@@ -90,10 +91,17 @@ impl Observer {
         let largest_hz = if settings.damps { LARGEST_HZ } else { shaft.quiet_hz() };
         let change_variance_per_hz2 = per_hz * per_hz;
         let bandwidth_hz = settings.bandwidth_hz.min(largest_hz);
-        let noise = diagonal([0.0, kick * kick, change_variance_per_hz2 * bandwidth_hz * bandwidth_hz]);
+        let noise = Matrix3::from_diagonal(&Vector3::new(
+            0.0,
+            kick * kick,
+            change_variance_per_hz2 * bandwidth_hz * bandwidth_hz,
+        ));
         let filter = Filter::settled(&transition, noise, reading_variance);
-        let feedback =
-            if settings.damps { damping_gain(shaft, &transition, &by_start, &by_end) } else { [0.0; 3] };
+        let feedback = if settings.damps {
+            damping_gain(shaft, &transition, &by_start, &by_end)
+        } else {
+            Vector3::zeros()
+        };
         Self {
             settings,
             transition,
@@ -110,7 +118,7 @@ impl Observer {
     /// `filter` with another bandwidth: its gain gets there as it settles.
     pub(crate) fn retuned(&self, mut filter: Filter, bandwidth_hz: f64) -> Filter {
         let bandwidth_hz = bandwidth_hz.min(self.largest_hz);
-        filter.noise[2][2] = self.change_variance_per_hz2 * bandwidth_hz * bandwidth_hz;
+        filter.noise.m33 = self.change_variance_per_hz2 * bandwidth_hz * bandwidth_hz;
         filter
     }
 
@@ -120,75 +128,65 @@ impl Observer {
     }
 
     /// The estimate a cycle later, with w going from `start_nm` to `end_nm`.
-    pub(crate) fn predicted(&self, estimate: &Vector, start_nm: f64, end_nm: f64) -> Vector {
-        let moved = add(&scaled(&self.by_start, start_nm), &scaled(&self.by_end, end_nm));
-        add(&apply(&self.transition, estimate), &moved)
+    pub(crate) fn predicted(&self, estimate: &Vector3<f64>, start_nm: f64, end_nm: f64) -> Vector3<f64> {
+        self.transition * estimate + (self.by_start * start_nm + self.by_end * end_nm)
     }
 
     /// The estimate with a reading of x taken in; d within ±`limit_nm`.
     pub(crate) fn corrected(
         &self,
         filter: &Filter,
-        estimate: &Vector,
+        estimate: &Vector3<f64>,
         reading_rad: f64,
         limit_nm: f64,
-    ) -> Vector {
-        let [x, speed, disturbance_nm] = add(estimate, &scaled(&filter.gain, reading_rad - estimate[0]));
-        [x, speed, disturbance_nm.clamp(-limit_nm, limit_nm)]
+    ) -> Vector3<f64> {
+        let mut corrected = estimate + filter.gain * (reading_rad - estimate.x);
+        corrected.z = corrected.z.clamp(-limit_nm, limit_nm);
+        corrected
     }
 
     /// The next w, from the state predicted for its cycle's beginning and w there.
-    pub(crate) fn torque_nm(&self, estimate: &Vector, present_nm: f64) -> f64 {
-        let [angle, speed, disturbance_nm] = *estimate;
-        let feedback = &self.feedback;
+    pub(crate) fn torque_nm(&self, estimate: &Vector3<f64>, present_nm: f64) -> f64 {
+        let (disturbance_nm, feedback) = (estimate.z, &self.feedback);
         disturbance_nm
-            - feedback[0] * angle
-            - feedback[1] * speed
-            - feedback[2] * (present_nm - disturbance_nm)
+            - feedback.x * estimate.x
+            - feedback.y * estimate.y
+            - feedback.z * (present_nm - disturbance_nm)
     }
 }
 
 /// The shaft from cycle to cycle; one that is not damped is taken to follow at once.
-fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix, Vector, Vector) {
+fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix3<f64>, Vector3<f64>, Vector3<f64>) {
     let Shaft { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping, period_s, .. } = *shaft;
-    let free = if resonant { free_motion(shaft) } else { [[0.0; 2]; 2] };
+    let free = if resonant { free_motion(shaft) } else { Matrix2::zeros() };
     // Where w − d goes linearly from 0 to 1 or stays at 1, x goes along behind by `behind` of its slope.
     let behind_s = if resonant { damping / stiffness } else { 0.0 };
     let response = |start: f64, end: f64| {
         let slope = (end - start) / (stiffness * period_s);
-        let begin = [-(start / stiffness - slope * behind_s), -slope];
-        let moved = free.map(|row| row[0] * begin[0] + row[1] * begin[1]);
-        let speed = if resonant { slope + moved[1] } else { 0.0 };
-        [end / stiffness - slope * behind_s + moved[0], speed, 0.0]
+        let moved = free * Vector2::new(-(start / stiffness - slope * behind_s), -slope);
+        let speed = if resonant { slope + moved.y } else { 0.0 };
+        Vector3::new(end / stiffness - slope * behind_s + moved.x, speed, 0.0)
     };
     let (by_start, by_end) = (response(1.0, 0.0), response(0.0, 1.0));
     let held = response(1.0, 1.0);
-    let transition =
-        [[free[0][0], free[0][1], -held[0]], [free[1][0], free[1][1], -held[1]], [0.0, 0.0, 1.0]];
+    let transition = Matrix3::new(free.m11, free.m12, -held.x, free.m21, free.m22, -held.y, 0.0, 0.0, 1.0);
     (transition, by_start, by_end)
 }
 
-/// exp(A·T) of x and ẋ without torque, by the series on a small part of the cycle, squared.
-fn free_motion(shaft: &Shaft) -> [[f64; 2]; 2] {
+/// exp(A·T) of x and ẋ without torque, by the series to the third order on a small part of the cycle, squared.
+fn free_motion(shaft: &Shaft) -> Matrix2<f64> {
     const SQUARINGS: u32 = 12;
     let dt = shaft.period_s / f64::from(1_u32 << SQUARINGS);
     let (a, b) = (
         -shaft.stiffness_nm_per_rad / shaft.inertia_kg_m2,
         -shaft.damping_nm_s_per_rad / shaft.inertia_kg_m2,
     );
-    // To the third order: 1 + A·dt + (A·dt)²/2 + (A·dt)³/6.
-    let (square, cube) =
-        ([[a, b], [a * b, a + b * b]], [[a * b, a + b * b], [a * (a + b * b), a * b + b * (a + b * b)]]);
-    let term = |one: f64, first: f64, second: f64, third: f64| {
-        one + dt * (first + dt * (second / 2.0 + dt * third / 6.0))
-    };
-    let mut free = [
-        [term(1.0, 0.0, square[0][0], cube[0][0]), term(0.0, 1.0, square[0][1], cube[0][1])],
-        [term(0.0, a, square[1][0], cube[1][0]), term(1.0, b, square[1][1], cube[1][1])],
-    ];
+    let first = Matrix2::new(0.0, 1.0, a, b);
+    let square = Matrix2::new(a, b, a * b, a + b * b);
+    let cube = Matrix2::new(a * b, a + b * b, a * (a + b * b), a * b + b * (a + b * b));
+    let mut free = Matrix2::identity() + (first + (square / 2.0 + cube * dt / 6.0) * dt) * dt;
     for _ in 0..SQUARINGS {
-        let [[p, q], [r, s]] = free;
-        free = [[p * p + q * r, p * q + q * s], [r * p + s * r, r * q + s * s]];
+        free = free * free;
     }
     free
 }
@@ -200,21 +198,27 @@ const SPEED_COST: f64 = 0.3;
 const TORQUE_COST: f64 = 2.0;
 const CHANGE_COST: f64 = 1.0;
 
-fn damping_gain(shaft: &Shaft, transition: &Matrix, by_start: &Vector, by_end: &Vector) -> Vector {
+fn damping_gain(
+    shaft: &Shaft,
+    transition: &Matrix3<f64>,
+    by_start: &Vector3<f64>,
+    by_end: &Vector3<f64>,
+) -> Vector3<f64> {
     // x, ẋ and w − d at the cycle's beginning; the input is the change of w.
-    let plant = [
-        [transition[0][0], transition[0][1], by_start[0] + by_end[0]],
-        [transition[1][0], transition[1][1], by_start[1] + by_end[1]],
-        [0.0, 0.0, 1.0],
-    ];
-    let input = [by_end[0], by_end[1], 1.0];
+    let held = by_start + by_end;
+    let mut plant = *transition;
+    plant.set_column(2, &Vector3::new(held.x, held.y, 1.0));
+    let input = Vector3::new(by_end.x, by_end.y, 1.0);
     let stiffness = shaft.stiffness_nm_per_rad;
     let speed_weight = (stiffness * shaft.inertia_kg_m2).sqrt();
-    let cost =
-        diagonal([ANGLE_COST * stiffness * stiffness, SPEED_COST * speed_weight * speed_weight, TORQUE_COST]);
-    let gain = least_cost_gain(&plant, &input, &cost, CHANGE_COST);
+    let cost = Vector3::new(
+        ANGLE_COST * stiffness * stiffness,
+        SPEED_COST * speed_weight * speed_weight,
+        TORQUE_COST,
+    );
+    let gain = least_cost_gain(&plant, &input, &Matrix3::from_diagonal(&cost), CHANGE_COST);
     // w⁺ = w + change, so w⁺ − d = (1 − l₂)·(w − d) − …
-    [gain[0], gain[1], gain[2] - 1.0]
+    Vector3::new(gain.x, gain.y, gain.z - 1.0)
 }
 
 #[cfg(test)]
@@ -246,8 +250,8 @@ mod tests {
             (Observer::design(&SHAFT, settings(2.0, true)), Observer::design(&SHAFT, settings(200.0, true)));
         let mut filter = slow.retuned(slow.filter, 200.0);
         (0..3000).for_each(|_| slow.settle(&mut filter));
-        for (gain, designed) in filter.gain.iter().zip(fast.filter.gain) {
-            assert_relative_eq!(*gain, designed, max_relative = 1e-9);
+        for (gain, designed) in filter.gain.iter().zip(&fast.filter.gain) {
+            assert_relative_eq!(*gain, *designed, max_relative = 1e-9);
         }
     }
 
@@ -255,7 +259,7 @@ mod tests {
     fn the_shaft_rings_at_its_resonance_from_cycle_to_cycle() {
         // x⁺ has eigenvalues exp(−ζω ± jω_d)T: their product and sum.
         let (transition, ..) = discrete(&SHAFT, true);
-        let [[a, b, _], [c, d, _], _] = transition;
+        let (a, b, c, d) = (transition.m11, transition.m12, transition.m21, transition.m22);
         let (omega, decay) = ((300.0_f64 / 5e-4).sqrt(), 0.02 / (2.0 * 5e-4));
         let ringing = (omega * omega - decay * decay).sqrt();
         assert_relative_eq!(a * d - b * c, (-2.0 * decay * 1e-3).exp(), max_relative = 1e-9);
@@ -266,6 +270,6 @@ mod tests {
     fn what_does_not_damp_leaves_the_resonance_alone() {
         let observer = Observer::design(&SHAFT, settings(200.0, false));
         assert!(observer.largest_hz < 2.0, "{} Hz", observer.largest_hz);
-        assert_eq!(observer.torque_nm(&[1e-3, 1.0, 0.7], 0.1), 0.7);
+        assert_eq!(observer.torque_nm(&Vector3::new(1e-3, 1.0, 0.7), 0.1), 0.7);
     }
 }

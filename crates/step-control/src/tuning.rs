@@ -1,8 +1,8 @@
 //! Parameters changed while the controller runs: checked, taken over between two cycles, kept until it ends.
 
-use crate::matrix::Filter;
 use crate::observer::Observer;
 use crate::params::{Compensation, Params};
+use crate::riccati::Filter;
 use signals::{ControlParameter, OperatorResult};
 
 /// The bounds of the values, as the scenario's reader has them.

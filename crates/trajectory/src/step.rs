@@ -28,6 +28,33 @@ const REPLAN_ANGLE_RAD: f64 = 1e-4;
 /// While it runs, a set-point takes effect from Reference k+1, which is published already, on: from there its
 /// motion continues in angle, speed and acceleration. One that is refused changes nothing but `refused_id` and
 /// `refusal`. The reference depends on the inputs alone.
+///
+/// ```
+/// use signals::{ControlStatus, ControllerState, Feedback, SetPoint, SetPointKind, validity};
+/// use trajectory::{Input, Limits, Params, State, step};
+///
+/// let limits = Limits {
+///     min_angle_rad: Some(0.0),
+///     max_angle_rad: Some(0.8),
+///     max_speed_rad_per_s: 10.0,
+///     max_acceleration_rad_per_s2: 500.0,
+///     max_jerk_rad_per_s3: 1e5,
+/// };
+/// let params = Params { period_s: 1e-3, limits, orifice: None, oil_density_kg_per_m3: None };
+/// let mut state = State::at_rest(0.0);
+/// let status =
+///     ControlStatus { state: ControllerState::Running.code(), time_scale: 1.0, ..ControlStatus::default() };
+/// let feedback = Feedback { validity: validity::HOMED, ..Feedback::default() };
+/// let target =
+///     SetPoint { id: 1, kind: SetPointKind::Angle.code(), value: 0.3, ..SetPoint::default() };
+/// let mut cycle = |set_point| {
+///     let (feedback, status) = (Some(&feedback), Some(&status));
+///     step(&params, &mut state, &Input { advance_cycles: 1, feedback, status, set_point })
+/// };
+/// cycle(Some(&target));
+/// let last = (0..200).map(|_| cycle(None)).last().unwrap();
+/// assert_eq!((last.angle_rad, last.moving), (0.3, 0));
+/// ```
 pub fn step(params: &Params, state: &mut State, input: &Input<'_>) -> Reference {
     note_status(state, input.status);
     note_feedback(state, input.feedback);
