@@ -3,6 +3,7 @@
 //! Forward by what a cause's terms explain on the runs that were not fitted on, at least 1 % of the noise and the
 //! Bayesian criterion on an effective sample size; earlier ones are dropped when they no longer pay.
 
+use super::frols;
 use super::library::{self, CAUSES, Terms};
 use anyhow::{Context, Result};
 use config::parse_model;
@@ -13,30 +14,52 @@ use std::collections::BTreeSet;
 /// The least cut of the held-out RMS, in parts of the noise.
 const FLOOR: f64 = 0.01;
 /// Samples that count as one: residuals of neighbours are alike.
-const ALIKE: f64 = 20.0;
+pub const ALIKE: f64 = 20.0;
+/// Fewer runs than this are cut into pieces.
+const FEW: usize = 4;
 /// Most causes chosen.
 const MOST: usize = 6;
 
 /// Normal equations of some runs.
-struct Normal {
-    gram: DMatrix<f64>,
-    right: DVector<f64>,
-    square: f64,
-    count: f64,
+pub struct Normal {
+    /// Products of terms.
+    pub gram: DMatrix<f64>,
+    /// Products of terms and the residual.
+    pub right: DVector<f64>,
+    /// The residual's sum of squares.
+    pub square: f64,
+    /// Samples.
+    pub count: f64,
 }
 
 /// Half of the runs to fit on, the others to choose on; and the other way round.
 struct Halves([Normal; 2]);
 
-/// The causes that the regression names in a torque log.
+/// The causes that two kinds of regression name in a torque log: stepwise, and by orthogonal least squares.
 ///
 /// # Errors
 /// A model that can't be read.
-pub fn named(log: &Log, model_toml: &str) -> Result<BTreeSet<String>> {
+pub fn named(log: &Log, model_toml: &str) -> Result<[BTreeSet<String>; 2]> {
     let model = parse_model(model_toml, "model.toml")?;
     let runs = library::terms(log, &model).context("the regression needs torque and a LuGre model")?;
-    let halves = Halves([0, 1].map(|half| normal(&runs, half)));
-    let noise = noise(&runs);
+    let runs = if runs.len() < FEW { runs.into_iter().flat_map(pieces).collect() } else { runs };
+    Ok([stepwise(&runs), frols::named(&normal(&runs, &|_| true))])
+}
+
+/// A run cut into pieces, where there are too few to hold some out.
+fn pieces(mut run: Terms) -> Vec<Terms> {
+    let length = run.rows.len().div_ceil(2 * FEW).max(1);
+    let mut pieces = Vec::new();
+    while !run.rows.is_empty() {
+        let rest = run.rows.len().saturating_sub(length);
+        pieces.push(Terms { residual: run.residual.split_off(rest), rows: run.rows.split_off(rest) });
+    }
+    pieces
+}
+
+fn stepwise(runs: &[Terms]) -> BTreeSet<String> {
+    let halves = Halves([0, 1].map(|half| normal(runs, &|index| index % 2 == half)));
+    let noise = noise(runs);
     let mut chosen: Vec<usize> = Vec::new();
     let mut score = halves.score(&chosen);
     while chosen.len() < MOST {
@@ -55,7 +78,7 @@ pub fn named(log: &Log, model_toml: &str) -> Result<BTreeSet<String>> {
             score = halves.score(&chosen);
         }
     }
-    Ok(chosen.iter().filter_map(|cause| CAUSES.get(*cause)).map(|(id, _)| (*id).to_owned()).collect())
+    chosen.iter().filter_map(|cause| CAUSES.get(*cause)).map(|(id, _)| (*id).to_owned()).collect()
 }
 
 /// Whether a cause's terms are worth their number: held-out mean squares before and after.
@@ -80,11 +103,11 @@ fn idle(chosen: &[usize], score: f64, noise: f64, halves: &Halves) -> Option<usi
     })
 }
 
-fn normal(runs: &[Terms], half: usize) -> Normal {
+fn normal(runs: &[Terms], wanted: &dyn Fn(usize) -> bool) -> Normal {
     let size: usize = CAUSES.iter().map(|(_, terms)| terms).sum();
     let mut normal =
         Normal { gram: DMatrix::zeros(size, size), right: DVector::zeros(size), square: 0.0, count: 0.0 };
-    for run in runs.iter().enumerate().filter(|(index, _)| index % 2 == half).map(|(_, run)| run) {
+    for run in runs.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, run)| run) {
         let rows = run.rows.len();
         let matrix = DMatrix::from_row_iterator(rows, size, run.rows.iter().flatten().copied());
         let residual = DVector::from_column_slice(&run.residual);

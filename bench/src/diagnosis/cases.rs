@@ -1,10 +1,13 @@
 //! Which campaigns are drawn: a seed each, and what is hidden.
 
-use super::{Arguments, Log};
-use hidden_effect_rig::{Hidden, LogKind, OUTSIDE, STRONG, WEAK, choose, effects_of, twins};
+use super::{Arguments, Family, Log};
+use hidden_effect_rig::{
+    Family as RigFamily, Hidden, LogKind, OUTSIDE, STRONG, WEAK, choose, effects_of, twins,
+};
+use serde::{Deserialize, Serialize};
 
 /// What a campaign is there to show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum, Serialize, Deserialize)]
 pub enum Class {
     /// Nothing hidden.
     Clean,
@@ -23,6 +26,8 @@ pub enum Class {
 /// A campaign to draw.
 #[derive(Debug, Clone)]
 pub struct Case {
+    /// What the measurements are like.
+    pub family: Family,
     /// Its seed.
     pub seed: u64,
     /// What it shows.
@@ -33,13 +38,37 @@ pub struct Case {
     pub best_fit: bool,
 }
 
-/// All cases, seeds counted up from the first.
+impl Case {
+    /// What tells it from all others.
+    pub fn key(&self) -> String {
+        let Hidden { log, effects, without, samples, .. } = &self.hidden;
+        let class = self.class;
+        format!("{:?} {class:?} {log:?} {effects:?} {without:?} {samples} seed {}", self.family, self.seed)
+    }
+}
+
+/// All cases, seeds counted up from the first, each family's from the same.
 pub fn all(arguments: &Arguments) -> Vec<Case> {
+    let mut cases: Vec<Case> =
+        arguments.family.members().iter().flat_map(|family| of_family(arguments, *family)).collect();
+    let wanted = |case: &Case| {
+        let class = arguments.class.is_empty() || arguments.class.contains(&case.class);
+        class
+            && (arguments.only.is_empty() || arguments.only.iter().any(|id| case.hidden.effects.contains(id)))
+    };
+    cases.retain(wanted);
+    // Mixed, so that a campaign of campaigns that is cut short has some of everything.
+    cases.sort_by_key(|case| case.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    cases
+}
+
+fn of_family(arguments: &Arguments, family: Family) -> Vec<Case> {
+    let rig = if family == Family::Real { RigFamily::Real } else { RigFamily::Exact };
     let mut cases = Vec::new();
     let mut seed = arguments.first_seed;
     let mut add = |class: Class, hidden: Hidden| {
-        let hidden = Hidden { samples: arguments.samples, ..hidden };
-        cases.push(Case { seed, class, hidden, best_fit: arguments.best_fit });
+        let hidden = Hidden { family: rig, samples: arguments.samples, ..hidden };
+        cases.push(Case { family, seed, class, hidden, best_fit: arguments.best_fit });
         seed += 1;
     };
     let logs: &[LogKind] = match arguments.log {
@@ -64,19 +93,12 @@ pub fn all(arguments: &Arguments) -> Vec<Case> {
             for effect in OUTSIDE.iter().filter(|id| log == LogKind::Torque || **id != "outside-play") {
                 add(Class::Outside, Hidden::with(log, &[effect], STRONG));
             }
-            for (effect, _, gap) in twins(log) {
+            // In the real family what can't be told apart is computed for every campaign.
+            for (effect, _, gap) in twins(log).into_iter().filter(|_| rig == RigFamily::Exact) {
                 add(Class::Twin, Hidden { without: Some(gap), ..Hidden::with(log, &[effect], STRONG) });
             }
         }
     }
-    let wanted = |case: &Case| {
-        let class = arguments.class.is_empty() || arguments.class.contains(&case.class);
-        class
-            && (arguments.only.is_empty() || arguments.only.iter().any(|id| case.hidden.effects.contains(id)))
-    };
-    cases.retain(wanted);
-    // Mixed, so that a campaign of campaigns that is cut short has some of everything.
-    cases.sort_by_key(|case| case.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     cases
 }
 

@@ -1,19 +1,23 @@
-//! `bench diagnosis`: `stepvalve diagnose` on campaigns with a hidden effect, beside a stepwise regression; what it costs.
+//! `bench diagnosis`: `stepvalve diagnose` on campaigns with a hidden effect, beside regressions; what it costs.
 
 mod baseline;
 mod cases;
+mod frols;
 mod library;
+mod row;
 mod run;
 pub mod speed;
 mod tables;
 
 use crate::output::Results;
+use crate::programs::beside;
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use run::{Judged, Limits};
+use row::{Row, Rows};
+use run::Limits;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::fs::File;
-use std::io::Write;
+use std::num::NonZero;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -21,10 +25,13 @@ use std::time::Duration;
 /// How much of it.
 #[derive(clap::Args, Clone)]
 pub struct Arguments {
-    /// Seeds for each effect and strength; the others (nothing hidden, two effects, twins) in proportion
+    /// What the measurements are like
+    #[arg(long, value_enum, default_value = "all")]
+    family: Families,
+    /// Seeds for each effect and strength; the others (two effects, twins, outside the list) in proportion
     #[arg(long, default_value_t = 6)]
     seeds: u64,
-    /// Campaigns with nothing hidden
+    /// Campaigns with nothing hidden, of each family
     #[arg(long, default_value_t = 300)]
     clean: u64,
     /// The first seed
@@ -39,6 +46,12 @@ pub struct Arguments {
     /// Ends a diagnosis after so many seconds; it counts as one that found nothing
     #[arg(long, value_name = "SECONDS", default_value_t = 900, value_parser = clap::value_parser!(u64).range(1..))]
     limit: u64,
+    /// Campaigns at a time [default: as many as there are processors]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    threads: Option<u64>,
+    /// Go on with OUT/diagnosis.jsonl: what is in it is not asked again, and counts
+    #[arg(long)]
+    resume: bool,
     /// Logs of one kind alone
     #[arg(long, value_enum)]
     log: Option<Log>,
@@ -48,9 +61,40 @@ pub struct Arguments {
     /// Campaigns of one class alone: nothing hidden, one effect strong or weak, two, outside the list, twins
     #[arg(long, value_enum)]
     class: Vec<cases::Class>,
-    /// Single effects of another form than the product's: their parameters against the best fit to noise-free data
+    /// Single effects of another form than the product's: their parameters against the best fit to noise-free data (exact
+    /// family)
     #[arg(long)]
     best_fit: bool,
+}
+
+/// Which families are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Families {
+    /// Exact numbers, a fine encoder, white noise.
+    Exact,
+    /// Instruments, models, motions and records of the field.
+    Real,
+    /// Each of them, kept apart.
+    All,
+}
+
+/// What measurements are like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Family {
+    /// Exact numbers, a fine encoder, white noise.
+    Exact,
+    /// Instruments, models, motions and records of the field.
+    Real,
+}
+
+impl Families {
+    fn members(self) -> &'static [Family] {
+        match self {
+            Self::Exact => &[Family::Exact],
+            Self::Real => &[Family::Real],
+            Self::All => &[Family::Exact, Family::Real],
+        }
+    }
 }
 
 /// Which logs are drawn.
@@ -72,27 +116,33 @@ pub fn run(arguments: &Arguments, quick: bool, out: &Path) -> Result<Results> {
     } else {
         arguments.clone()
     };
-    let cases = cases::all(&arguments);
-    let progress = Mutex::new(Progress::new(cases.len()));
+    let mut cases = cases::all(&arguments);
+    let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
     let limits = Limits {
         all: arguments.minutes.map(|minutes| Duration::from_secs(60 * minutes)),
         each: Duration::from_secs(arguments.limit),
+        threads: arguments.threads.map_or(processors, |threads| threads as usize),
+        program: crc32c::crc32c(&std::fs::read(beside("stepvalve")?).context("stepvalve")?),
     };
-    let path = out.join("diagnosis.jsonl");
-    let lines = Mutex::new(File::create(&path).with_context(|| path.display().to_string())?);
-    let record = |judged: &Judged| {
-        let mut lines = lines.lock().unwrap_or_else(PoisonError::into_inner);
-        writeln!(lines, "{}", judged.json()).with_context(|| path.display().to_string())
-    };
-    let judged = run::all(&cases, &progress, limits, &record)?;
-    let sheets = tables::all(&judged);
-    let data = judged.iter().map(Judged::json).collect::<Vec<_>>();
+    let (rows, mut judged) =
+        Rows::open(out.join("diagnosis.jsonl"), arguments.resume, &cases, limits.program)?;
+    cases.retain(|case| judged.iter().all(|row| row.key != case.key()));
+    eprintln!(
+        "seeds from {} on; {} campaigns to ask, {} asked before",
+        arguments.first_seed,
+        cases.len(),
+        judged.len()
+    );
+    let progress = Mutex::new(Progress::new(cases.len()));
+    let rows = Mutex::new(rows);
+    let record = |row: &Row| rows.lock().unwrap_or_else(PoisonError::into_inner).add(row);
+    judged.extend(run::all(&cases, &progress, limits, &record)?);
     Ok(Results {
         command: "diagnosis",
         quick,
         machine: realtime::machine_facts(),
         scheduling: "the normal scheduler".to_owned(),
-        sheets,
-        data: json!(data),
+        sheets: tables::all(&judged),
+        data: json!(judged),
     })
 }

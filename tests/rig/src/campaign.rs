@@ -2,18 +2,19 @@
 
 use crate::contact::Contact;
 use crate::effects::Instance;
-use crate::hidden::{Gap, Hidden, LogKind, OUTSIDE, twins};
+use crate::hidden::{Family, Gap, Hidden, LogKind, OUTSIDE, twins};
+use crate::measure::{channel, measure};
 use crate::nominal::{Nominal, log_uniform};
 use crate::plan::RunPlan;
 use crate::spool::{Outputs, Valve};
 use crate::truth::{HiddenEffect, Truth};
-use crate::{angle_plan, torque_plan};
+use crate::{angle_plan, real, torque_plan};
 use anyhow::{Context, Result};
 use log_data::{Log, Run};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// A run counts where an effect's residual is this part of the largest run's, or more.
@@ -59,7 +60,10 @@ impl Campaign {
 
     /// The same; `None` where the rotor loses steps whatever is drawn.
     pub fn try_draw(seed: u64, hidden: &Hidden) -> Option<Self> {
-        (0..ATTEMPTS).find_map(|attempt| Self::attempt(seed, attempt, hidden))
+        match hidden.family {
+            Family::Exact => (0..ATTEMPTS).find_map(|attempt| Self::attempt(seed, attempt, hidden)),
+            Family::Real => real::try_draw(seed, hidden),
+        }
     }
 
     fn attempt(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Self> {
@@ -117,27 +121,11 @@ impl Draft {
 
     /// All runs with some of the effects, without noise; `None` where the rotor falls out of step.
     fn measure(&self, which: &[usize]) -> Option<Vec<Outputs>> {
-        let valve = self.valve(which);
-        let mut memory = valve.at_rest(self.runs[0].motion.at(0.0).value, self.kind == LogKind::Torque);
-        let mut all = Vec::with_capacity(self.runs.len());
-        for run in &self.runs {
-            let outputs = match self.kind {
-                LogKind::Torque => valve.drive(run, &mut memory),
-                LogKind::Angle => valve.follow(run, &mut memory),
-            };
-            if outputs.most_lag_rad > 0.95 * FRAC_PI_2 {
-                return None;
-            }
-            all.push(outputs);
-        }
-        Some(all)
+        measure(self.kind, &self.runs, &self.valve(which))
     }
 
     fn channel<'a>(&self, outputs: &'a Outputs) -> &'a [f64] {
-        match self.kind {
-            LogKind::Torque => &outputs.torque_nm,
-            LogKind::Angle => &outputs.angle_rad,
-        }
+        channel(self.kind, outputs)
     }
 
     fn residual(&self, plain: &[Outputs], with: &[Outputs]) -> Residual {
@@ -252,6 +240,7 @@ impl Draft {
             twins,
             near_twins,
             verdict,
+            imperfect: None,
         }
     }
 

@@ -140,6 +140,15 @@ impl Contact {
         Curve { torque_nm, viscous: viscous * n.viscous_nm_s_per_rad }
     }
 
+    /// How much more torque the bristles take for more angle, from the rates of their states at a speed.
+    pub fn slope_nm_per_rad(&self, rates: &[f64], speed_rad_per_s: f64) -> f64 {
+        if speed_rad_per_s.abs() < 1e-6 {
+            return self.nominal.stiffness_nm_per_rad;
+        }
+        let sum: f64 = rates[..self.bank.torque.len()].iter().sum();
+        (sum / speed_rad_per_s).clamp(0.0, self.nominal.stiffness_nm_per_rad)
+    }
+
     /// Friction torque, and the rates of the states.
     pub fn torque(&self, states: &[f64], at: &Surroundings, rates: &mut [f64]) -> f64 {
         let n = &self.nominal;

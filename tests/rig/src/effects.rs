@@ -44,6 +44,11 @@ impl Instance {
         }
     }
 
+    /// With given numbers, of the product's own form.
+    pub fn given(id: &str, amount: f64, draws: [f64; 6]) -> Self {
+        Self { id: id.to_owned(), amount, own_form: false, sign: 1.0, draws }
+    }
+
     /// Where the plan leaves out what separates twins, what separates them by itself is left out too: more inertia would look
     /// like a lag below zero, stiffer bristles like a coupling stiffer than rigid, and viscous friction that differs by
     /// direction like no offset.
@@ -260,7 +265,11 @@ impl Instance {
             }
             "missed-steps" => {
                 // In the middle of a run's motion, past the middle of the log.
-                let moving: Vec<&RunPlan> = runs.iter().filter(|run| run.kind == "constant-speed").collect();
+                let mut moving: Vec<&RunPlan> =
+                    runs.iter().filter(|run| run.kind == "constant-speed").collect();
+                if moving.is_empty() {
+                    moving = runs.iter().collect();
+                }
                 let run = moving[(self.draws[0] * moving.len() as f64) as usize];
                 let at_s = run.times_s[0] + self.between(1, 0.3, 0.6) * (run.end_s() - run.times_s[0]);
                 let teeth = self.sign * if self.draws[2] < 0.7 { 1.0 } else { 2.0 };

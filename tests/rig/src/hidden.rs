@@ -1,12 +1,23 @@
 //! What a campaign hides, and what its plan leaves out.
 
+use serde::{Deserialize, Serialize};
+
 /// Residual over noise of a strong effect, over the runs where it acts.
 pub const STRONG: f64 = 5.0;
 /// The same of a weak one.
 pub const WEAK: f64 = 2.0;
 
-/// Which channel the log has.
+/// What measurements are like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Family {
+    /// A model whose numbers are exact, an encoder that hardly adds to the noise, white noise, every channel.
+    Exact,
+    /// Instruments, models, motions and records as they are in the field, at random.
+    Real,
+}
+
+/// Which channel the log has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum LogKind {
     /// `torque` and `angle`.
     Torque,
@@ -53,6 +64,8 @@ pub fn gap_from_name(name: &str) -> Option<Gap> {
 /// What to hide.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
+    /// What the measurement is like.
+    pub family: Family,
     /// The log's kind.
     pub log: LogKind,
     /// The effects' names; of section "outside the list" too.
@@ -70,7 +83,15 @@ pub struct Hidden {
 impl Hidden {
     /// Nothing hidden, in a campaign of about 60,000 samples.
     pub fn none(log: LogKind) -> Self {
-        Self { log, effects: Vec::new(), strength: STRONG, without: None, samples: 60_000, noise_free: false }
+        Self {
+            family: Family::Exact,
+            log,
+            effects: Vec::new(),
+            strength: STRONG,
+            without: None,
+            samples: 60_000,
+            noise_free: false,
+        }
     }
 
     /// The same with effects.

@@ -1,12 +1,13 @@
 //! Holds a finding against the truth.
 
-use crate::truth::Truth;
+use crate::truth::{Imperfect, Truth};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
 /// What a finding is worth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Outcome {
     /// Exactly what is hidden, and where these data can't tell: that they can't; where they hardly can, either.
     Right,
@@ -14,14 +15,19 @@ pub enum Outcome {
     Part,
     /// Reported as one of a group that can't be told apart, or the right name where the data hold no reason for it.
     Ambiguous,
-    /// Nothing named.
+    /// Nothing named; where nothing is hidden in the real family: something is said to be left, and nothing accused.
     Missed,
     /// A name that is not hidden.
     Wrong,
 }
 
+/// What a diagnosis that ends says; anything else is none.
+const VERDICTS: [&str; 5] = ["explained", "partly-explained", "ambiguous", "unexplained", "no-discrepancy"];
+/// A number found off by so many tolerances is within them.
+const WITHIN: f64 = 2.0;
+
 /// A finding as far as it is judged.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Finding {
     /// The verdict.
     pub verdict: String,
@@ -29,10 +35,12 @@ pub struct Finding {
     pub named: BTreeSet<String>,
     /// Groups that can't be told apart.
     pub groups: Vec<BTreeSet<String>>,
+    /// The factors by which numbers named are off.
+    pub factors: BTreeMap<String, f64>,
 }
 
 /// A parameter's interval beside the truth.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Interval {
     /// "effect: parameter".
     pub of: String,
@@ -63,7 +71,28 @@ impl Finding {
                 .iter()
                 .map(|group| list(&group["ids"]).iter().map(id).collect())
                 .collect(),
+            factors: list(&diagnosis["causes"])
+                .iter()
+                .filter_map(|cause| {
+                    let factor = cause["parameters"]["factor"]["value"].as_f64()?;
+                    Some((id(&cause["id"]), factor))
+                })
+                .collect(),
         }
+    }
+
+    /// The same without what may be said of an imperfect measurement: numbers within their tolerance, and what is true
+    /// though it isn't hidden.
+    fn beyond(&self, imperfect: &Imperfect, hidden: &BTreeSet<String>) -> Self {
+        let known = |id: &String| imperfect.also_true.contains(id) && !hidden.contains(id);
+        let within = |id: &String| {
+            let off = self.factors.get(id).map_or(f64::INFINITY, |factor| (factor - 1.0).abs());
+            off <= WITHIN * imperfect.tolerance && !hidden.contains(id)
+        };
+        let mut left = self.clone();
+        left.named.retain(|id| !known(id) && !within(id));
+        left.groups.retain(|group| !group.iter().any(known));
+        left
     }
 
     /// Whether everything hidden is named, by itself or in a group with its near twins alone.
@@ -79,6 +108,13 @@ impl Finding {
     /// Judges it.
     pub fn judge(&self, truth: &Truth) -> Outcome {
         let hidden: BTreeSet<String> = truth.effects.iter().map(|effect| effect.id.clone()).collect();
+        match &truth.imperfect {
+            Some(imperfect) => self.beyond(imperfect, &hidden).judge_by(truth, &hidden),
+            None => self.judge_by(truth, &hidden),
+        }
+    }
+
+    fn judge_by(&self, truth: &Truth, hidden: &BTreeSet<String>) -> Outcome {
         let listed: BTreeSet<String> =
             hidden.iter().filter(|id| !id.starts_with("outside-")).cloned().collect();
         if self.named.iter().any(|id| !listed.contains(id)) {
@@ -97,8 +133,16 @@ impl Finding {
             };
         }
         let outside = listed.len() < hidden.len();
+        if !VERDICTS.contains(&self.verdict.as_str()) {
+            return if hidden.is_empty() { Outcome::Wrong } else { Outcome::Missed };
+        }
         match () {
             () if hidden.is_empty() && silent && self.verdict == "no-discrepancy" => Outcome::Right,
+            // An imperfect model leaves something; what counts is that no cause is accused of it.
+            () if hidden.is_empty() && silent && truth.imperfect.is_some() => match self.verdict.as_str() {
+                "unexplained" => Outcome::Missed,
+                _ => Outcome::Right,
+            },
             () if hidden.is_empty() => Outcome::Wrong,
             () if outside && silent && self.verdict == "no-discrepancy" => Outcome::Missed,
             () if outside && silent => Outcome::Right,
@@ -178,6 +222,7 @@ mod tests {
             twins: twins.iter().map(|id| (*id).to_owned()).collect(),
             near_twins: Vec::new(),
             verdict: "explained",
+            imperfect: None,
         }
     }
 
@@ -200,6 +245,29 @@ mod tests {
             holds,
             [("encoder-eccentricity: amplitude_rad", false), ("encoder-eccentricity: phase_rad", true)]
         );
+    }
+
+    #[test]
+    fn of_an_imperfect_measurement_more_may_be_said() {
+        let also_true = vec!["sensor-delay".to_owned()];
+        let imperfect = Some(Imperfect { tolerance: 0.03, also_true, ..Imperfect::default() });
+        let clean = Truth { imperfect: imperfect.clone(), ..truth(&[], &[]) };
+        let level = |factor: f64| {
+            let cause = json!({ "id": "coulomb-level", "parameters": { "factor": { "value": factor } } });
+            Finding::of(&json!({ "verdict": "explained", "causes": [cause], "ambiguous": [] }))
+        };
+        assert_eq!(level(1.05).judge(&clean), Outcome::Right, "within twice the tolerance");
+        assert_eq!(level(0.9).judge(&clean), Outcome::Wrong);
+        assert_eq!(outcome(&clean, "explained", &["sensor-delay"], &[]), Outcome::Right);
+        assert_eq!(outcome(&clean, "ambiguous", &[], &[&["sensor-delay", "a"]]), Outcome::Right);
+        assert_eq!(outcome(&clean, "unexplained", &[], &[]), Outcome::Missed);
+        assert_eq!(outcome(&clean, "explained", &["a"], &[]), Outcome::Wrong);
+        assert_eq!(outcome(&clean, "no answer in 9 s", &[], &[]), Outcome::Wrong);
+        let one = Truth { imperfect, near_twins: vec!["b".to_owned()], ..truth(&["a"], &[]) };
+        assert_eq!(outcome(&one, "explained", &["a", "sensor-delay"], &[]), Outcome::Right);
+        assert_eq!(outcome(&one, "ambiguous", &[], &[&["a", "b"]]), Outcome::Right);
+        assert_eq!(outcome(&one, "explained", &["b"], &[]), Outcome::Wrong);
+        assert_eq!(outcome(&one, "no-discrepancy", &[], &[]), Outcome::Missed);
     }
 
     #[test]
@@ -227,5 +295,6 @@ mod tests {
         let outside = truth(&["outside-hum"], &[]);
         assert_eq!(outcome(&outside, "unexplained", &[], &[]), Outcome::Right);
         assert_eq!(outcome(&outside, "explained", &["a"], &[]), Outcome::Wrong);
+        assert_eq!(outcome(&outside, "no answer in 9 s", &[], &[]), Outcome::Missed);
     }
 }

@@ -2,7 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use clap::{Parser, ValueEnum};
-use hidden_effect_rig::{Campaign, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name};
+use hidden_effect_rig::{
+    Campaign, Family as RigFamily, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name,
+};
 use std::path::PathBuf;
 
 /// Draws a campaign from a seed: DIR/log.h5, DIR/model.toml and DIR/truth.json.
@@ -21,6 +23,9 @@ struct Arguments {
     /// A torque log, or one with command and angle
     #[arg(long, value_enum, default_value = "torque")]
     log: Log,
+    /// What the measurement is like: one corner of the world, or drawn as wide as it is
+    #[arg(long, value_enum, default_value = "exact")]
+    family: Family,
     /// What the plan leaves out: one-pressure, sliding-only, no-shake, one-frequency, trend, one-way, gentle, no-presliding
     #[arg(long)]
     without: Option<String>,
@@ -39,6 +44,12 @@ struct Arguments {
 enum Strength {
     Strong,
     Weak,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Family {
+    Exact,
+    Real,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -66,13 +77,19 @@ fn main() -> Result<()> {
         Strength::Weak => WEAK,
     };
     let gap = |name: &String| gap_from_name(name).ok_or_else(|| anyhow!("unknown gap {name:?}"));
+    let family = match arguments.family {
+        Family::Exact => RigFamily::Exact,
+        Family::Real => RigFamily::Real,
+    };
     let hidden = Hidden {
+        family,
         without: arguments.without.as_ref().map(gap).transpose()?,
         samples: arguments.samples,
         noise_free: arguments.noise_free,
         ..Hidden::with(log, &effects, strength)
     };
-    let campaign = Campaign::draw(arguments.seed, &hidden);
+    let campaign = Campaign::try_draw(arguments.seed, &hidden)
+        .ok_or_else(|| anyhow!("seed {}: no attempt shows what is to be hidden", arguments.seed))?;
     campaign.write(&arguments.out)?;
     let samples: usize = campaign.log.runs.iter().map(log_data::Run::len).sum();
     println!("{}: {} runs, {samples} samples", arguments.out.display(), campaign.log.runs.len());

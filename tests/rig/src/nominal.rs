@@ -60,6 +60,25 @@ impl Nominal {
         }
     }
 
+    /// The numbers as somebody knows them who is off by a part of each, up to so much either way.
+    pub fn misjudged(&self, off_by: f64, rng: &mut Pcg64) -> Self {
+        let mut known = |value: f64| written(value * (1.0 + off_by * rng.random_range(-1.0..1.0)));
+        let coulomb_nm = known(self.coulomb_nm);
+        Self {
+            coulomb_nm,
+            static_nm: known(self.static_nm).max(written(1.05 * coulomb_nm)),
+            stribeck_rad_per_s: known(self.stribeck_rad_per_s),
+            stiffness_nm_per_rad: known(self.stiffness_nm_per_rad),
+            damping_nm_s_per_rad: known(self.damping_nm_s_per_rad),
+            viscous_nm_s_per_rad: known(self.viscous_nm_s_per_rad),
+            load_kg_m2: known(self.load_kg_m2),
+            holding_nm: known(self.holding_nm),
+            rotor_kg_m2: known(self.rotor_kg_m2),
+            motor_damping_nm_s_per_rad: known(self.motor_damping_nm_s_per_rad),
+            ..*self
+        }
+    }
+
     /// By how much the falling curve drives the spool's own swinging while it slides, at the worst speed, N·m·s/rad: a
     /// bristle's damping σ1·dz/dt goes with σ1·v·g'(v)/g(v) there, and is negative.
     pub fn drive_of_a_squeal(&self) -> f64 {

@@ -33,6 +33,8 @@ pub(crate) struct RunPlan {
     pub rest_s: f64,
     /// The motion's start on the log's clock.
     pub clock_s: f64,
+    /// The command is rounded to this, rad; 0: not at all.
+    pub microstep_rad: f64,
     pub pressure_mpa: Slow,
     pub celsius: Slow,
 }
@@ -50,7 +52,11 @@ impl RunPlan {
     }
 
     pub fn command_rad(&self, index: usize) -> f64 {
-        self.motion.at(self.times_s[index]).value
+        let wanted_rad = self.motion.at(self.times_s[index]).value;
+        if self.microstep_rad == 0.0 {
+            return wanted_rad;
+        }
+        (wanted_rad / self.microstep_rad).round() * self.microstep_rad
     }
 
     /// Pressure, temperature and clock; the rest at zero.

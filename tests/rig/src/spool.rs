@@ -51,6 +51,8 @@ pub(crate) struct Memory {
 pub(crate) struct Outputs {
     pub torque_nm: Vec<f64>,
     pub angle_rad: Vec<f64>,
+    /// How much more torque the bristles take for more angle, N·m/rad; where the motion is given.
+    pub slope_nm_per_rad: Vec<f64>,
     /// The greatest lag of the rotor, in electrical radians.
     pub most_lag_rad: f64,
 }
@@ -178,7 +180,10 @@ impl Valve {
             memory.transducer_nm = self.transducer_nm(memory.transducer_nm, true_nm);
             let hum = self.hum.map_or(0.0, |(a, f)| a * (TAU * f * (run.clock_s + time_s)).sin());
             outputs.torque_nm.push(self.gain * memory.transducer_nm + self.offset_nm + hum);
-            outputs.angle_rad.push(self.encoder_rad(run.motion.at(time_s).value));
+            let shaft = run.motion.at(time_s);
+            outputs.angle_rad.push(self.encoder_rad(shaft.value));
+            let rates = &scratch[self.mechanical(true)..];
+            outputs.slope_nm_per_rad.push(self.contact.slope_nm_per_rad(rates, shaft.rate));
         }
         let end_s = run.end_s();
         if end_s > now_s {

@@ -18,6 +18,17 @@ pub struct HiddenEffect {
     pub acts_in: Vec<String>,
 }
 
+/// What is not as it should be although it is no hidden effect: of the real family.
+#[derive(Debug, Clone, Default)]
+pub struct Imperfect {
+    /// The standard deviation that the model's numbers are known with, as a part of each.
+    pub tolerance: f64,
+    /// What may be named beside what is hidden, since it is there: a transducer that follows late, an angle's zero.
+    pub also_true: Vec<String>,
+    /// What was drawn, for whoever looks at a case.
+    pub world: Map<String, Value>,
+}
+
 /// The truth about a campaign.
 #[derive(Debug, Clone)]
 pub struct Truth {
@@ -37,6 +48,8 @@ pub struct Truth {
     pub near_twins: Vec<String>,
     /// The verdict that a diagnosis should come to.
     pub verdict: &'static str,
+    /// The real family's imperfections.
+    pub imperfect: Option<Imperfect>,
 }
 
 impl Truth {
@@ -52,11 +65,17 @@ impl Truth {
                 })
             })
             .collect();
-        json!({
+        let mut all = json!({
             "seed": self.seed,
             "log": match self.log { LogKind::Torque => "torque", LogKind::Angle => "angle" },
             "hidden": effects, "noise": self.noise, "encoder_step_rad": self.encoder_step_rad,
             "twins": self.twins, "near_twins": self.near_twins, "verdict": self.verdict,
-        })
+        });
+        if let (Some(of), Some(all)) = (&self.imperfect, all.as_object_mut()) {
+            all.insert("tolerance".to_owned(), json!(of.tolerance));
+            all.insert("also_true".to_owned(), json!(of.also_true));
+            all.insert("world".to_owned(), json!(of.world));
+        }
+        all
     }
 }
