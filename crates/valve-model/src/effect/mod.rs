@@ -1,6 +1,5 @@
 //! Effects: what a valve does beyond the nominal model, by the names that diagnosis gives to causes.
 
-mod nominal;
 mod series;
 mod spec;
 mod table;

@@ -6,6 +6,7 @@
 use super::curve::Levels;
 use super::law::{Law, Point, sign};
 use super::maxwell::Memory;
+use super::prepared::{AnyLaw, FrictionLaw};
 use super::state::FrictionState;
 
 /// Attempts at a sub-step on either side of a change of sign.
@@ -57,8 +58,27 @@ impl Sweep {
     }
 }
 
+impl FrictionState {
+    /// Moves through `dt_s` with a speed that goes linearly from `start_rad_per_s` to `end_rad_per_s`; the friction
+    /// torque at the end, N·m, positive against positive speed.
+    ///
+    /// Stable for any step, with a bound on its cost; third order in smooth motion.
+    pub fn step(&mut self, law: &FrictionLaw, start_rad_per_s: f64, end_rad_per_s: f64, dt_s: f64) -> f64 {
+        self.sweep(law, Sweep::plain(start_rad_per_s, end_rad_per_s, dt_s), &Levels::NOMINAL)
+    }
+
+    pub(crate) fn sweep(&mut self, law: &FrictionLaw, sweep: Sweep, levels: &Levels) -> f64 {
+        match &law.law {
+            AnyLaw::Stribeck(law) => drive(law, sweep, levels, self),
+            AnyLaw::Dahl(law) => drive(law, sweep, levels, self),
+            AnyLaw::LuGre(law) => drive(law, sweep, levels, self),
+            AnyLaw::Leuven(law) => drive(law, sweep, levels, self),
+        }
+    }
+}
+
 /// Moves the state through the sweep; the torque at its end, N·m.
-pub(crate) fn drive<L: Law>(law: &L, sweep: Sweep, levels: &Levels, state: &mut FrictionState) -> f64 {
+fn drive<L: Law>(law: &L, sweep: Sweep, levels: &Levels, state: &mut FrictionState) -> f64 {
     let (before, after) = sweep.halves();
     drive_one_way(law, &before, levels, state);
     if let Some(after) = after {

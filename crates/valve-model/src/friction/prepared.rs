@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::FrictionParams;
 use super::curve::Levels;
 use super::dahl::DahlLaw;
-use super::law::Law;
+use super::law::{Law, Point, sign};
 use super::leuven::LeuvenLaw;
 use super::lugre::LuGreLaw;
-use super::state::FrictionState;
+use super::maxwell::Memory;
 use super::stribeck::StribeckLaw;
 
 /// The laws.
@@ -68,8 +68,18 @@ impl FrictionLaw {
     /// The deflection at which a contact that comes from another one (rad) carries a torque (N·m), rad. It is the same
     /// wherever it comes from but for Maxwell elements.
     pub fn deflection_after_rad(&self, came_from_rad: f64, torque_nm: f64) -> f64 {
-        let before = FrictionState::deflected(self, came_from_rad);
-        self.law.as_law().deflection_rad(torque_nm, &Levels::NOMINAL, &before.memory)
+        let mut before = Memory::default();
+        self.remember_deflection(came_from_rad, &mut before);
+        self.law.as_law().deflection_rad(torque_nm, &Levels::NOMINAL, &before)
+    }
+
+    /// Takes Maxwell elements along to a deflection, rad; the other laws have none.
+    pub(super) fn remember_deflection(&self, deflection_rad: f64, memory: &mut Memory) {
+        if let AnyLaw::Leuven(leuven) = &self.law {
+            let direction = sign(deflection_rad);
+            let at = Point { speed: 0.0, curve_speed: 0.0, z: deflection_rad, direction };
+            leuven.remember(at, &Levels::NOMINAL, memory);
+        }
     }
 
     /// Whether a contact remembers where its bristles came from.

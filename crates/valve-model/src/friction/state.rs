@@ -1,10 +1,9 @@
-//! A friction law's state, and how it moves when the motion is given.
+//! A friction law's state: the bristles, and what the contact has been through.
 
 use serde::{Deserialize, Serialize};
 
 use super::contact::Contact;
 use super::curve::Levels;
-use super::driven::{Sweep, drive};
 use super::law::{Law, Point, sign};
 use super::maxwell::Memory;
 use super::prepared::{AnyLaw, FrictionLaw};
@@ -63,32 +62,12 @@ impl FrictionState {
 
     fn deflect(&mut self, law: &FrictionLaw, z_rad: f64) {
         self.z = z_rad;
-        if let AnyLaw::Leuven(leuven) = &law.law {
-            let at = Point { speed: 0.0, curve_speed: 0.0, z: z_rad, direction: sign(z_rad) };
-            leuven.remember(at, &Levels::NOMINAL, &mut self.memory);
-        }
+        law.remember_deflection(z_rad, &mut self.memory);
     }
 
     /// Mean bristle deflection z, rad; 0 for the static law.
     pub fn bristle_deflection_rad(&self) -> f64 {
         self.z
-    }
-
-    /// Moves through `dt_s` with a speed that goes linearly from `start_rad_per_s` to `end_rad_per_s`; the friction
-    /// torque at the end, N·m, positive against positive speed.
-    ///
-    /// Stable for any step, with a bound on its cost; third order in smooth motion.
-    pub fn step(&mut self, law: &FrictionLaw, start_rad_per_s: f64, end_rad_per_s: f64, dt_s: f64) -> f64 {
-        self.sweep(law, Sweep::plain(start_rad_per_s, end_rad_per_s, dt_s), &Levels::NOMINAL)
-    }
-
-    pub(crate) fn sweep(&mut self, law: &FrictionLaw, sweep: Sweep, levels: &Levels) -> f64 {
-        match &law.law {
-            AnyLaw::Stribeck(law) => drive(law, sweep, levels, self),
-            AnyLaw::Dahl(law) => drive(law, sweep, levels, self),
-            AnyLaw::LuGre(law) => drive(law, sweep, levels, self),
-            AnyLaw::Leuven(law) => drive(law, sweep, levels, self),
-        }
     }
 
     /// The torque at one instant of a motion, N·m.

@@ -1,8 +1,9 @@
 //! A valve met in the midst of its life: what its bristles, spring and play must be for it to be where it is.
 
+use super::input::ValveInput;
 use super::params::ValveParams;
 use super::shaft::Shaft;
-use super::step::{ValveInput, ValveState};
+use super::step::ValveState;
 use crate::friction::{AnyLaw, Law, Point, sign};
 use crate::{ContactPast, FrictionState};
 

@@ -2,6 +2,7 @@
 
 mod crossing;
 mod effects;
+mod input;
 mod linear;
 mod measurement;
 mod met;
@@ -13,7 +14,9 @@ mod rodas;
 mod shaft;
 mod step;
 mod substeps;
+mod tolerance;
 
+pub use input::ValveInput;
 pub use motion::{Motion, MotionInput, MotionOutput, MotionParams, MotionState, motion_step};
 pub use params::ValveParams;
-pub use step::{ValveInput, ValveOutput, ValveState, step};
+pub use step::{ValveOutput, ValveState, step};

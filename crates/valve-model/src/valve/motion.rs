@@ -8,9 +8,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::effects::Effects;
+use super::input::ValveInput;
 use super::measurement::Measurement;
 use super::params::ValveParams;
-use super::step::{ValveInput, ValveState, step};
+use super::step::{ValveState, step};
 use crate::friction::{FrictionLaw, Levels, Sweep};
 use crate::{ContactPast, FrictionState, Model, ParamError};
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::{Coupling, Effects};
 use super::measurement::Measurement;
-use super::substeps::ANGLE_TOLERANCE;
+use super::tolerance::ANGLE_TOLERANCE;
 use crate::error::positive;
 use crate::friction::FrictionLaw;
 use crate::motor::SpeedLimit;

@@ -173,7 +173,7 @@ pub(super) fn attempt<L: Law, const FULL: bool>(
 #[cfg(test)]
 mod tests {
     use super::super::crossing::Course;
-    use super::super::step::ValveInput;
+    use super::super::input::ValveInput;
     use super::*;
     use crate::friction::AnyLaw;
     use crate::*;

@@ -5,8 +5,8 @@
 //! error, other torques, and a spring between rotor and spool. Without, none of it costs anything.
 
 use super::effects::{Coupling, OtherTorque};
+use super::input::ValveInput;
 use super::params::ValveParams;
-use super::step::ValveInput;
 use crate::FrictionState;
 use crate::friction::{Contact, Lagging, Law, Levels, Linearised, Memory, Point, sign};
 

@@ -9,6 +9,7 @@ use super::pace::Pace;
 use super::robust;
 use super::rodas::{self, Trial};
 use super::shaft::{Shaft, ShaftState};
+use super::tolerance::{ANGLE_TOLERANCE, DAMPING_TOLERANCE, SPEED_TOLERANCE, TORQUE_TOLERANCE};
 use crate::FrictionState;
 use crate::friction::{Law, sign};
 
@@ -16,13 +17,6 @@ use crate::friction::{Law, sign};
 const ATTEMPTS: usize = 512;
 /// Sub-steps of the robust method, for what the attempts left of a cycle.
 const ROBUST_SUBSTEPS: usize = 4;
-/// Errors accepted in one sub-step: of the angle in rad, of the speed in rad/s, of the bristle's torque in
-/// parts of the Coulomb torque.
-pub(super) const ANGLE_TOLERANCE: f64 = 7e-11;
-const SPEED_TOLERANCE: f64 = 1e-6;
-const TORQUE_TOLERANCE: f64 = 2e-5;
-/// As the last, for what an error of the speed makes of the torque through the law's damping.
-const DAMPING_TOLERANCE: f64 = 2e-4;
 /// How far the spool may go with the wrong sign of its speed, rad.
 const TURN_TOLERANCE: f64 = 2e-11;
 

@@ -1,5 +1,7 @@
 //! A model file's content, validated: what is known of one valve.
 
+mod folding;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{

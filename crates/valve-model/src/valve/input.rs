@@ -1,0 +1,18 @@
+//! What acts on a valve during one cycle.
+
+use serde::{Deserialize, Serialize};
+
+/// What acts on the valve during one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ValveInput {
+    /// θ_cmd at the beginning of the cycle, rad; linear in time until its end.
+    pub command_start_rad: f64,
+    /// θ_cmd at the end of the cycle, rad.
+    pub command_end_rad: f64,
+    /// Pressure drop over the orifice, Pa.
+    pub pressure_drop_pa: f64,
+    /// Oil temperature, °C.
+    pub oil_temperature_c: f64,
+    /// Whether the windings carry current; without, only the motor's damping is left of its torque.
+    pub energised: bool,
+}
