@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 use valve_model::{
-    ClearanceParams, DahlParams, EFFECTS, Effect, EffectValue, FrictionParams, LeuvenParams, LoadParams,
+    ClearanceParams, DahlParams, Effect, EffectId, EffectValue, FrictionParams, LeuvenParams, LoadParams,
     LuGreParams, Model, MotorParams, OilParams, OrificeParams, ParameterSpec, SealParams, StribeckParams,
     ValueKind, Window, WindowTable,
 };
@@ -161,7 +161,7 @@ fn windows_by_name_and_by_table() {
 
 #[test]
 fn effects_refused_with_the_place() {
-    let known: Vec<&str> = EFFECTS.iter().map(|spec| spec.id).collect();
+    let known: Vec<&str> = EffectId::ALL.iter().map(|id| id.name()).collect();
     let known = known.join(", ");
     refused(
         "\"direction-asymmetry\"",
@@ -412,9 +412,9 @@ fn number_in(row: &ParameterSpec, at: f64) -> f64 {
 }
 
 fn effect() -> impl Strategy<Value = Effect> {
-    (0..EFFECTS.len(), vec((any::<bool>(), vec(0.0..=1.0f64, 1..20)), 8), any::<bool>()).prop_map(
+    (0..EffectId::ALL.len(), vec((any::<bool>(), vec(0.0..=1.0f64, 1..20)), 8), any::<bool>()).prop_map(
         |(index, draws, backwards)| {
-            let spec = &EFFECTS[index];
+            let spec = EffectId::ALL[index].spec();
             let drawn = spec.parameters.iter().zip(&draws).filter(|(_, (given, _))| *given);
             let mut parts: Vec<(&str, EffectValue)> = drawn
                 .map(|(row, (_, draws))| match row.kind {
@@ -428,7 +428,7 @@ fn effect() -> impl Strategy<Value = Effect> {
             if backwards {
                 parts.reverse();
             }
-            Effect::from_parts(spec.id, &parts).unwrap()
+            Effect::new(spec.id, &parts).unwrap()
         },
     )
 }

@@ -2,7 +2,7 @@
 
 use crate::outcome::Diagnosis;
 use log_data::Channel;
-use valve_model::{Effect, Model};
+use valve_model::{Effect, EffectId, Model};
 
 /// What happens on the way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub enum Event<'a> {
         noise: f64,
     },
     /// Causes by what they would cut the held-out RMS, in parts of the noise; linearised.
-    Ranking(&'a [(&'static str, f64)]),
+    Ranking(&'a [(EffectId, f64)]),
     /// A step of the work.
     Step(&'static str),
 }
@@ -62,7 +62,7 @@ pub struct Found {
     /// The channel that the model predicts.
     pub channel: Channel,
     /// The first screening: cut of the held-out RMS in parts of the noise.
-    pub ranking: Vec<(&'static str, f64)>,
+    pub ranking: Vec<(EffectId, f64)>,
     /// The pieces, for plots.
     pub shown: Vec<Shown>,
     /// Samples of the log, and of those the ones that were fitted or held out.

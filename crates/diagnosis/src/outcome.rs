@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use std::collections::BTreeMap;
+use valve_model::EffectId;
 
 /// The answer in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -64,8 +65,8 @@ pub type Parameters = BTreeMap<String, ParameterFound>;
 /// An accepted cause.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
-    /// Name of the effect.
-    pub id: String,
+    /// Which effect.
+    pub id: EffectId,
     /// Its parameters.
     pub parameters: Parameters,
     /// What speaks for it, and what beside it was looked at.
@@ -77,8 +78,8 @@ pub struct Cause {
 /// Causes that these data can't tell apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ambiguity {
-    /// Their names.
-    pub ids: Vec<String>,
+    /// Which effects.
+    pub ids: Vec<EffectId>,
     /// Why.
     pub reason: String,
     /// The one that fitted best, where no cause is accepted and nothing speaks against it.
@@ -89,8 +90,8 @@ pub struct Ambiguity {
 /// What fitted best of causes that can't be told apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BestOfGroup {
-    /// Name of the effect.
-    pub id: String,
+    /// Which effect.
+    pub id: EffectId,
     /// Its parameters.
     pub parameters: Parameters,
     /// RMS of measured less predicted on held-out runs with it, and with the best of the other groups.
@@ -100,8 +101,8 @@ pub struct BestOfGroup {
 /// A name and a reason.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judged {
-    /// Name of the effect.
-    pub id: String,
+    /// Which effect.
+    pub id: EffectId,
     /// Why.
     pub reason: String,
 }

@@ -2,12 +2,7 @@
 
 use crate::PredictionError;
 use log_data::{Channel, Run};
-use valve_model::Model;
-
-/// The effects that depend on a channel.
-const ON_PRESSURE: [&str; 4] =
-    ["pressure-dependent-friction", "hydraulic-lock", "flow-torque", "pressure-torque"];
-const ON_TEMPERATURE: [&str; 2] = ["temperature-dependent-viscosity", "temperature-dependent-friction"];
+use valve_model::{Condition, Effect, Model};
 
 /// Pressure drop (Pa) and oil temperature (°C) by sample; the model's own numbers where nothing depends on them.
 pub(crate) struct Conditions<'a> {
@@ -20,8 +15,8 @@ impl<'a> Conditions<'a> {
     /// What `model` needs of `run`.
     pub fn of(run: &'a Run, model: &Model) -> Result<Self, PredictionError> {
         Ok(Self {
-            pressure_drop_pa: needed(run, model, Channel::PressureDrop, &ON_PRESSURE)?,
-            oil_temperature_c: needed(run, model, Channel::OilTemperature, &ON_TEMPERATURE)?,
+            pressure_drop_pa: needed(run, model, Channel::PressureDrop)?,
+            oil_temperature_c: needed(run, model, Channel::OilTemperature)?,
             reference_temperature_c: model.reference_temperature_c(),
         })
     }
@@ -40,18 +35,21 @@ fn mean(before: Option<&f64>, after: Option<&f64>) -> f64 {
     0.5 * (before.copied().unwrap_or(0.0) + after.copied().unwrap_or(0.0))
 }
 
+/// The channel that a condition is measured in.
+fn channel_of(condition: Condition) -> Channel {
+    match condition {
+        Condition::PressureDrop => Channel::PressureDrop,
+        Condition::OilTemperature => Channel::OilTemperature,
+    }
+}
+
 /// A channel that some effects of the model depend on; `None` where the model has none of them.
-fn needed<'a>(
-    run: &'a Run,
-    model: &Model,
-    channel: Channel,
-    effects: &[&str],
-) -> Result<Option<&'a [f64]>, PredictionError> {
-    let Some(effect) = model.effects.iter().find(|effect| effects.contains(&effect.id())) else {
+fn needed<'a>(run: &'a Run, model: &Model, channel: Channel) -> Result<Option<&'a [f64]>, PredictionError> {
+    let needs = |effect: &&Effect| effect.spec().needs.map(channel_of) == Some(channel);
+    let Some(effect) = model.effects.iter().find(needs) else {
         return Ok(None);
     };
-    let missing =
-        || PredictionError::MissingChannel { run: run.name.clone(), channel, effect: effect.id().to_owned() };
+    let missing = || PredictionError::MissingChannel { run: run.name.clone(), channel, effect: effect.id() };
     whole(run, channel, run.channel(channel).ok_or_else(missing)?).map(Some)
 }
 

@@ -2,7 +2,7 @@
 
 use log_data::Channel;
 use thiserror::Error;
-use valve_model::ParamError;
+use valve_model::{EffectId, ParamError};
 
 /// What is wrong with a run, or with the model for it. Rows count from 1.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -31,7 +31,7 @@ pub enum PredictionError {
         /// The channel.
         channel: Channel,
         /// The effect.
-        effect: String,
+        effect: EffectId,
     },
     /// A sample that the model needs is missing.
     #[error("run {run}, row {row} (time {time_s} s): {channel} is NaN, expected a number")]

@@ -22,7 +22,7 @@ pub use noise::Noise;
 pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
 
 use log_data::{Channel, Run};
-use valve_model::Model;
+use valve_model::{EffectId, Model};
 
 /// What a contact brings along from the runs before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -112,6 +112,6 @@ pub fn predict_taken(
 
 /// Whether the model's friction depends on what went on in the runs before.
 pub fn depends_on_past(model: &Model) -> bool {
-    let with_memory = ["dwell-stiction", "hydraulic-lock", "wear-drift"];
+    let with_memory = [EffectId::DwellStiction, EffectId::HydraulicLock, EffectId::WearDrift];
     model.effects.iter().any(|effect| with_memory.contains(&effect.id()))
 }

@@ -18,7 +18,9 @@ mod valve;
 mod window;
 
 pub use clearance::ClearanceParams;
-pub use effect::{EFFECTS, Effect, EffectSpec, EffectValue, ParameterSpec, ValueKind};
+pub use effect::{
+    Condition, Effect, EffectId, EffectSpec, EffectValue, ModelNumber, ParameterSpec, SeenIn, ValueKind,
+};
 pub use error::ParamError;
 pub use friction::{
     ContactPast, DahlParams, FrictionLaw, FrictionParams, FrictionState, LeuvenParams, LuGreParams,

@@ -43,14 +43,14 @@ fn difference(a: &[[f64; 6]], b: &[[f64; 6]]) -> f64 {
 #[test]
 fn effects_left_at_their_defaults_change_nothing() {
     let plain = run(&with(Vec::new()));
-    for spec in EFFECTS {
+    for spec in EffectId::ALL.iter().map(|id| id.spec()) {
         // Two have no neutral value: a spring stiffer than any, and a law of another kind.
-        if spec.id == "presliding-hysteresis" {
+        if spec.id == EffectId::PreslidingHysteresis {
             continue;
         }
-        let apart = difference(&plain, &run(&with(vec![effect(spec.id, &[])])));
+        let apart = difference(&plain, &run(&with(vec![effect(spec.id.name(), &[])])));
         // A stiff spring is another system of equations; the rest is to be the same to the last bits.
-        let accepted = if spec.id == "coupling-compliance" { 2e-3 } else { 1e-12 };
+        let accepted = if spec.id == EffectId::CouplingCompliance { 2e-3 } else { 1e-12 };
         assert!(apart <= accepted, "{}: {apart}", spec.id);
     }
 }
@@ -100,23 +100,23 @@ fn telling(spec: &EffectSpec) -> Effect {
             (ValueKind::Number, _) => (row.key, EffectValue::Number(0.2)),
             (ValueKind::List(_), "time_s") => (row.key, EffectValue::List(vec![0.8])),
             (ValueKind::List(_), "teeth") => (row.key, EffectValue::List(vec![-1.0])),
-            (ValueKind::List(_), _) if spec.id == "microstep-error" => {
+            (ValueKind::List(_), _) if spec.id == EffectId::MicrostepError => {
                 (row.key, EffectValue::List(vec![1e-4, 5e-5]))
             }
             (ValueKind::List(_), _) => (row.key, EffectValue::List(vec![0.1, 0.05])),
         })
         .collect();
-    Effect::from_parts(spec.id, &parts).unwrap()
+    Effect::new(spec.id, &parts).unwrap()
 }
 
 #[test]
 fn every_effect_shows() {
     let plain = run(&with(Vec::new()));
-    for spec in EFFECTS {
+    for spec in EffectId::ALL.iter().map(|id| id.spec()) {
         let told = run(&with(vec![telling(spec)]));
         assert!(told.iter().flatten().all(|value| value.is_finite()), "{}", spec.id);
         // The delay is for who samples.
-        if spec.id == "sensor-delay" {
+        if spec.id == EffectId::SensorDelay {
             assert_eq!(ValveParams::new(&with(vec![telling(spec)])).unwrap().sensor_delay_s(), 0.01);
             continue;
         }
@@ -127,7 +127,7 @@ fn every_effect_shows() {
 
 #[test]
 fn all_effects_together_run_and_survive_serialisation() {
-    let model = with(EFFECTS.iter().map(telling).collect());
+    let model = with(EffectId::ALL.iter().map(|id| telling(id.spec())).collect());
     assert_eq!(model.validate(), Ok(()));
     assert!(run(&model).iter().flatten().all(|value| value.is_finite()));
     let bytes = postcard::to_stdvec(&model).unwrap();
@@ -454,13 +454,13 @@ fn apart_in_a_stroke(effects: Vec<Effect>) -> f64 {
 
 #[test]
 fn the_valve_with_an_effect_converges_as_the_step_shrinks() {
-    for spec in EFFECTS {
+    for spec in EffectId::ALL.iter().map(|id| id.spec()) {
         let apart = apart_in_a_stroke(vec![telling(spec)]);
         let accepted = match spec.id {
             // What follows the contact's past is held during a sub-step: second order.
-            "dwell-stiction" | "hydraulic-lock" | "wear-drift" => 1e-4,
+            EffectId::DwellStiction | EffectId::HydraulicLock | EffectId::WearDrift => 1e-4,
             // Where an element slips its damping ends, and the torque steps: first order there.
-            "presliding-hysteresis" => 1e-6,
+            EffectId::PreslidingHysteresis => 1e-6,
             _ => 1e-7,
         };
         println!("{}: {apart:.1e}", spec.id);
@@ -470,10 +470,12 @@ fn the_valve_with_an_effect_converges_as_the_step_shrinks() {
 
 #[test]
 fn elements_whose_slip_torques_follow_the_past_converge_too() {
-    let named = |id: &str| EFFECTS.iter().find(|spec| spec.id == id).map(telling);
+    let named = |id: EffectId| telling(id.spec());
     // The lock of these 5 MPa doubles the levels, and ends with a slip.
-    for (id, accepted) in [("dwell-stiction", 1e-5), ("hydraulic-lock", 1e-3), ("wear-drift", 1e-5)] {
-        let apart = apart_in_a_stroke(named("presliding-hysteresis").into_iter().chain(named(id)).collect());
+    for (id, accepted) in
+        [(EffectId::DwellStiction, 1e-5), (EffectId::HydraulicLock, 1e-3), (EffectId::WearDrift, 1e-5)]
+    {
+        let apart = apart_in_a_stroke(vec![named(EffectId::PreslidingHysteresis), named(id)]);
         println!("{id}: {apart:.1e}");
         assert!(apart < accepted, "{id}: {apart} rad");
     }

@@ -18,12 +18,12 @@ Coulomb and static torque, σ0 bristle stiffness, σ1 bristle damping, σ2 visco
 A time at rest grows with time and falls with slip over T_c/σ0: presliding leaves it, sliding ends it.
 
 This file is written by `STEPVALVE_WRITE_DOCS=1 cargo test -p valve-model --test effects_document` from
-`crates/valve-model/src/effect/table.rs`; a test compares the two.
+`crates/valve-model/src/effect/table/`; a test compares the two.
 ";
 
 fn document() -> String {
     let mut text = String::from(HEAD);
-    for spec in EFFECTS {
+    for spec in EffectId::ALL.iter().map(|id| id.spec()) {
         writeln!(text, "\n## {}\n\n{}.\n", spec.id, spec.formula).unwrap();
         writeln!(text, "| key | unit | accepted | default | meaning |\n|---|---|---|---|---|").unwrap();
         for row in spec.parameters {
@@ -82,9 +82,9 @@ fn every_cause_of_the_design_has_a_row() {
         "sensor-delay",
         "encoder-eccentricity",
     ];
-    let rows: Vec<&str> = EFFECTS.iter().map(|spec| spec.id).collect();
+    let rows: Vec<&str> = EffectId::ALL.iter().map(|id| id.name()).collect();
     assert_eq!(rows, named);
-    for spec in EFFECTS {
+    for spec in EffectId::ALL.iter().map(|id| id.spec()) {
         for row in spec.parameters {
             assert!(spec.keys.contains(&format!("`{}`", row.key)), "{}: {} in words", spec.id, row.key);
         }

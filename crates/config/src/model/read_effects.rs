@@ -1,6 +1,6 @@
-//! `[[effect]]`: what a valve does beyond the nominal model. Names and ranges come from `valve_model::EFFECTS`.
+//! `[[effect]]`: what a valve does beyond the nominal model. Names and ranges come from `valve_model::EffectId`.
 
-use valve_model::{EFFECTS, Effect, EffectSpec, EffectValue, ParameterSpec, ValueKind};
+use valve_model::{Effect, EffectId, EffectSpec, EffectValue, ParameterSpec, ValueKind};
 
 use crate::reader::{Field, Section};
 use crate::suggest::nearest;
@@ -14,13 +14,13 @@ fn read_effect(field: &Field<'_>) -> Option<Effect> {
     let section = field.section("a table [[effect]]")?;
     let id = section.require("id", "the name of an effect")?;
     let name = id.text("the name of an effect");
-    let Some(spec) = EFFECTS.iter().find(|spec| spec.id == name) else {
+    let Some(effect) = EffectId::from_name(&name) else {
         refuse_id(&id, &name);
         return None;
     };
-    let parts = read_parts(&section, spec);
+    let parts = read_parts(&section, effect.spec());
     let parts: Vec<(&str, EffectValue)> = parts.into_iter().map(|part| (part.key, part.value)).collect();
-    let effect = Effect::from_parts(spec.id, &parts);
+    let effect = Effect::new(effect, &parts);
     let validated = effect.as_ref().map_or_else(|error| Err(error.clone()), |_| Ok(()));
     section.conclude(validated);
     effect.ok()
@@ -31,7 +31,7 @@ fn refuse_id(id: &Field<'_>, name: &str) {
     if name.is_empty() {
         return;
     }
-    let known: Vec<String> = EFFECTS.iter().map(|spec| spec.id.to_owned()).collect();
+    let known: Vec<String> = EffectId::ALL.iter().map(|id| id.name().to_owned()).collect();
     let hint =
         nearest(name, &known).map_or_else(String::new, |near| format!("{near} (did you mean it?) or "));
     id.refuse(format!("{hint}one of {}", known.join(", ")));

@@ -209,7 +209,7 @@ fn leuven_entries(params: &LeuvenParams) -> Entries<'static> {
 }
 
 fn effect_section(effect: &Effect) -> Entries<'_> {
-    let mut entries = vec![("id", Value::from(effect.id()))];
+    let mut entries = vec![("id", Value::from(effect.id().name()))];
     entries.extend(effect.parts().map(|(key, entry)| {
         let entry = match entry {
             EffectValue::Number(entry) => number(*entry),

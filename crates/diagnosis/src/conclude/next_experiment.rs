@@ -2,6 +2,7 @@
 
 use crate::log::facts::Facts;
 use crate::outcome::{Ambiguity, Dependence, Judged, Verdict};
+use valve_model::EffectId;
 
 /// A sentence or two.
 pub(crate) fn next_experiment(
@@ -12,7 +13,8 @@ pub(crate) fn next_experiment(
     facts: &Facts,
 ) -> String {
     if let Some(group) = ambiguous.first() {
-        return format!("To separate {}: {}.", group.ids.join(" from "), separating(&group.ids, facts));
+        let names: Vec<&str> = group.ids.iter().map(|id| id.name()).collect();
+        return format!("To separate {}: {}.", names.join(" from "), separating(&group.ids, facts));
     }
     match verdict {
         Verdict::Unexplained | Verdict::PartlyExplained => match left.first() {
@@ -35,52 +37,102 @@ pub(crate) fn next_experiment(
     }
 }
 
-/// What tells a group apart: the pair's own experiment, else a general one.
-fn separating(ids: &[String], facts: &Facts) -> String {
-    let has = |id: &str| ids.iter().any(|other| other == id);
+/// A motion, or a condition, that separates effects; the first of a group's is proposed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Separating {
+    RepeatFirstRuns,
+    OtherPressure,
+    SmallSinesAtTwoLevels,
+    RingingLoad,
+    ThreeFrequencies,
+    FullTurns,
+    SmallSinesAndStep,
+    Everything,
+}
+
+impl Separating {
+    /// What shows one effect beside others.
+    fn of(id: EffectId, facts: &Facts) -> Self {
+        match id {
+            EffectId::WearDrift => Self::RepeatFirstRuns,
+            EffectId::PressureDependentFriction
+            | EffectId::PressureTorque
+            | EffectId::HydraulicLock
+            | EffectId::FlowTorque
+                if !facts.pressure_varies() =>
+            {
+                Self::OtherPressure
+            }
+            EffectId::DirectionAsymmetry => Self::SmallSinesAtTwoLevels,
+            EffectId::CouplingCompliance => Self::RingingLoad,
+            EffectId::LoadInertia | EffectId::SensorDelay | EffectId::FrictionLag => Self::ThreeFrequencies,
+            EffectId::EncoderEccentricity => Self::FullTurns,
+            EffectId::Backlash | EffectId::HoldingTorqueLevel => Self::SmallSinesAndStep,
+            EffectId::CoulombLevel
+            | EffectId::StaticLevel
+            | EffectId::ViscousLevel
+            | EffectId::StribeckVelocity
+            | EffectId::BristleStiffness
+            | EffectId::PressureDependentFriction
+            | EffectId::TemperatureDependentViscosity
+            | EffectId::TemperatureDependentFriction
+            | EffectId::AngleDependentFriction
+            | EffectId::DwellStiction
+            | EffectId::HydraulicLock
+            | EffectId::PreslidingHysteresis
+            | EffectId::FlowTorque
+            | EffectId::PressureTorque
+            | EffectId::PositionTorque
+            | EffectId::DetentTorque
+            | EffectId::MicrostepError
+            | EffectId::MissedSteps
+            | EffectId::TorqueOffset
+            | EffectId::TorqueGain => Self::Everything,
+        }
+    }
+}
+
+/// What tells a group apart: an experiment of one of its effects, else a general one.
+fn separating(ids: &[EffectId], facts: &Facts) -> String {
+    let experiments = ids.iter().map(|id| Separating::of(*id, facts));
     let presliding_rad =
         facts.stiffness.map_or(1e-3, |stiffness| facts.static_nm.unwrap_or(facts.coulomb_nm) / stiffness);
-    let pressure = facts.greatest_pressure_mpa();
-    let other_pressure = if pressure > 1.0 {
-        "the same runs at zero pressure drop".to_owned()
-    } else {
-        "the same runs at zero and at 10 MPa of pressure drop".to_owned()
-    };
-    let on_pressure = ["pressure-dependent-friction", "pressure-torque", "hydraulic-lock", "flow-torque"]
-        .into_iter()
-        .any(has);
-    if has("wear-drift") {
-        return "repeat the first runs after the last ones, at the same pressure and temperature".to_owned();
-    }
-    if on_pressure && !facts.pressure_varies() {
-        let rests = if has("dwell-stiction") { ", each with rests of 0.1 to 10 s before starts" } else { "" };
-        return format!("{other_pressure}{rests}, at the temperature of these");
-    }
-    if has("direction-asymmetry") {
-        return format!(
+    match experiments.min().unwrap_or(Separating::Everything) {
+        Separating::RepeatFirstRuns => {
+            "repeat the first runs after the last ones, at the same pressure and temperature".to_owned()
+        }
+        Separating::OtherPressure => {
+            let other = if facts.greatest_pressure_mpa() > 1.0 {
+                "the same runs at zero pressure drop"
+            } else {
+                "the same runs at zero and at 10 MPa of pressure drop"
+            };
+            let dwell = ids.contains(&EffectId::DwellStiction);
+            let rests = if dwell { ", each with rests of 0.1 to 10 s before starts" } else { "" };
+            format!("{other}{rests}, at the temperature of these")
+        }
+        Separating::SmallSinesAtTwoLevels => format!(
             "sines of ±{:.1e} rad about one angle (within presliding) and slow reversals, at two levels of friction (two pressures or temperatures)",
             0.5 * presliding_rad
-        );
-    }
-    if has("coupling-compliance") {
-        let inertia = facts.load_inertia.unwrap_or(1e-4);
-        let hertz = (facts.stiffness.unwrap_or(1e3) / inertia).sqrt() / std::f64::consts::TAU;
-        return format!(
-            "a sweep of small sines up to about {hertz:.0} Hz, where load and stiffness ring, at one pressure and temperature"
-        );
-    }
-    if has("load-inertia") || has("sensor-delay") || has("friction-lag") {
-        return "sines at three frequencies a factor of three apart (say 3, 10 and 30 Hz) about a constant speed, at one pressure and temperature".to_owned();
-    }
-    if has("encoder-eccentricity") {
-        return "full turns both ways at one slow speed, at two pressures".to_owned();
-    }
-    if has("backlash") || has("holding-torque-level") {
-        return format!(
+        ),
+        Separating::RingingLoad => {
+            let inertia = facts.load_inertia.unwrap_or(1e-4);
+            let hertz = (facts.stiffness.unwrap_or(1e3) / inertia).sqrt() / std::f64::consts::TAU;
+            format!(
+                "a sweep of small sines up to about {hertz:.0} Hz, where load and stiffness ring, at one pressure and temperature"
+            )
+        }
+        Separating::ThreeFrequencies => {
+            "sines at three frequencies a factor of three apart (say 3, 10 and 30 Hz) about a constant speed, at one pressure and temperature".to_owned()
+        }
+        Separating::FullTurns => "full turns both ways at one slow speed, at two pressures".to_owned(),
+        Separating::SmallSinesAndStep => format!(
             "sines of ±{presliding_rad:.1e} rad (within presliding), and a step that lets the motor ring"
-        );
+        ),
+        Separating::Everything => {
+            "constant speeds both ways over the whole range, sines at three frequencies, and rests of 0.1 to 10 s, at two pressures and two temperatures".to_owned()
+        }
     }
-    "constant speeds both ways over the whole range, sines at three frequencies, and rests of 0.1 to 10 s, at two pressures and two temperatures".to_owned()
 }
 
 fn missing(untestable: &[Judged], facts: &Facts) -> Option<String> {

@@ -7,20 +7,21 @@ use crate::name::twins::missing;
 use crate::outcome::{Ambiguity, Cause, Judged};
 use crate::show::geared::is_over_the_angle;
 use std::collections::BTreeSet;
+use valve_model::EffectId;
 
 /// What speaks against causes that were selected.
 pub(crate) struct Against {
     /// All of them leave too much.
     pub doubtful: bool,
     /// Series over the angle that are a gear's, with its order.
-    pub geared: Vec<(&'static str, f64)>,
+    pub geared: Vec<(EffectId, f64)>,
     /// Those that make the runs held out worse.
-    pub harmful: Vec<String>,
+    pub harmful: Vec<EffectId>,
 }
 
 impl Against {
     /// Whether a gear stands behind a cause: it is a series over the angle, and one of those is a gear's.
-    pub fn is_geared(&self, id: &str) -> bool {
+    pub fn is_geared(&self, id: EffectId) -> bool {
         !self.geared.is_empty() && is_over_the_angle(id)
     }
 }
@@ -28,18 +29,18 @@ impl Against {
 /// The groups of causes that can't be told apart, and why.
 pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Facts) -> Vec<Ambiguity> {
     let groups = selection.ambiguous.iter().filter(|_| !against.doubtful);
-    let geared = |id: &str| against.is_geared(id);
-    let open = groups.filter(|(best, others)| !geared(best) && !others.iter().any(|id| geared(id)));
+    let geared = |id: EffectId| against.is_geared(id);
+    let open = groups.filter(|(best, others)| !geared(*best) && !others.iter().any(|id| geared(*id)));
     open.map(|(best, others)| {
-        let ids = std::iter::once(best).chain(others).map(|id| (*id).to_owned()).collect();
-        Ambiguity { ids, reason: why_alike(selection, best, others, facts), best: None }
+        let ids = std::iter::once(best).chain(others).copied().collect();
+        Ambiguity { ids, reason: why_alike(selection, *best, others, facts), best: None }
     })
     .collect()
 }
 
 /// What the data lack, and the angle between what the causes change.
-fn why_alike(selection: &Selection, best: &str, others: &[&'static str], facts: &Facts) -> String {
-    let lacking: BTreeSet<&str> = others.iter().filter_map(|other| missing(best, other, facts)).collect();
+fn why_alike(selection: &Selection, best: EffectId, others: &[EffectId], facts: &Facts) -> String {
+    let lacking: BTreeSet<&str> = others.iter().filter_map(|other| missing(best, *other, facts)).collect();
     let first = match lacking.into_iter().collect::<Vec<_>>().join(", and ") {
         none if none.is_empty() => "they fit the runs that they were not fitted on equally well".to_owned(),
         lacking => format!("in these data {lacking}"),
@@ -59,14 +60,13 @@ pub(crate) fn rejected(
     (causes, ambiguous): (&[Cause], &[Ambiguity]),
     against: &Against,
 ) -> Vec<Judged> {
-    let named = |id: &str| {
-        causes.iter().any(|cause| cause.id == id)
-            || ambiguous.iter().any(|group| group.ids.iter().any(|other| other == id))
+    let named = |id: EffectId| {
+        causes.iter().any(|cause| cause.id == id) || ambiguous.iter().any(|group| group.ids.contains(&id))
     };
     let others = able.iter().filter(|candidate| !named(candidate.id));
     others
         .map(|candidate| Judged {
-            id: candidate.id.to_owned(),
+            id: candidate.id,
             reason: against_selected(selection, candidate.id, against)
                 .unwrap_or_else(|| why_not_selected(selection, candidate.id)),
         })
@@ -74,7 +74,7 @@ pub(crate) fn rejected(
 }
 
 /// What speaks against one that was selected.
-fn against_selected(selection: &Selection, id: &str, against: &Against) -> Option<String> {
+fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> Option<String> {
     if let Some((_, order)) = against.geared.iter().find(|(of, _)| *of == id) {
         return Some(format!(
             "follows it within the angles of this log, but by one sine of order {order:.2}, no whole number in a turn"
@@ -84,14 +84,14 @@ fn against_selected(selection: &Selection, id: &str, against: &Against) -> Optio
     if let Some((_, order)) = against.geared.first().filter(|_| selected && against.is_geared(id)) {
         return Some(format!("fits what is left of a gear's torque, {order:.2} times in a turn"));
     }
-    if against.harmful.iter().any(|of| of == id) {
+    if against.harmful.contains(&id) {
         return Some("fits, but makes the error larger on runs that nothing was chosen on".to_owned());
     }
     (against.doubtful && selected).then(|| "fits part of it, but leaves too much to be the cause".to_owned())
 }
 
 /// Why a candidate is not in.
-fn why_not_selected(selection: &Selection, id: &str) -> String {
+fn why_not_selected(selection: &Selection, id: EffectId) -> String {
     if let Some((_, reason)) = selection.dropped.iter().find(|(of, _)| *of == id) {
         return reason.clone();
     }

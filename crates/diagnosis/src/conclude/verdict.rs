@@ -24,7 +24,7 @@ use crate::show::structure::{Structure, structure};
 use crate::show::tone::{Tone, tone};
 use crate::show::whiteness::whiteness;
 use log_data::Channel;
-use valve_model::Effect;
+use valve_model::{Effect, EffectId};
 
 /// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
 const RMS_LEFT: f64 = 1.1;
@@ -38,8 +38,13 @@ const EXPLAINED_TOGETHER: f64 = 0.7;
 /// Beyond the misfit of a form, one covariate that explains this part of what is left speaks of another cause.
 const ANOTHER: f64 = 0.15;
 /// Causes that take any function of what they depend on: alone, they leave no more than this part of what they explain.
-const GENERAL: [&str; 5] =
-    ["torque-offset", "torque-gain", "pressure-torque", "position-torque", "flow-torque"];
+const GENERAL: [EffectId; 5] = [
+    EffectId::TorqueOffset,
+    EffectId::TorqueGain,
+    EffectId::PressureTorque,
+    EffectId::PositionTorque,
+    EffectId::FlowTorque,
+];
 const LITTLE: f64 = 0.05;
 
 pub(crate) fn conclude(
@@ -75,8 +80,8 @@ pub(crate) fn conclude(
     let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable
         .iter()
-        .filter(|of| !ambiguous.iter().any(|group| group.ids.iter().any(|id| id == of.id)))
-        .map(|of| Judged { id: of.id.to_owned(), reason: of.reason.clone() })
+        .filter(|of| !ambiguous.iter().any(|group| group.ids.contains(&of.id)))
+        .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
     let mut observations = observations(judged, verdict, &after, &structure_kept);
     observations.extend(tone.map(|tone| hum(judged, tone)));
@@ -153,7 +158,7 @@ fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
 
 /// The members, by place, that nothing speaks against and that stand alone.
 fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
-    let disputed = |id: &str| {
+    let disputed = |id: EffectId| {
         against.doubtful || selection.ambiguous.iter().any(|(of, _)| *of == id) || against.is_geared(id)
     };
     let members = selection.fitted.point.hypothesis.members.iter().enumerate();
@@ -197,7 +202,7 @@ fn observations(
 }
 
 /// Accepted series over the angle that are a gear's, with its order.
-fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(&'static str, f64)> {
+fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(EffectId, f64)> {
     let members = judged.selection.fitted.point.hypothesis.members.iter();
     let of = |member: &Member| {
         Some((member.candidate.id, order_of_a_gear(judged.setting.campaign, member, left)?))

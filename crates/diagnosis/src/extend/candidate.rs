@@ -1,6 +1,6 @@
 //! A cause under test: an effect of the model, its parameters as the fit moves them, and where the fit may begin.
 
-use valve_model::{EFFECTS, Effect, EffectValue, Model, ParamError};
+use valve_model::{Effect, EffectId, EffectValue, Model, ParamError};
 
 /// From the number that the fit moves to the one in the model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +66,7 @@ pub(crate) struct Probe {
 /// An effect under test.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Candidate {
-    pub id: &'static str,
+    pub id: EffectId,
     pub parameters: Vec<Parameter>,
     pub probes: Vec<Probe>,
     /// Numbers that are fitted from the beginning.
@@ -90,14 +90,11 @@ impl Candidate {
         for (key, value) in present.iter().flat_map(|effect| effect.parts()) {
             parts.push((key, value.clone()));
         }
-        if self.id == "encoder-eccentricity" {
+        if self.id == EffectId::EncoderEccentricity {
             let (along, across) = (at(numbers, 0), at(numbers, 1));
             put(&mut parts, "amplitude_rad", EffectValue::Number(along.hypot(across).min(1.0)));
             put(&mut parts, "phase_rad", EffectValue::Number(across.atan2(along)));
-            return Effect::from_parts(
-                self.id,
-                &parts.iter().map(|(k, v)| (*k, v.clone())).collect::<Vec<_>>(),
-            );
+            return Effect::new(self.id, &parts.iter().map(|(k, v)| (*k, v.clone())).collect::<Vec<_>>());
         }
         for (parameter, u) in self.parameters.iter().zip(numbers) {
             let value = parameter.map.value(*u);
@@ -107,14 +104,12 @@ impl Candidate {
                 Some(_) => {}
             }
         }
-        Effect::from_parts(self.id, &parts)
+        Effect::new(self.id, &parts)
     }
 
     /// The unit of a parameter in the model file.
-    pub fn unit(key: &str, id: &str) -> &'static str {
-        let spec = EFFECTS.iter().find(|spec| spec.id == id);
-        let row = spec.and_then(|spec| spec.parameters.iter().find(|row| row.key == key));
-        row.map_or("1", |row| row.unit)
+    pub fn unit(key: &str, id: EffectId) -> &'static str {
+        id.spec().parameter(key).map_or("1", |row| row.unit)
     }
 }
 

@@ -3,27 +3,15 @@
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
 use crate::log::facts::Facts;
 use log_data::Channel;
-use valve_model::{EFFECTS, Model};
+use valve_model::{Condition, EffectId, Model, SeenIn};
 
 /// An effect that these data can't show.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Untestable {
-    pub id: &'static str,
+    pub id: EffectId,
     pub reason: String,
 }
 
-const ANGLE_ONLY: [&str; 6] = [
-    "holding-torque-level",
-    "detent-torque",
-    "microstep-error",
-    "backlash",
-    "missed-steps",
-    "encoder-eccentricity",
-];
-const TORQUE_ONLY: [&str; 2] = ["torque-offset", "torque-gain"];
-const ON_PRESSURE: [&str; 4] =
-    ["pressure-dependent-friction", "hydraulic-lock", "flow-torque", "pressure-torque"];
-const ON_TEMPERATURE: [&str; 2] = ["temperature-dependent-viscosity", "temperature-dependent-friction"];
 /// Harmonics looked for.
 const POSITION_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
@@ -38,18 +26,17 @@ const SOME_PRESSURE: f64 = 0.02;
 /// a rival of its twin, but never accepted.
 pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<Untestable>) {
     let (mut able, mut unable) = (Vec::new(), Vec::new());
-    for spec in EFFECTS {
-        let reason = why_not(spec.id, facts);
-        let confounded = reason.is_some()
-            && ON_PRESSURE.contains(&spec.id)
-            && facts.greatest_pressure_mpa() > SOME_PRESSURE;
+    for &id in EffectId::ALL {
+        let reason = why_not(id, facts);
+        let confounded =
+            reason.is_some() && needs_pressure(id) && facts.greatest_pressure_mpa() > SOME_PRESSURE;
         if (reason.is_none() || confounded)
-            && let Some(candidate) = candidate(spec.id, facts)
+            && let Some(candidate) = candidate(id, facts)
         {
             able.push(candidate);
         }
         if let Some(reason) = reason {
-            unable.push(Untestable { id: spec.id, reason });
+            unable.push(Untestable { id, reason });
         }
     }
     able.iter_mut().for_each(|candidate| begin_at(candidate, model));
@@ -57,8 +44,12 @@ pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<U
 }
 
 /// Whether an effect is fitted as a rival of its twins alone: its channel never changes.
-pub(crate) fn is_confounded(id: &str, facts: &Facts) -> bool {
-    ON_PRESSURE.contains(&id) && !facts.pressure_varies()
+pub(crate) fn is_confounded(id: EffectId, facts: &Facts) -> bool {
+    needs_pressure(id) && !facts.pressure_varies()
+}
+
+fn needs_pressure(id: EffectId) -> bool {
+    id.spec().needs == Some(Condition::PressureDrop)
 }
 
 /// An effect that the model has already is corrected from there on.
@@ -79,7 +70,7 @@ fn begin_at(candidate: &mut Candidate, model: &Model) {
         moved.push(u - parameter.neutral);
         parameter.neutral = u;
     }
-    if candidate.id == "encoder-eccentricity" {
+    if candidate.id == EffectId::EncoderEccentricity {
         let (amplitude, phase) = (present.number("amplitude_rad"), present.number("phase_rad"));
         for (parameter, value) in
             candidate.parameters.iter_mut().zip([amplitude * phase.cos(), amplitude * phase.sin()])
@@ -93,18 +84,18 @@ fn begin_at(candidate: &mut Candidate, model: &Model) {
     }
 }
 
-fn why_not(id: &str, facts: &Facts) -> Option<String> {
+fn why_not(id: EffectId, facts: &Facts) -> Option<String> {
     let torque = facts.channel == Channel::Torque;
-    if torque && ANGLE_ONLY.contains(&id) {
+    if torque && id.spec().seen_in == SeenIn::AngleLogs {
         return Some(
             "shows in a log of command and angle only; here the torque is predicted from the angle"
                 .to_owned(),
         );
     }
-    if !torque && TORQUE_ONLY.contains(&id) {
+    if !torque && id.spec().seen_in == SeenIn::TorqueLogs {
         return Some("no torque channel".to_owned());
     }
-    if ON_PRESSURE.contains(&id) {
+    if needs_pressure(id) {
         match facts.pressure_mpa {
             None => return Some("no pressure_drop channel".to_owned()),
             Some((_, most)) if most <= SOME_PRESSURE => {
@@ -116,7 +107,7 @@ fn why_not(id: &str, facts: &Facts) -> Option<String> {
             _ => {}
         }
     }
-    if ON_TEMPERATURE.contains(&id) {
+    if id.spec().needs == Some(Condition::OilTemperature) {
         match facts.temperature_c {
             None => return Some("no oil_temperature channel".to_owned()),
             Some((least, most)) if !facts.temperature_varies() => {
@@ -130,26 +121,31 @@ fn why_not(id: &str, facts: &Facts) -> Option<String> {
     why_not_by_model(id, facts)
 }
 
-fn why_not_by_model(id: &str, facts: &Facts) -> Option<String> {
+fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
     let none = |what: &str| Some(format!("the model has no {what}"));
     match id {
-        "static-level" | "stribeck-velocity" | "dwell-stiction" if !facts.stribeck => none("Stribeck curve"),
-        "static-level" | "dwell-stiction" | "hydraulic-lock" | "bristle-stiffness"
+        EffectId::StaticLevel | EffectId::StribeckVelocity | EffectId::DwellStiction if !facts.stribeck => {
+            none("Stribeck curve")
+        }
+        EffectId::StaticLevel
+        | EffectId::DwellStiction
+        | EffectId::HydraulicLock
+        | EffectId::BristleStiffness
             if facts.stiffness.is_none() =>
         {
             none("bristles, so it has no presliding")
         }
-        "presliding-hysteresis" if !facts.lugre => none("LuGre law to put it into"),
-        "viscous-level" | "temperature-dependent-viscosity" if facts.viscous == 0.0 => {
+        EffectId::PreslidingHysteresis if !facts.lugre => none("LuGre law to put it into"),
+        EffectId::ViscousLevel | EffectId::TemperatureDependentViscosity if facts.viscous == 0.0 => {
             none("viscous friction to scale")
         }
-        "load-inertia" if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
+        EffectId::LoadInertia if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
             none("load inertia to scale")
         }
-        "coupling-compliance" if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
+        EffectId::CouplingCompliance if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
             none("load inertia behind a coupling")
         }
-        "angle-dependent-friction" | "position-torque" | "flow-torque"
+        EffectId::AngleDependentFriction | EffectId::PositionTorque | EffectId::FlowTorque
             if facts.angle_rad.1 - facts.angle_rad.0 < 0.1 =>
         {
             Some("the angle spans less than 0.1 rad".to_owned())
@@ -162,7 +158,7 @@ fn parameter(key: &'static str, map: Map, neutral: f64, bounds: (f64, f64), step
     Parameter { key, slot: None, map, neutral, lower: bounds.0, upper: bounds.1, step }
 }
 
-fn simple(id: &'static str, amplitude: Parameter) -> Candidate {
+fn simple(id: EffectId, amplitude: Parameter) -> Candidate {
     let probe = Probe { shape: vec![amplitude.neutral], columns: vec![(0, amplitude.step)], jump: false };
     Candidate {
         id,
@@ -174,74 +170,79 @@ fn simple(id: &'static str, amplitude: Parameter) -> Candidate {
     }
 }
 
-fn factor(id: &'static str, bounds: (f64, f64), step: f64) -> Candidate {
+fn factor(id: EffectId, bounds: (f64, f64), step: f64) -> Candidate {
     simple(id, parameter("factor", Map::Plain, 1.0, bounds, step))
 }
 
-pub(crate) fn candidate(id: &'static str, facts: &Facts) -> Option<Candidate> {
+pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
     let wide = (0.02, 50.0);
     let travel = facts.travel_rad.max(1.0);
     let pressure = facts.greatest_pressure_mpa().max(SOME_PRESSURE);
     let made = match id {
-        "coulomb-level" | "stribeck-velocity" | "bristle-stiffness" => factor(id, wide, 0.02),
-        "holding-torque-level" => factor(id, (0.2, 5.0), 0.01),
-        "static-level" => {
+        EffectId::CoulombLevel | EffectId::StribeckVelocity | EffectId::BristleStiffness => {
+            factor(id, wide, 0.02)
+        }
+        EffectId::HoldingTorqueLevel => factor(id, (0.2, 5.0), 0.01),
+        EffectId::StaticLevel => {
             let least = facts.static_nm.map_or(1.0, |most| facts.coulomb_nm / most);
             factor(id, (least, 50.0), 0.02)
         }
-        "viscous-level" => {
+        EffectId::ViscousLevel => {
             let most = (facts.viscous * facts.fastest_rad_per_s).max(1e-12);
             factor(id, (0.0, 1e5), (0.01 * facts.coulomb_nm / most).clamp(0.02, 50.0))
         }
-        "load-inertia" => factor(id, (1e-3, 500.0), 0.1),
-        "torque-gain" => factor(id, wide, 0.02),
-        "torque-offset" => {
+        EffectId::LoadInertia => factor(id, (1e-3, 500.0), 0.1),
+        EffectId::TorqueGain => factor(id, wide, 0.02),
+        EffectId::TorqueOffset => {
             simple(id, parameter("offset_nm", Map::Plain, 0.0, (-1e6, 1e6), 0.01 * facts.coulomb_nm))
         }
-        "pressure-torque" => {
+        EffectId::PressureTorque => {
             simple(id, parameter("gain", Map::Plain, 0.0, (-1e9, 1e9), 0.01 * facts.coulomb_nm / pressure))
         }
-        "sensor-delay" => simple(id, parameter("delay_s", Map::Plain, 0.0, (-0.2, 0.2), 0.5 * facts.step_s)),
-        "friction-lag" => lag(facts),
-        "temperature-dependent-viscosity" => {
+        EffectId::SensorDelay => {
+            simple(id, parameter("delay_s", Map::Plain, 0.0, (-0.2, 0.2), 0.5 * facts.step_s))
+        }
+        EffectId::FrictionLag => lag(facts),
+        EffectId::TemperatureDependentViscosity => {
             simple(id, parameter("beta_per_k", Map::Plain, 0.0, (0.0, 0.3), 2e-3))
         }
-        "temperature-dependent-friction" => {
+        EffectId::TemperatureDependentFriction => {
             simple(id, parameter("beta_per_k", Map::Plain, 0.0, (-0.3, 0.3), 1e-3))
         }
-        "pressure-dependent-friction" => {
+        EffectId::PressureDependentFriction => {
             let mut made = simple(id, parameter("gain", Map::Plain, 0.0, (0.0, 1e6), 0.02 / pressure));
             made.parameters.push(parameter("exponent", Map::Plain, 1.0, (0.5, 1.5), 0.05));
             made.probes.iter_mut().for_each(|probe| probe.shape.push(1.0));
             made.optional.push(1);
             made
         }
-        "direction-asymmetry" => asymmetry(),
-        "dwell-stiction" => growth(id, 0.05, facts),
-        "hydraulic-lock" => growth(id, 0.05 / pressure, facts),
-        "wear-drift" => wear(travel),
-        "presliding-hysteresis" => hysteresis(),
-        "coupling-compliance" => compliance(facts),
-        "backlash" => backlash(),
-        "encoder-eccentricity" => eccentricity(),
-        "position-torque" => series(id, POSITION_ORDERS, 0.01 * facts.coulomb_nm),
-        "flow-torque" => series(id, FLOW_ORDERS, 0.01 * facts.coulomb_nm / pressure),
-        "angle-dependent-friction" => series(id, FRICTION_ORDERS, 0.02),
-        "detent-torque" => series(id, 2, 0.01 * facts.motor.map_or(1.0, |motor| motor.0)),
-        "microstep-error" => series(id, 10, 2e-5),
-        _ => return None,
+        EffectId::DirectionAsymmetry => asymmetry(),
+        EffectId::DwellStiction => growth(id, 0.05, facts),
+        EffectId::HydraulicLock => growth(id, 0.05 / pressure, facts),
+        EffectId::WearDrift => wear(travel),
+        EffectId::PreslidingHysteresis => hysteresis(),
+        EffectId::CouplingCompliance => compliance(facts),
+        EffectId::Backlash => backlash(),
+        EffectId::EncoderEccentricity => eccentricity(),
+        EffectId::PositionTorque => series(id, POSITION_ORDERS, 0.01 * facts.coulomb_nm),
+        EffectId::FlowTorque => series(id, FLOW_ORDERS, 0.01 * facts.coulomb_nm / pressure),
+        EffectId::AngleDependentFriction => series(id, FRICTION_ORDERS, 0.02),
+        EffectId::DetentTorque => series(id, 2, 0.01 * facts.motor.map_or(1.0, |motor| motor.0)),
+        EffectId::MicrostepError => series(id, 10, 2e-5),
+        // Found by its jumps, not fitted: see log::lost_steps.
+        EffectId::MissedSteps => return None,
     };
     Some(made)
 }
 
-fn series(id: &'static str, orders: usize, step: f64) -> Candidate {
+fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
     let of = |slot: usize, key| Parameter {
         key,
         slot: Some(slot),
         map: Map::Plain,
         neutral: 0.0,
-        lower: if id == "microstep-error" { -0.1 } else { -1e9 },
-        upper: if id == "microstep-error" { 0.1 } else { 1e9 },
+        lower: if id == EffectId::MicrostepError { -0.1 } else { -1e9 },
+        upper: if id == EffectId::MicrostepError { 0.1 } else { 1e9 },
         step,
     };
     let parameters: Vec<Parameter> =
@@ -261,7 +262,7 @@ fn lag(facts: &Facts) -> Candidate {
     let probe = |step: f64| Probe { shape: vec![0.0; 2], columns: vec![(0, step)], jump: false };
     let probes = [1e-3, 5e-3, 0.025, 0.1].map(probe).to_vec();
     Candidate {
-        id: "friction-lag",
+        id: EffectId::FrictionLag,
         parameters: vec![lag, share],
         probes,
         free: vec![0],
@@ -276,7 +277,7 @@ fn asymmetry() -> Candidate {
     let probe = |columns: Vec<(usize, f64)>| Probe { shape: vec![0.0; 2], columns, jump: false };
     let probes = vec![probe(vec![(0, 0.01)]), probe(vec![(1, 0.02)]), probe(vec![(0, 0.01), (1, 0.02)])];
     Candidate {
-        id: "direction-asymmetry",
+        id: EffectId::DirectionAsymmetry,
         parameters: vec![level, viscous],
         probes,
         free: vec![0, 1],
@@ -285,7 +286,7 @@ fn asymmetry() -> Candidate {
     }
 }
 
-fn growth(id: &'static str, step: f64, facts: &Facts) -> Candidate {
+fn growth(id: EffectId, step: f64, facts: &Facts) -> Candidate {
     let gain = parameter("gain", Map::Plain, 0.0, (0.0, 1e6), step);
     let longest = facts.longest_rest_s.max(0.1);
     let time = parameter(
@@ -326,7 +327,7 @@ fn wear(travel_rad: f64) -> Candidate {
         jump: false,
     };
     Candidate {
-        id: "wear-drift",
+        id: EffectId::WearDrift,
         parameters: vec![gain, distance],
         probes: [3.0, 0.5, 0.1].map(probe).to_vec(),
         free: vec![0, 1],
@@ -362,7 +363,7 @@ fn hysteresis() -> Candidate {
         jump: true,
     };
     Candidate {
-        id: "presliding-hysteresis",
+        id: EffectId::PreslidingHysteresis,
         parameters: vec![ratio, transition, spacing, tail, share],
         probes: shapes.map(probe).to_vec(),
         free: vec![0, 1, 2, 3],
@@ -382,7 +383,7 @@ fn compliance(facts: &Facts) -> Candidate {
     let probe =
         |part: f64| Probe { shape: vec![0.0, quiet.ln()], columns: vec![(0, part * usual)], jump: false };
     Candidate {
-        id: "coupling-compliance",
+        id: EffectId::CouplingCompliance,
         parameters: vec![compliance, damping],
         probes: [0.05, 0.3].map(probe).to_vec(),
         free: vec![0],
@@ -395,7 +396,7 @@ fn backlash() -> Candidate {
     let half_width = parameter("half_width_rad", Map::Plain, 0.0, (0.0, 0.5), 2e-5);
     let probe = |step: f64| Probe { shape: vec![0.0], columns: vec![(0, step)], jump: false };
     Candidate {
-        id: "backlash",
+        id: EffectId::Backlash,
         parameters: vec![half_width],
         probes: [1e-4, 1e-3].map(probe).to_vec(),
         free: vec![0],
@@ -409,7 +410,7 @@ fn eccentricity() -> Candidate {
     let part = |key| parameter(key, Map::Plain, 0.0, (-0.5, 0.5), 2e-5);
     let probe = Probe { shape: vec![0.0; 2], columns: vec![(0, 2e-5), (1, 2e-5)], jump: false };
     Candidate {
-        id: "encoder-eccentricity",
+        id: EffectId::EncoderEccentricity,
         parameters: vec![part("amplitude_rad"), part("phase_rad")],
         probes: vec![probe],
         free: vec![0, 1],
@@ -430,7 +431,7 @@ mod tests {
         let model = fixtures::model(Vec::new());
         for channel in [Channel::Torque, Channel::Angle] {
             let facts = Facts::of_model(&model, channel);
-            for candidate in EFFECTS.iter().filter_map(|spec| candidate(spec.id, &facts)) {
+            for candidate in EffectId::ALL.iter().filter_map(|id| candidate(*id, &facts)) {
                 for (number, parameter) in candidate.parameters.iter().enumerate() {
                     for bound in [parameter.lower, parameter.upper] {
                         let mut numbers = candidate.neutral();

@@ -1,7 +1,7 @@
 //! What is held to be true: the given model and the causes on top of it, with the numbers that a fit moves.
 
 use crate::extend::candidate::Candidate;
-use valve_model::{Model, ParamError};
+use valve_model::{EffectId, Model, ParamError};
 
 /// A cause with its numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +87,7 @@ impl Hypothesis {
         self
     }
 
-    pub fn has(&self, id: &str) -> bool {
+    pub fn has(&self, id: EffectId) -> bool {
         self.members.iter().any(|member| member.candidate.id == id)
     }
 

@@ -8,7 +8,7 @@ use crate::log::piece::{Begun, Piece, Ready};
 use crate::numerics::gram::Gram;
 use crate::workers::{Workers, map};
 use nalgebra::{Cholesky, DMatrix, DVector};
-use valve_model::Model;
+use valve_model::{EffectId, Model};
 
 /// What varies from run to run whatever the cause, and is not reported as one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -91,18 +91,18 @@ impl Setting<'_> {
     }
 
     /// An effect's number whose sensitivity is known without simulation.
-    pub fn additive(&self, hypothesis: &Hypothesis, id: &str, number: usize) -> Option<Additive> {
-        let between = ["sensor-delay", "coupling-compliance", "torque-gain"];
+    pub fn additive(&self, hypothesis: &Hypothesis, id: EffectId, number: usize) -> Option<Additive> {
+        let between = [EffectId::SensorDelay, EffectId::CouplingCompliance, EffectId::TorqueGain];
         let given = || self.given.effects.iter().any(|effect| between.contains(&effect.id()));
-        if !self.campaign.facts.is_torque() || between.iter().any(|id| hypothesis.has(id)) || given() {
+        if !self.campaign.facts.is_torque() || between.iter().any(|id| hypothesis.has(*id)) || given() {
             return None;
         }
         let harmonic = |times_pressure| Additive::Harmonic(number / 2 + 1, number % 2 == 1, times_pressure);
         match id {
-            "torque-offset" => Some(Additive::Constant),
-            "pressure-torque" => Some(Additive::Pressure),
-            "position-torque" => Some(harmonic(false)),
-            "flow-torque" => Some(harmonic(true)),
+            EffectId::TorqueOffset => Some(Additive::Constant),
+            EffectId::PressureTorque => Some(Additive::Pressure),
+            EffectId::PositionTorque => Some(harmonic(false)),
+            EffectId::FlowTorque => Some(harmonic(true)),
             _ => None,
         }
     }

@@ -358,7 +358,7 @@ mod tests {
     use crate::log::campaign::Campaign;
     use crate::workers::OneAfterTheOther;
     use log_data::{Log, Run};
-    use valve_model::{Effect, EffectValue};
+    use valve_model::{Effect, EffectId, EffectValue};
 
     /// Swings whose torque falls with acceleration: as if the load's inertia were below zero.
     fn swings() -> Log {
@@ -381,7 +381,7 @@ mod tests {
     #[test]
     fn a_step_that_the_model_refuses_is_taken_shorter() {
         let coupling =
-            Effect::from_parts("coupling-compliance", &[("stiffness_nm_per_rad", EffectValue::Number(5e3))]);
+            Effect::new(EffectId::CouplingCompliance, &[("stiffness_nm_per_rad", EffectValue::Number(5e3))]);
         let given = fixtures::model(vec![coupling.unwrap()]);
         let campaign = Campaign::new(&swings(), &given, 0, &OneAfterTheOther).unwrap();
         let setting = Setting {
@@ -390,7 +390,7 @@ mod tests {
             nuisances: Nuisances::default(),
             workers: &OneAfterTheOther,
         };
-        let mut inertia = candidate("load-inertia", &campaign.facts).unwrap();
+        let mut inertia = candidate(EffectId::LoadInertia, &campaign.facts).unwrap();
         inertia.parameters.iter_mut().for_each(|factor| factor.lower = 0.0);
         let of = |factor: f64| {
             let members = vec![Member::new(&inertia, vec![factor], vec![0])];

@@ -173,6 +173,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, Normal};
     use rand_pcg::Pcg64Mcg;
+    use valve_model::EffectId;
 
     const FIRST_NM: f64 = 0.2;
     const SECOND_NM: f64 = 0.02;
@@ -211,7 +212,7 @@ mod tests {
             nuisances: Nuisances::default(),
             workers: &OneAfterTheOther,
         };
-        let series = candidate("position-torque", &campaign.facts).unwrap();
+        let series = candidate(EffectId::PositionTorque, &campaign.facts).unwrap();
         let member = Member::new(&series, series.neutral(), vec![0, 1]);
         let hypothesis = Hypothesis { members: vec![member], zero_rad: None };
         let ready = setting.ready(&hypothesis).unwrap();

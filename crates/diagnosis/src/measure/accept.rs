@@ -13,7 +13,7 @@ use crate::measure::judgement::Judgement;
 use crate::outcome::{Cause, Evidence, ParameterFound, Parameters};
 use crate::show::residual::{Left, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
-use valve_model::Effect;
+use valve_model::{Effect, EffectId};
 
 /// A cause beside others that makes the runs held out worse by this part is none.
 const HARMFUL: f64 = -0.02;
@@ -24,8 +24,8 @@ pub(crate) struct Accepted {
     /// What it leaves, by piece.
     pub after: Vec<Left>,
     pub causes: Vec<Cause>,
-    /// Names of those that were harmful.
-    pub harmful: Vec<String>,
+    /// Those that were harmful.
+    pub harmful: Vec<EffectId>,
 }
 
 /// A cause, and what it is worth.
@@ -57,7 +57,7 @@ pub(crate) fn accept(
             let causes = weighed.into_iter().map(|of| of.cause).collect();
             return Ok(Accepted { point, after, causes, harmful });
         };
-        harmful.push(weighed[worst].cause.id.clone());
+        harmful.push(weighed[worst].cause.id);
         members.remove(worst);
     }
 }
@@ -96,7 +96,7 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
             evidence.insert("taken".to_owned(), Evidence::Text(text));
         }
         let cause = Cause {
-            id: member.candidate.id.to_owned(),
+            id: member.candidate.id,
             parameters: parameters(hypothesis, index, spread.as_ref()),
             evidence,
             rms_gain: part_taken(all, rms),
@@ -150,7 +150,7 @@ fn parameters(hypothesis: &Hypothesis, index: usize, spread: Option<&Spread>) ->
         parameter(member, number, deviation, spread.map_or(f64::NAN, |spread| spread.half_width))
     });
     let parameters = found.collect();
-    if member.candidate.id == "encoder-eccentricity" {
+    if member.candidate.id == EffectId::EncoderEccentricity {
         return eccentricity(member, &parameters);
     }
     parameters

@@ -13,6 +13,7 @@ use crate::show::residual::{Left, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
 use log_data::Channel;
 use std::collections::BTreeMap;
+use valve_model::EffectId;
 
 /// What the misfit of a cause's form may leave, in parts of what the causes explain.
 pub(crate) const MISFIT: f64 = 0.02;
@@ -121,7 +122,7 @@ impl Judgement<'_> {
         let everything = |_: &Piece| true;
         let rms = rms_left(&self.setting, after, &everything);
         let rms_gain = 1.0 - rms / self.rms.max(rms);
-        Some(Cause { id: "missed-steps".to_owned(), parameters, evidence, rms_gain })
+        Some(Cause { id: EffectId::MissedSteps, parameters, evidence, rms_gain })
     }
 
     pub fn residual(&self) -> Residual {

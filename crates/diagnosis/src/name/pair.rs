@@ -15,6 +15,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::numerics::gram::solve;
 use crate::show::residual::left;
 use crate::show::whiteness::is_white;
+use valve_model::EffectId;
 
 /// Pairs, by what they cut where they are fitted, that are judged on what they were not fitted on.
 const SHORT_LIST: usize = 12;
@@ -39,11 +40,12 @@ pub(crate) fn hidden_pair(
     let Some(together) = together else { return Ok(None) };
     let state = judged(setting, candidates, begun, &together)?;
     let Some(mut state) = state.filter(|state| leaves_less(state.rms, found.rms)) else { return Ok(None) };
-    let named = |of: &Selection| -> Vec<&'static str> {
+    let named = |of: &Selection| -> Vec<EffectId> {
         of.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect()
     };
     let taken = named(&state);
-    let reason = format!("explains less than {} together", taken.join(" and "));
+    let names: Vec<&str> = taken.iter().map(|id| id.name()).collect();
+    let reason = format!("explains less than {} together", names.join(" and "));
     let gone = named(found).into_iter().filter(|id| !taken.contains(id));
     state.dropped.extend(gone.map(|id| (id, reason.clone())));
     Ok(Some(state))
@@ -56,7 +58,11 @@ pub(crate) fn leaves_less(rms: f64, other: f64) -> bool {
 
 /// The pair with the greatest linearised gain, where that is more than what the pairs with the cause promise that was found
 /// by itself. All pairs are solved, but of sums over the samples: that costs little beside the screening.
-fn best_pair(candidates: &[Candidate], first: &Screening<'_>, greedy: Option<&str>) -> Option<[Member; 2]> {
+fn best_pair(
+    candidates: &[Candidate],
+    first: &Screening<'_>,
+    greedy: Option<EffectId>,
+) -> Option<[Member; 2]> {
     let tally = &first.tally;
     let (square, _) = explained(first, &[])?;
     let mut pairs: Vec<(f64, &Place, &Place)> = Vec::new();
@@ -179,7 +185,7 @@ fn beside(
         state.forms.add(other.candidate.id, cut, cut_of_squares(begun, &state.held_out));
     }
     let screening = screen(setting, candidates, &state.fitted)?;
-    let found = next_cause(setting, candidates, &screening.ranked, &mut state)?;
+    let found = next_cause(setting, &screening.ranked, &mut state)?;
     let again = state
         .rounds
         .last()

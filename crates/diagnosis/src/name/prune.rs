@@ -8,6 +8,7 @@ use crate::fit::loss::Loss;
 use crate::name::selection::Selection;
 use crate::name::threshold::{FLOOR, SHARE, cuts, leaves_much_to_pick};
 use crate::name::tried::{NEARLY, Tried};
+use valve_model::EffectId;
 
 /// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
 /// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
@@ -22,19 +23,19 @@ pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> 
 /// An asymmetry whose viscous part pays grows with speed; a torque of one sign that fitted worse is no twin then.
 pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
     const VISCOUS: usize = 1;
-    let asymmetry = "direction-asymmetry";
+    let asymmetry = EffectId::DirectionAsymmetry;
     let viscous = |member: &Member| member.candidate.id == asymmetry && member.free.contains(&VISCOUS);
     if !state.fitted.point.hypothesis.members.last().is_some_and(viscous) {
         return;
     }
     let Some(round) = state.rounds.last_mut() else { return };
-    let rms_of = |id: &str| round.rivals.iter().find(|rival| rival.0 == id).map(|rival| rival.1);
+    let rms_of = |id: EffectId| round.rivals.iter().find(|rival| rival.0 == id).map(|rival| rival.1);
     let worse =
-        |id: &&str| rms_of(id).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY);
-    for id in ["torque-offset", "pressure-torque"].iter().filter(|id| worse(id)) {
-        round.equals.retain(|of| of != id);
+        |id: &EffectId| rms_of(*id).zip(rms_of(asymmetry)).is_some_and(|(other, own)| other - own > NEARLY);
+    for id in [EffectId::TorqueOffset, EffectId::PressureTorque].into_iter().filter(worse) {
+        round.equals.retain(|of| *of != id);
         for (_, others) in state.ambiguous.iter_mut().filter(|(of, _)| *of == asymmetry) {
-            others.retain(|of| of != id);
+            others.retain(|of| *of != id);
         }
     }
     state.ambiguous.retain(|(_, others)| !others.is_empty());

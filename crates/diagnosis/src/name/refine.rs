@@ -13,6 +13,7 @@ use crate::name::screen::ORDER_FLOOR;
 use crate::name::selection::Selection;
 use crate::name::tried::Tried;
 use crate::numerics::gram::leave_out;
+use valve_model::EffectId;
 
 /// Steps of a fit with another shape, and after how many of them one that does no better is given up where steps are dear.
 const STEPS: usize = 6;
@@ -40,7 +41,7 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
             fewer_orders(setting, state, series)?;
         }
     }
-    if member.candidate.id == "direction-asymmetry" {
+    if member.candidate.id == EffectId::DirectionAsymmetry {
         for number in 0..member.numbers.len() {
             let mut point = state.fitted.point.clone();
             let Some(of) = point.hypothesis.members.get_mut(index) else { continue };

@@ -2,7 +2,6 @@
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
-use crate::extend::candidate::Candidate;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
 use crate::fit::loss::Loss;
@@ -14,6 +13,7 @@ use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::name::twins::are_twins;
 use crate::numerics::gram::HeldOut;
 use crate::workers::map;
+use valve_model::EffectId;
 
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
@@ -31,7 +31,7 @@ const DISAGREE: f64 = 1.5;
 /// A candidate fitted.
 #[derive(Debug, Clone)]
 pub(crate) struct Rival {
-    pub candidate: usize,
+    pub id: EffectId,
     pub fitted: Fitted,
     pub held_out: HeldOut,
     /// Held-out RMS in parts of the noise.
@@ -41,7 +41,6 @@ pub(crate) struct Rival {
 /// Fits the best of the screening.
 pub(crate) fn fit_rivals(
     setting: &Setting<'_>,
-    candidates: &[Candidate],
     screened: &[Screened],
     state: &Selection,
 ) -> Result<Vec<Rival>, DiagnosisError> {
@@ -52,11 +51,11 @@ pub(crate) fn fit_rivals(
         return Ok(rivals);
     }
     let torque = setting.campaign.facts.is_torque();
-    let leader = screened.first().and_then(|best| candidates.get(best.candidate)).map_or("", |best| best.id);
+    let leader = screened.first().map(|best| best.member.candidate.id);
     let mut taken = 0;
     for screened in screened {
-        let id = candidates.get(screened.candidate).map_or("", |candidate| candidate.id);
-        let twin = are_twins(id, leader, torque);
+        let id = screened.member.candidate.id;
+        let twin = leader.is_some_and(|leader| are_twins(id, leader, torque));
         let promising = screened.gain > least.max(0.25 * most) && taken < SHORT_LIST;
         if !(promising || twin && screened.gain > 0.1 * most) {
             continue;
@@ -93,7 +92,7 @@ pub(crate) fn fit_rival(
         tried = tried.searched(setting, last)?;
     }
     let Tried { fitted, held_out, rms } = tried;
-    Ok(Rival { candidate: screened.candidate, fitted, held_out, rms })
+    Ok(Rival { id, fitted, held_out, rms })
 }
 
 /// Numbers that a rival's fit moves.

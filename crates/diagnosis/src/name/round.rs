@@ -3,7 +3,6 @@
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
-use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::is_confounded;
 use crate::fit::equations::Setting;
 use crate::fit::loss::Loss;
@@ -12,6 +11,7 @@ use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
 use crate::name::threshold::{cut_of_squares, cuts};
 use crate::name::twins::missing;
+use valve_model::EffectId;
 
 /// A twin that these data can't tell apart is reported beside a cause where it explains this part of what that one does.
 const SIMILAR: f64 = 0.3;
@@ -21,16 +21,14 @@ const WORTH: f64 = 0.05;
 /// Fits the best of the screening through the model and takes the one that is best on what it was not fitted on.
 pub(crate) fn next_cause(
     setting: &Setting<'_>,
-    candidates: &[Candidate],
     screened: &[Screened],
     state: &mut Selection,
 ) -> Result<bool, DiagnosisError> {
-    let mut rivals = fit_rivals(setting, candidates, screened, state)?;
+    let mut rivals = fit_rivals(setting, screened, state)?;
     rivals.sort_by(|a, b| a.rms.total_cmp(&b.rms));
-    let name = |rival: &Rival| candidates.get(rival.candidate).map_or("", |candidate| candidate.id);
     let mut round = Round {
         rms_before: state.rms,
-        rivals: rivals.iter().map(|rival| (name(rival), rival.rms)).collect(),
+        rivals: rivals.iter().map(|rival| (rival.id, rival.rms)).collect(),
         equals: Vec::new(),
         accepted: None,
     };
@@ -38,30 +36,29 @@ pub(crate) fn next_cause(
     let chosen = rivals.first().and_then(|best| {
         let equal = |rival: &&Rival| as_good(best, rival);
         // Of equals the one with the fewest numbers, and of those one that could be tested by itself.
-        let order = |rival: &Rival| (numbers(rival), is_confounded(name(rival), facts));
+        let order = |rival: &Rival| (numbers(rival), is_confounded(rival.id, facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let pays =
-        |rival: &&Rival| cuts(state, (name(rival), rival.rms, &rival.held_out), 1.0, Loss::of(setting));
+    let pays = |rival: &&Rival| cuts(state, (rival.id, rival.rms, &rival.held_out), 1.0, Loss::of(setting));
     let paying = chosen.filter(pays).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);
         return Ok(false);
     };
-    let equals = look_alikes(setting, candidates, screened, state, (&chosen, &mut rivals))?;
+    let equals = look_alikes(setting, screened, state, (&chosen, &mut rivals))?;
     let chosen = &chosen;
     round.equals.clone_from(&equals);
-    round.accepted = Some(name(chosen));
-    for rival in rivals.iter().filter(|rival| equals.contains(&name(rival))) {
+    round.accepted = Some(chosen.id);
+    for rival in rivals.iter().filter(|rival| equals.contains(&rival.id)) {
         let angle = angle_between(setting, &state.fitted.point, &chosen.fitted.point, &rival.fitted.point)?;
-        state.angles.push((name(chosen), name(rival), angle));
+        state.angles.push((chosen.id, rival.id, angle));
     }
     if !equals.is_empty() {
-        state.ambiguous.push((name(chosen), equals));
+        state.ambiguous.push((chosen.id, equals));
     }
     let mut forms = state.forms;
     let cut = state.rms.powi(2) - chosen.rms.powi(2);
-    forms.add(name(chosen), cut, cut_of_squares(state, &chosen.held_out));
+    forms.add(chosen.id, cut, cut_of_squares(state, &chosen.held_out));
     state.forms = forms;
     state.fitted = chosen.fitted.clone();
     state.held_out = chosen.held_out.clone();
@@ -74,29 +71,27 @@ pub(crate) fn next_cause(
 /// fitted yet are.
 fn look_alikes(
     setting: &Setting<'_>,
-    candidates: &[Candidate],
     screened: &[Screened],
     state: &Selection,
     (chosen, rivals): (&Rival, &mut Vec<Rival>),
-) -> Result<Vec<&'static str>, DiagnosisError> {
+) -> Result<Vec<EffectId>, DiagnosisError> {
     let facts = &setting.campaign.facts;
-    let name = |index: usize| candidates.get(index).map_or("", |candidate| candidate.id);
     let explained = |rival: &Rival| state.rms.powi(2) - rival.rms.powi(2);
     let as_well = |rival: &Rival| as_good(chosen, rival) && numbers(rival) <= numbers(chosen);
-    let mut group = vec![name(chosen.candidate)];
-    let as_good_ones = rivals.iter().filter(|rival| as_well(rival)).map(|rival| name(rival.candidate));
-    group.extend(as_good_ones.filter(|id| *id != name(chosen.candidate)));
+    let mut group = vec![chosen.id];
+    let as_good_ones = rivals.iter().filter(|rival| as_well(rival)).map(|rival| rival.id);
+    group.extend(as_good_ones.filter(|id| *id != chosen.id));
     let most = screened.first().map_or(0.0, |best| best.gain);
     let begun = group.clone();
-    let lacking = |id: &str| begun.iter().any(|other| missing(other, id, facts).is_some());
-    for screened in screened.iter().filter(|of| lacking(name(of.candidate))) {
-        let fitted = rivals.iter().any(|rival| rival.candidate == screened.candidate);
+    let lacking = |id: EffectId| begun.iter().any(|other| missing(*other, id, facts).is_some());
+    for screened in screened.iter().filter(|of| lacking(of.member.candidate.id)) {
+        let fitted = rivals.iter().any(|rival| rival.id == screened.member.candidate.id);
         if !fitted && screened.gain > WORTH * most {
             rivals.extend(if_possible(fit_rival(setting, screened, state, chosen.rms))?);
         }
     }
-    for rival in rivals.iter().filter(|rival| lacking(name(rival.candidate))) {
-        let id = name(rival.candidate);
+    for rival in rivals.iter().filter(|rival| lacking(rival.id)) {
+        let id = rival.id;
         if !group.contains(&id) && explained(rival) > SIMILAR * explained(chosen) {
             group.push(id);
         }

@@ -10,6 +10,7 @@ use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
 use nalgebra::DVector;
+use valve_model::EffectId;
 
 /// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
 pub(crate) const ORDER_FLOOR: f64 = 0.004;
@@ -33,7 +34,6 @@ const LOOKED_AT: [usize; 2] = [0, 2];
 /// A candidate as the screening sees it.
 #[derive(Debug, Clone)]
 pub(crate) struct Screened {
-    pub candidate: usize,
     /// Cut of the held-out RMS, in parts of the noise, linearised.
     pub gain: f64,
     pub member: Member,
@@ -49,8 +49,8 @@ pub(crate) struct Screening<'a> {
 
 impl Screening<'_> {
     /// Names and gains, best first.
-    pub fn ranking(&self, candidates: &[Candidate]) -> Vec<(&'static str, f64)> {
-        self.ranked.iter().filter_map(|of| candidates.get(of.candidate).map(|c| (c.id, of.gain))).collect()
+    pub fn ranking(&self) -> Vec<(EffectId, f64)> {
+        self.ranked.iter().map(|of| (of.member.candidate.id, of.gain)).collect()
     }
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn screen<'a>(
         } else {
             screen_plain(candidate, &probes, &tally)
         };
-        ranked.extend(screened.map(|(gain, member)| Screened { candidate: index, gain, member }));
+        ranked.extend(screened.map(|(gain, member)| Screened { gain, member }));
     }
     ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Ok(Screening { ranked, tally, places })

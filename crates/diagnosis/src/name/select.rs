@@ -19,12 +19,13 @@ use crate::name::threshold::leaves_much_to_pick;
 use crate::name::tried::{Tried, judge};
 use crate::show::residual::left;
 use crate::show::whiteness::is_white;
+use valve_model::EffectId;
 
 /// Causes at most.
 const MOST: usize = 6;
 
 /// Who is told a ranking: the effects, and how well each explains the residual.
-pub(crate) type Tell<'a> = dyn FnMut(&[(&'static str, f64)]) + 'a;
+pub(crate) type Tell<'a> = dyn FnMut(&[(EffectId, f64)]) + 'a;
 
 /// Looks for causes from `begin` on; those of `earlier` are in at first, and stay as far as they pay.
 pub(crate) fn select(
@@ -42,7 +43,7 @@ pub(crate) fn select(
         return Ok(state);
     }
     let first = screen(setting, candidates, &state.fitted)?;
-    state.first_ranking = first.ranking(candidates);
+    state.first_ranking = first.ranking();
     tell(&state.first_ranking);
     let begun = state.clone();
     grow(setting, candidates, &first, &mut state)?;
@@ -85,7 +86,7 @@ fn grow(
     first: &Screening<'_>,
     state: &mut Selection,
 ) -> Result<(), DiagnosisError> {
-    if next_cause(setting, candidates, &first.ranked, state)? {
+    if next_cause(setting, &first.ranked, state)? {
         settle(setting, candidates, state)?;
         grow_on(setting, candidates, state)?;
     }
@@ -105,7 +106,7 @@ fn grow_on(
         }
         let screening = screen(setting, candidates, &state.fitted)?;
         let before = state.fitted.point.hypothesis.members.len();
-        if !next_cause(setting, candidates, &screening.ranked, state)? {
+        if !next_cause(setting, &screening.ranked, state)? {
             break;
         }
         settle(setting, candidates, state)?;

@@ -5,6 +5,7 @@ use crate::fit::loss::Loss;
 use crate::name::forms::Forms;
 use crate::name::tried::Tried;
 use crate::numerics::gram::HeldOut;
+use valve_model::EffectId;
 
 /// What came out.
 #[derive(Debug, Clone)]
@@ -18,12 +19,12 @@ pub(crate) struct Selection {
     pub forms: Forms,
     pub rounds: Vec<Round>,
     /// Groups of names of which one is needed; its representative is a member of the hypothesis.
-    pub ambiguous: Vec<(&'static str, Vec<&'static str>)>,
+    pub ambiguous: Vec<(EffectId, Vec<EffectId>)>,
     /// For each pair of names that can't be told apart, the angle between what they change, degrees.
-    pub angles: Vec<(&'static str, &'static str, f64)>,
+    pub angles: Vec<(EffectId, EffectId, f64)>,
     /// Gains of the first screening, best first.
-    pub first_ranking: Vec<(&'static str, f64)>,
-    pub dropped: Vec<(&'static str, String)>,
+    pub first_ranking: Vec<(EffectId, f64)>,
+    pub dropped: Vec<(EffectId, String)>,
 }
 
 impl Selection {
@@ -35,7 +36,7 @@ impl Selection {
     /// A cause that pays beside another can't stand for it, though by itself it did as much.
     pub fn tell_members_apart(&mut self) {
         let hypothesis = &self.fitted.point.hypothesis;
-        self.ambiguous.iter_mut().for_each(|(_, others)| others.retain(|id| !hypothesis.has(id)));
+        self.ambiguous.iter_mut().for_each(|(_, others)| others.retain(|id| !hypothesis.has(*id)));
         self.ambiguous.retain(|(_, others)| !others.is_empty());
     }
 
@@ -63,8 +64,8 @@ impl Selection {
 pub(crate) struct Round {
     pub rms_before: f64,
     /// Name and held-out RMS of every rival that was fitted, best first.
-    pub rivals: Vec<(&'static str, f64)>,
+    pub rivals: Vec<(EffectId, f64)>,
     /// The names that can't be told apart from the best; empty where it stands alone.
-    pub equals: Vec<&'static str>,
-    pub accepted: Option<&'static str>,
+    pub equals: Vec<EffectId>,
+    pub accepted: Option<EffectId>,
 }

@@ -7,10 +7,12 @@ use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Point, Setting};
 use crate::name::selection::Selection;
 use crate::name::tried::{EQUAL, Tried};
+use valve_model::EffectId;
 
 /// A cause, and the one with fewer numbers that it becomes at a limit: wear over no distance, a rest of no time. While
 /// another cause is still missing, the number that the simpler one doesn't have picks up some of that.
-const LIMITS: [(&str, &str); 2] = [("wear-drift", "coulomb-level"), ("dwell-stiction", "static-level")];
+const LIMITS: [(EffectId, EffectId); 2] =
+    [(EffectId::WearDrift, EffectId::CoulombLevel), (EffectId::DwellStiction, EffectId::StaticLevel)];
 
 /// Replaces causes by their limits where these are as good on what they were not fitted on.
 pub(crate) fn simplify(

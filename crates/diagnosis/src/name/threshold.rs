@@ -4,6 +4,7 @@ use crate::fit::loss::Loss;
 use crate::name::forms::LOOSE;
 use crate::name::selection::Selection;
 use crate::numerics::gram::HeldOut;
+use valve_model::EffectId;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.
 pub(crate) const FLOOR: f64 = 0.01;
@@ -14,7 +15,7 @@ pub(crate) const SHARE: f64 = 0.02;
 const LEFT_BY_LOOSE: f64 = 0.1;
 const LEFT_BY_LOOSE_IN_ANGLES: f64 = 0.3;
 /// ... and to causes that bend what it bends itself, as the elements' own stiffness would.
-const BENDS_AS_LOOSE: [&str; 2] = ["bristle-stiffness", "coupling-compliance"];
+const BENDS_AS_LOOSE: [EffectId; 2] = [EffectId::BristleStiffness, EffectId::CouplingCompliance];
 const LEFT_TO_SUCH: f64 = 0.3;
 /// In an angle log a further cause beside it must explain so much of what is left beyond noise.
 const LEAST_BESIDE_LOOSE: f64 = 0.5;
@@ -34,7 +35,7 @@ pub(crate) fn cut_of_squares(state: &Selection, held_out: &HeldOut) -> f64 {
 /// than the forms of those that are in leave.
 pub(crate) fn cuts(
     state: &Selection,
-    (id, rms, held_out): (&str, f64, &HeldOut),
+    (id, rms, held_out): (EffectId, f64, &HeldOut),
     part: f64,
     loss: Loss,
 ) -> bool {
@@ -52,7 +53,7 @@ pub(crate) fn least_cut(state: &Selection, loss: Loss) -> f64 {
 }
 
 /// ... and the plain squares; logarithms hide how little a third cause or a further one, or one beside a loose form, cuts.
-fn least_cut_of_squares(state: &Selection, id: &str, loss: Loss) -> f64 {
+fn least_cut_of_squares(state: &Selection, id: EffectId, loss: Loss) -> f64 {
     let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.open > 0.0;
     let of_many = if many { SHARE * state.explained() } else { f64::NEG_INFINITY };
     let left = match loss {

@@ -1,6 +1,7 @@
 //! Causes that look alike: which ones, what data tell them apart, and whether a log holds those.
 
 use crate::log::facts::Facts;
+use valve_model::EffectId;
 
 /// Swings within the bristles' reach from which on presliding shows.
 const SWINGS: usize = 12;
@@ -62,41 +63,41 @@ impl Apart {
 }
 
 /// Names, and data any of which tell them apart.
-type Twins = (&'static [&'static str], &'static [Apart]);
+type Twins = (&'static [EffectId], &'static [Apart]);
 
 const TORQUE: [Twins; 11] = [
-    (&["direction-asymmetry", "torque-offset"], &[Apart::Presliding]),
-    (&["coupling-compliance", "bristle-stiffness"], &[Apart::Ringing]),
-    (&["flow-torque", "position-torque"], &[Apart::TwoPressures]),
-    (&["pressure-torque", "torque-offset"], &[Apart::TwoPressures]),
-    (&["pressure-torque", "direction-asymmetry"], &[Apart::TwoPressures, Apart::Presliding]),
-    (&["pressure-dependent-friction", "coulomb-level"], &[Apart::TwoPressures]),
-    (&["dwell-stiction", "hydraulic-lock"], &[Apart::TwoPressures]),
-    (&["wear-drift", "temperature-dependent-friction"], &[Apart::TemperatureOutOfOrder]),
-    (&["wear-drift", "pressure-dependent-friction"], &[Apart::PressureOutOfOrder]),
-    (&["load-inertia", "sensor-delay", "friction-lag"], &[Apart::ThreeFrequencies]),
-    (&["temperature-dependent-viscosity", "viscous-level"], &[Apart::TwoTemperatures]),
+    (&[EffectId::DirectionAsymmetry, EffectId::TorqueOffset], &[Apart::Presliding]),
+    (&[EffectId::CouplingCompliance, EffectId::BristleStiffness], &[Apart::Ringing]),
+    (&[EffectId::FlowTorque, EffectId::PositionTorque], &[Apart::TwoPressures]),
+    (&[EffectId::PressureTorque, EffectId::TorqueOffset], &[Apart::TwoPressures]),
+    (&[EffectId::PressureTorque, EffectId::DirectionAsymmetry], &[Apart::TwoPressures, Apart::Presliding]),
+    (&[EffectId::PressureDependentFriction, EffectId::CoulombLevel], &[Apart::TwoPressures]),
+    (&[EffectId::DwellStiction, EffectId::HydraulicLock], &[Apart::TwoPressures]),
+    (&[EffectId::WearDrift, EffectId::TemperatureDependentFriction], &[Apart::TemperatureOutOfOrder]),
+    (&[EffectId::WearDrift, EffectId::PressureDependentFriction], &[Apart::PressureOutOfOrder]),
+    (&[EffectId::LoadInertia, EffectId::SensorDelay, EffectId::FrictionLag], &[Apart::ThreeFrequencies]),
+    (&[EffectId::TemperatureDependentViscosity, EffectId::ViscousLevel], &[Apart::TwoTemperatures]),
 ];
 const ANGLE: [Twins; 10] = [
-    (&["encoder-eccentricity", "position-torque", "flow-torque"], &[Apart::Turns]),
-    (&["viscous-level", "sensor-delay"], &[Apart::NearResonance]),
-    (&["coulomb-level", "backlash"], &[Apart::Presliding]),
-    (&["coulomb-level", "holding-torque-level"], &[Apart::NearResonance]),
-    (&["backlash", "holding-torque-level"], &[Apart::Presliding]),
-    (&["pressure-dependent-friction", "coulomb-level"], &[Apart::TwoPressures]),
-    (&["flow-torque", "position-torque"], &[Apart::TwoPressures]),
-    (&["dwell-stiction", "hydraulic-lock"], &[Apart::TwoPressures]),
-    (&["wear-drift", "temperature-dependent-friction"], &[Apart::TemperatureOutOfOrder]),
-    (&["wear-drift", "pressure-dependent-friction"], &[Apart::PressureOutOfOrder]),
+    (&[EffectId::EncoderEccentricity, EffectId::PositionTorque, EffectId::FlowTorque], &[Apart::Turns]),
+    (&[EffectId::ViscousLevel, EffectId::SensorDelay], &[Apart::NearResonance]),
+    (&[EffectId::CoulombLevel, EffectId::Backlash], &[Apart::Presliding]),
+    (&[EffectId::CoulombLevel, EffectId::HoldingTorqueLevel], &[Apart::NearResonance]),
+    (&[EffectId::Backlash, EffectId::HoldingTorqueLevel], &[Apart::Presliding]),
+    (&[EffectId::PressureDependentFriction, EffectId::CoulombLevel], &[Apart::TwoPressures]),
+    (&[EffectId::FlowTorque, EffectId::PositionTorque], &[Apart::TwoPressures]),
+    (&[EffectId::DwellStiction, EffectId::HydraulicLock], &[Apart::TwoPressures]),
+    (&[EffectId::WearDrift, EffectId::TemperatureDependentFriction], &[Apart::TemperatureOutOfOrder]),
+    (&[EffectId::WearDrift, EffectId::PressureDependentFriction], &[Apart::PressureOutOfOrder]),
 ];
 
 /// Whether two causes look alike on logs of this kind unless the data hold what tells them apart.
-pub(crate) fn are_twins(a: &str, b: &str, torque: bool) -> bool {
+pub(crate) fn are_twins(a: EffectId, b: EffectId, torque: bool) -> bool {
     lists(torque).iter().any(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b))
 }
 
 /// What these data lack to tell two causes apart; `None` where they hold something that does.
-pub(crate) fn missing(a: &str, b: &str, facts: &Facts) -> Option<&'static str> {
+pub(crate) fn missing(a: EffectId, b: EffectId, facts: &Facts) -> Option<&'static str> {
     let pairs = lists(facts.is_torque()).iter();
     let mut own = pairs.filter(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b));
     let lacking = own.find(|(_, apart)| !apart.iter().any(|apart| apart.is_in(facts)))?;

@@ -7,9 +7,11 @@ use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::show::residual::Left;
 use nalgebra::{Matrix3, Vector3};
+use valve_model::EffectId;
 
 /// Series over the spool's angle.
-const OVER_THE_ANGLE: [&str; 3] = ["position-torque", "flow-torque", "angle-dependent-friction"];
+const OVER_THE_ANGLE: [EffectId; 3] =
+    [EffectId::PositionTorque, EffectId::FlowTorque, EffectId::AngleDependentFriction];
 /// One sine of any order is a gear's where it leaves no more than this part of the series' variance beyond what the series
 /// leaves, and the best of whole order so many times as much, and that part at least.
 const LEFT: f64 = 0.04;
@@ -33,7 +35,7 @@ struct Sample {
 }
 
 /// Whether an effect is a series over the spool's angle, which beside a gear picks from what that one leaves.
-pub(crate) fn is_over_the_angle(id: &str) -> bool {
+pub(crate) fn is_over_the_angle(id: EffectId) -> bool {
     OVER_THE_ANGLE.contains(&id)
 }
 
@@ -68,7 +70,7 @@ fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
 
 fn samples(campaign: &Campaign, member: &Member, left: &[Left]) -> Vec<Sample> {
     let count: usize = campaign.pieces.iter().map(Piece::len).sum();
-    let is_torque = campaign.facts.is_torque() && member.candidate.id == "position-torque";
+    let is_torque = campaign.facts.is_torque() && member.candidate.id == EffectId::PositionTorque;
     let of_piece = |(piece, left): (&Piece, &Left)| -> Vec<Sample> {
         let residuals = left.residual.iter().zip(&piece.weights).enumerate();
         residuals

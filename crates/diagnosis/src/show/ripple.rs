@@ -5,6 +5,7 @@ use crate::log::campaign::Campaign;
 use crate::outcome::Cause;
 use crate::show::residual::Left;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use valve_model::EffectId;
 
 /// Speeds, with their direction, that are told apart; and the periods of the ripple that each has to hold.
 const SPEEDS: usize = 6;
@@ -33,7 +34,7 @@ struct Phase {
 /// A sentence on the phase of `position-torque`, order by order the greatest alone; `None` of other causes, or where too
 /// few speeds show it.
 pub(crate) fn phase(campaign: &Campaign, cause: &Cause, after: &[Left]) -> Option<String> {
-    if cause.id != "position-torque" || !campaign.facts.is_torque() {
+    if cause.id != EffectId::PositionTorque || !campaign.facts.is_torque() {
         return None;
     }
     let of = |key: &str, order: usize| {

@@ -43,7 +43,7 @@ fn alternatives(found: &Found, given: &Model) -> String {
         let alone = Model { effects: vec![effect.clone()], ..given.clone() };
         let written = write_model(&alone, &ModelComments::new());
         let Some((_, entry)) = written.split_once("[[effect]]\n") else { continue };
-        let others: Vec<&str> = group.ids.iter().map(String::as_str).filter(|id| *id != best.id).collect();
+        let others: Vec<&str> = group.ids.iter().filter(|id| **id != best.id).map(|id| id.name()).collect();
         let mut lines = vec![
             format!(
                 "These data can't tell {} from {}, which fitted best: {}.",
@@ -87,27 +87,13 @@ fn known(parameters: &Parameters) -> Vec<String> {
 fn corrected(causes: &[Cause]) -> Vec<(&'static str, String)> {
     let of = |section: &'static str| {
         let own = causes.iter().filter_map(|cause| {
-            let (place, what) = place(&cause.id)?;
-            (place == section).then(|| format!("{}: {what} corrected. {}", cause.id, about(cause)))
+            let number = cause.id.spec().folded_into.filter(|number| number.section == section)?;
+            Some(format!("{}: {} corrected. {}", cause.id, number.keys, about(cause)))
         });
         let text = own.collect::<Vec<_>>().join("\n");
         (!text.is_empty()).then_some((section, text))
     };
     ["motor", "load", "friction"].into_iter().filter_map(of).collect()
-}
-
-/// The section that a factor is folded into, and the numbers there.
-fn place(id: &str) -> Option<(&'static str, &'static str)> {
-    Some(match id {
-        "coulomb-level" => ("friction", "coulomb_torque_nm and static_torque_nm"),
-        "static-level" => ("friction", "static_torque_nm"),
-        "viscous-level" => ("friction", "viscous_nm_s_per_rad"),
-        "stribeck-velocity" => ("friction", "stribeck_velocity_rad_per_s"),
-        "bristle-stiffness" => ("friction", "bristle_stiffness_nm_per_rad"),
-        "load-inertia" => ("load", "inertia_kg_m2"),
-        "holding-torque-level" => ("motor", "holding_torque_nm"),
-        _ => return None,
-    })
 }
 
 fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {
@@ -134,7 +120,7 @@ fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {
 
 /// Whether anything was found that is no factor on a section's number.
 fn causes_are_effects(found: &Found) -> bool {
-    found.diagnosis.causes.iter().any(|cause| place(&cause.id).is_none())
+    found.diagnosis.causes.iter().any(|cause| cause.id.spec().folded_into.is_none())
 }
 
 fn about(cause: &Cause) -> String {

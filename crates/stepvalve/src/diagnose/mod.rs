@@ -101,7 +101,8 @@ fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
         say(format_args!("  {}: {}", cause.id, words::numbers(&cause.parameters)));
     }
     for group in &diagnosis.ambiguous {
-        say(format_args!("  can't be told apart: {}", group.ids.join(", ")));
+        let names: Vec<&str> = group.ids.iter().map(|id| id.name()).collect();
+        say(format_args!("  can't be told apart: {}", names.join(", ")));
         if let Some(best) = &group.best {
             say(format_args!("  fitted best: {}: {}", best.id, words::numbers(&best.parameters)));
         }

@@ -4,6 +4,7 @@ use super::words::{headline, short, unit};
 use diagnosis::{Cause, Dependence, Evidence, Found, Judged, Shown, Verdict};
 use log_data::{Channel, Log};
 use report::{Axis, Block, Page, Section, Style, Table, XyPlot, XySeries};
+use valve_model::EffectId;
 
 /// Runs that are shown over time.
 const RUNS: usize = 4;
@@ -202,8 +203,8 @@ const OF_NO_USE: f64 = 0.01;
 
 fn ranking(found: &Found) -> Section {
     let mut rows = Vec::new();
-    let mut row = |id: &str, judgement: &str, speaks_for: String, against: String| {
-        rows.push(vec![id.to_owned(), judgement.to_owned(), screened(found, id), speaks_for, against]);
+    let mut row = |id: EffectId, judgement: &str, speaks_for: String, against: String| {
+        rows.push(vec![id.to_string(), judgement.to_owned(), screened(found, id), speaks_for, against]);
     };
     for cause in &found.diagnosis.causes {
         let mut speaks_for = format!(
@@ -216,12 +217,12 @@ fn ranking(found: &Found) -> Section {
                 speaks_for.push_str(&format!("; {text}"));
             }
         }
-        row(&cause.id, "accepted", speaks_for, "nothing that was tested".to_owned());
+        row(cause.id, "accepted", speaks_for, "nothing that was tested".to_owned());
     }
     for group in &found.diagnosis.ambiguous {
         for id in &group.ids {
             row(
-                id,
+                *id,
                 "can't be told apart",
                 match group.best.as_ref().filter(|best| best.id == *id) {
                     None => "explains it".to_owned(),
@@ -233,16 +234,16 @@ fn ranking(found: &Found) -> Section {
             );
         }
     }
-    let alone = |id: &str| alone(found, id).unwrap_or(0.0);
+    let alone = |id: EffectId| alone(found, id).unwrap_or(0.0);
     let (mut some, none): (Vec<&Judged>, Vec<&Judged>) =
-        found.diagnosis.rejected.iter().partition(|judged| alone(&judged.id) > OF_NO_USE);
-    some.sort_by(|a, b| alone(&b.id).total_cmp(&alone(&a.id)));
+        found.diagnosis.rejected.iter().partition(|judged| alone(judged.id) > OF_NO_USE);
+    some.sort_by(|a, b| alone(b.id).total_cmp(&alone(a.id)));
     for judged in some {
-        row(&judged.id, "not it", "alone it would explain some".to_owned(), judged.reason.clone());
+        row(judged.id, "not it", "alone it would explain some".to_owned(), judged.reason.clone());
     }
     let mut section = causes_table(rows, found.channel);
     if !none.is_empty() {
-        let names: Vec<&str> = none.iter().map(|judged| judged.id.as_str()).collect();
+        let names: Vec<&str> = none.iter().map(|judged| judged.id.name()).collect();
         section = section.with(Block::Text(format!(
             "Tested too, and of no use (of the wrong sign, or less than a hundredth of the noise): {}.",
             names.join(", ")
@@ -271,12 +272,12 @@ fn causes_table(rows: Vec<Vec<String>>, channel: Channel) -> Section {
         .with(Block::Table(Table { header: header.map(str::to_owned).to_vec(), rows }))
 }
 
-fn screened(found: &Found, id: &str) -> String {
+fn screened(found: &Found, id: EffectId) -> String {
     alone(found, id).map_or_else(|| "–".to_owned(), |gain| format!("{:.3}", gain.max(0.0)))
 }
 
 /// By how much a cause alone would cut the error, in parts of the noise; `None` where it was not screened.
-fn alone(found: &Found, id: &str) -> Option<f64> {
+fn alone(found: &Found, id: EffectId) -> Option<f64> {
     found.ranking.iter().find(|(other, _)| *other == id).map(|(_, gain)| *gain)
 }
 
@@ -286,7 +287,7 @@ fn parameters(found: &Found) -> Section {
         for (key, of) in &cause.parameters {
             let unit = if of.unit == "1" { "" } else { of.unit.as_str() };
             let within = format!("{} to {} {unit}", short(of.ci95[0]), short(of.ci95[1]));
-            rows.push(vec![cause.id.clone(), key.clone(), format!("{} {unit}", short(of.value)), within]);
+            rows.push(vec![cause.id.to_string(), key.clone(), format!("{} {unit}", short(of.value)), within]);
         }
     }
     let section = Section::new("Parameters");
@@ -345,7 +346,7 @@ fn judged(heading: &str, text: &str, list: &[Judged]) -> Section {
     if list.is_empty() {
         return section.with(Block::Text("Nothing.".to_owned()));
     }
-    let rows = list.iter().map(|of| vec![of.id.clone(), of.reason.clone()]).collect();
+    let rows = list.iter().map(|of| vec![of.id.to_string(), of.reason.clone()]).collect();
     let header = ["cause", "why"].map(str::to_owned).to_vec();
     section.with(Block::Text(text.to_owned())).with(Block::Table(Table { header, rows }))
 }

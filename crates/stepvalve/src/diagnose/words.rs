@@ -2,6 +2,7 @@
 
 use diagnosis::{BestOfGroup, Cause, Found, ParameterFound, Parameters, Verdict};
 use log_data::Channel;
+use valve_model::EffectId;
 
 /// An error of so many times the noise is more than that.
 const LOUDER: f64 = 1.1;
@@ -19,11 +20,7 @@ pub fn headline(found: &Found) -> String {
         short(gain.rms_after)
     );
     let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
-    let groups: Vec<String> = diagnosis
-        .ambiguous
-        .iter()
-        .map(|group| names(&group.ids.iter().map(String::as_str).collect::<Vec<_>>()))
-        .collect();
+    let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
     match diagnosis.verdict {
         Verdict::NoDiscrepancy => {
             format!(
@@ -57,7 +54,7 @@ pub fn headline(found: &Found) -> String {
             let best: Vec<&BestOfGroup> =
                 diagnosis.ambiguous.iter().filter_map(|group| group.best.as_ref()).collect();
             if let Some(first) = best.first() {
-                let ids: Vec<&str> = best.iter().map(|best| best.id.as_str()).collect();
+                let ids: Vec<EffectId> = best.iter().map(|best| best.id).collect();
                 says.push_str(&format!(
                     " With what fitted best ({}) the error on runs not used for fitting would fall from {} to {} {unit}.",
                     names(&ids),
@@ -120,12 +117,20 @@ pub fn numbers(parameters: &Parameters) -> String {
 }
 
 /// "a, b and c"
-pub fn names(ids: &[&str]) -> String {
-    match ids {
+pub fn names(ids: &[EffectId]) -> String {
+    let names: Vec<&str> = ids.iter().map(|id| id.name()).collect();
+    match names.as_slice() {
         [] => String::new(),
         [one] => (*one).to_owned(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
+}
+
+/// The words with their first letter as a capital one.
+fn with_capital(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
+    first + letters.as_str()
 }
 
 /// A cause in words.
@@ -136,77 +141,77 @@ pub fn sentence(cause: &Cause) -> String {
         format!("{} % {}", short(off.abs()), if off < 0.0 { "below" } else { "above" })
     };
     let size = amplitude(cause);
-    match cause.id.as_str() {
-        "coulomb-level" => format!("The rig's friction is {} the model's", percent("factor")),
-        "static-level" => format!("The rig's static friction is {} the model's", percent("factor")),
-        "viscous-level" => format!("The rig's viscous friction is {} the model's", percent("factor")),
-        "stribeck-velocity" => {
-            format!("The speed at which the rig's friction falls is {} the model's", percent("factor"))
+    match cause.id {
+        EffectId::CoulombLevel
+        | EffectId::StaticLevel
+        | EffectId::ViscousLevel
+        | EffectId::StribeckVelocity
+        | EffectId::BristleStiffness
+        | EffectId::LoadInertia
+        | EffectId::HoldingTorqueLevel => {
+            let number = cause.id.spec().folded_into.map_or(cause.id.name(), |number| number.label);
+            format!("{} is {} the model's", with_capital(number), percent("factor"))
         }
-        "bristle-stiffness" => {
-            format!("The rig's stiffness before it slides is {} the model's", percent("factor"))
-        }
-        "load-inertia" => format!("The rig's load inertia is {} the model's", percent("factor")),
-        "holding-torque-level" => format!("The motor's holding torque is {} the model's", percent("factor")),
-        "torque-gain" => format!("The torque channel reads {} the true torque", percent("factor")),
-        "pressure-dependent-friction" => {
+        EffectId::TorqueGain => format!("The torque channel reads {} the true torque", percent("factor")),
+        EffectId::PressureDependentFriction => {
             format!("The rig's friction rises {} % per MPa of pressure drop", short(100.0 * value("gain")))
         }
-        "temperature-dependent-viscosity" => {
+        EffectId::TemperatureDependentViscosity => {
             format!("The rig's viscous friction falls {} % per kelvin", short(100.0 * value("beta_per_k")))
         }
-        "temperature-dependent-friction" => {
+        EffectId::TemperatureDependentFriction => {
             format!("The rig's friction changes by {} % per kelvin", short(100.0 * value("beta_per_k")))
         }
-        "angle-dependent-friction" => {
+        EffectId::AngleDependentFriction => {
             format!("The rig's friction varies with the angle by up to {} %", short(100.0 * size))
         }
-        "direction-asymmetry" => direction(cause),
-        "dwell-stiction" => {
+        EffectId::DirectionAsymmetry => direction(cause),
+        EffectId::DwellStiction => {
             format!("The rig's static friction grows by {} % while it rests", short(100.0 * value("gain")))
         }
-        "hydraulic-lock" => {
+        EffectId::HydraulicLock => {
             format!(
                 "The rig's friction grows while it rests under pressure, by {} % per MPa",
                 short(100.0 * value("gain"))
             )
         }
-        "friction-lag" => {
+        EffectId::FrictionLag => {
             format!("The rig's friction follows the speed {} ms late", short(1e3 * value("time_constant_s")))
         }
-        "presliding-hysteresis" => "Before it slides the rig has hysteresis with a memory".to_owned(),
-        "wear-drift" => format!(
+        EffectId::PreslidingHysteresis => "Before it slides the rig has hysteresis with a memory".to_owned(),
+        EffectId::WearDrift => format!(
             "The rig's friction changes with the distance travelled, by {} % in the end",
             short(100.0 * value("gain"))
         ),
-        "flow-torque" => format!("The flow turns the rig's spool with up to {} N·m per MPa", short(size)),
-        "pressure-torque" => {
+        EffectId::FlowTorque => {
+            format!("The flow turns the rig's spool with up to {} N·m per MPa", short(size))
+        }
+        EffectId::PressureTorque => {
             format!("Pressure loads the rig's spool with {} N·m per MPa", short(value("gain")))
         }
-        "position-torque" => {
+        EffectId::PositionTorque => {
             format!("A torque that depends on the angle loads the rig's spool, up to {} N·m", short(size))
         }
-        "coupling-compliance" => {
+        EffectId::CouplingCompliance => {
             format!("The rig's coupling gives, {} N·m per rad", short(value("stiffness_nm_per_rad")))
         }
-        "detent-torque" => format!("The motor has a detent torque of {} N·m", short(size)),
-        "microstep-error" => format!("The motor's micro-steps are off by up to {} rad", short(size)),
-        "backlash" => {
+        EffectId::DetentTorque => format!("The motor has a detent torque of {} N·m", short(size)),
+        EffectId::MicrostepError => format!("The motor's micro-steps are off by up to {} rad", short(size)),
+        EffectId::Backlash => {
             format!("There is a play of ± {} rad between rotor and encoder", short(value("half_width_rad")))
         }
-        "missed-steps" => "The rotor lost steps".to_owned(),
-        "torque-offset" => {
+        EffectId::MissedSteps => "The rotor lost steps".to_owned(),
+        EffectId::TorqueOffset => {
             format!("The torque channel reads {} N·m too much throughout", short(value("offset_nm")))
         }
-        "sensor-delay" => {
+        EffectId::SensorDelay => {
             let delay_s = value("delay_s");
             let way = if delay_s < 0.0 { "early" } else { "late" };
             format!("The measurement is {} ms {way}", short(1e3 * delay_s.abs()))
         }
-        "encoder-eccentricity" => {
+        EffectId::EncoderEccentricity => {
             format!("The encoder is eccentric by {} rad", short(value("amplitude_rad")))
         }
-        other => format!("The rig has {other}"),
     }
 }
 

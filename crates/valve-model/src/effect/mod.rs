@@ -1,13 +1,14 @@
 //! Effects: what a valve does beyond the nominal model, by the names that diagnosis gives to causes.
 
+mod id;
 mod series;
 mod spec;
 mod table;
 
 use serde::{Deserialize, Serialize};
 
-pub use spec::{EffectSpec, ParameterSpec, ValueKind};
-pub use table::EFFECTS;
+pub use id::EffectId;
+pub use spec::{Condition, EffectSpec, ModelNumber, ParameterSpec, SeenIn, ValueKind};
 
 pub(crate) use series::Series;
 
@@ -22,32 +23,42 @@ pub enum EffectValue {
     List(Vec<f64>),
 }
 
-/// One `[[effect]]` of a model file, validated against [`EFFECTS`].
+/// One `[[effect]]` of a model file, validated against its row of the table ([`EffectId::spec`]).
 ///
 /// In the file: `id`, and beside it one key per parameter, a number or an array of numbers. Parameters left out take
 /// the neutral or default value of the table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
-    id: String,
+    id: EffectId,
     parameters: Vec<(String, EffectValue)>,
 }
 
 impl Effect {
-    /// An effect from what a model file holds: its id and its keys, `id` itself left out.
+    /// An effect with some of its parameters, by key.
     ///
     /// # Errors
-    /// An id or a key that is not in [`EFFECTS`] (`key` is then `id`), a key given twice, a value out of its range or
-    /// of the wrong kind (`key` is then the parameter's).
-    pub fn from_parts(id: &str, parameters: &[(&str, EffectValue)]) -> Result<Self, ParamError> {
+    /// A key that it doesn't have (the error's `key` is then `id`), a key given twice, a value out of its range or of the
+    /// wrong kind (`key` is then the parameter's).
+    pub fn new(id: EffectId, parameters: &[(&str, EffectValue)]) -> Result<Self, ParamError> {
         let parameters = parameters.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
-        let effect = Self { id: id.to_owned(), parameters };
+        let effect = Self { id, parameters };
         effect.validate()?;
         Ok(effect)
     }
 
-    /// The effect's name.
-    pub fn id(&self) -> &str {
-        &self.id
+    /// An effect from what a model file holds: its name and its keys, `id` itself left out.
+    ///
+    /// # Errors
+    /// A name that is no effect's (`key` is then `id`); else as [`Effect::new`].
+    pub fn from_parts(name: &str, parameters: &[(&str, EffectValue)]) -> Result<Self, ParamError> {
+        let id = EffectId::from_name(name)
+            .ok_or_else(|| ParamError::new("id", name, "the name of a known effect"))?;
+        Self::new(id, parameters)
+    }
+
+    /// Which effect it is.
+    pub fn id(&self) -> EffectId {
+        self.id
     }
 
     /// The parameters given, in the order they were given, for writing back.
@@ -56,18 +67,15 @@ impl Effect {
     }
 
     /// The effect's row in the table.
-    ///
-    /// # Errors
-    /// An id that the table doesn't know.
-    pub fn spec(&self) -> Result<&'static EffectSpec, ParamError> {
-        table::spec(&self.id).ok_or_else(|| ParamError::new("id", &self.id, "the name of a known effect"))
+    pub fn spec(&self) -> &'static EffectSpec {
+        self.id.spec()
     }
 
     /// A parameter that is a number: as given, else the table's default; 0 where the effect has no such parameter.
     pub fn number(&self, key: &str) -> f64 {
         match self.given(key) {
             Some(EffectValue::Number(value)) => *value,
-            _ => self.spec().ok().and_then(|spec| spec.parameter(key)).map_or(0.0, |row| row.default),
+            _ => self.spec().parameter(key).map_or(0.0, |row| row.default),
         }
     }
 
@@ -86,9 +94,9 @@ impl Effect {
     /// Checks the effect against the table.
     ///
     /// # Errors
-    /// As [`Effect::from_parts`].
+    /// As [`Effect::new`].
     pub fn validate(&self) -> Result<(), ParamError> {
-        let spec = self.spec()?;
+        let spec = self.spec();
         for (index, (key, value)) in self.parameters.iter().enumerate() {
             let row = spec
                 .parameter(key)

@@ -1,6 +1,7 @@
 //! A row of the table of effects: an effect and its parameters.
 
 use super::EffectValue;
+use super::id::EffectId;
 use crate::ParamError;
 
 /// What a parameter's value is.
@@ -33,11 +34,48 @@ pub struct ParameterSpec {
     pub meaning: &'static str,
 }
 
+/// Numbers of a model file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelNumber {
+    /// The section they are in.
+    pub section: &'static str,
+    /// Their keys, in words.
+    pub keys: &'static str,
+    /// What they are, for people; follows "a factor on".
+    pub label: &'static str,
+}
+
+/// Which logs an effect shows in: torque logs hold torque and angle, angle logs command and angle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeenIn {
+    /// Both.
+    AnyLog,
+    /// It is in what the transducer reads.
+    TorqueLogs,
+    /// It lies between command and angle.
+    AngleLogs,
+}
+
+/// What acts on a valve beside its motor, and is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Condition {
+    /// Pressure drop over the orifice.
+    PressureDrop,
+    /// Temperature of the oil.
+    OilTemperature,
+}
+
 /// One effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectSpec {
-    /// The name, as diagnosis and model files spell it.
-    pub id: &'static str,
+    /// Which one.
+    pub id: EffectId,
+    /// The number of the model that it is a factor on, if that is all it is; it can be folded in there.
+    pub folded_into: Option<ModelNumber>,
+    /// The logs that can show it.
+    pub seen_in: SeenIn,
+    /// The condition that it depends on, which a log has to bring along.
+    pub needs: Option<Condition>,
     /// What is changed in, or added to, the nominal model.
     pub formula: &'static str,
     /// The keys in words, for messages.

@@ -1,20 +1,9 @@
 //! Effects that are parameters off, and the one that changes the law: folded into the model they belong to.
 
-use crate::{Effect, FrictionParams, LeuvenParams, LuGreParams, Model, ParamError};
+use crate::{Effect, EffectId, FrictionParams, LeuvenParams, LuGreParams, Model, ParamError};
 
 /// The elements of `presliding-hysteresis`.
 const ELEMENTS: u32 = 10;
-
-/// Effects that are a number of a section times a factor, and nothing else.
-const FACTORS: [&str; 7] = [
-    "coulomb-level",
-    "static-level",
-    "viscous-level",
-    "stribeck-velocity",
-    "bristle-stiffness",
-    "load-inertia",
-    "holding-torque-level",
-];
 
 impl Model {
     /// The model with its `factor` effects folded into the sections' numbers, and those effects gone: the same model in
@@ -24,10 +13,10 @@ impl Model {
     /// An effect on something that the model doesn't have.
     pub fn with_factors_in_its_numbers(&self) -> Result<Self, ParamError> {
         let mut model = self.clone();
-        for effect in self.effects.iter().filter(|effect| FACTORS.contains(&effect.id())) {
+        for effect in self.effects.iter().filter(|effect| effect.spec().folded_into.is_some()) {
             fold(effect, &mut model)?;
         }
-        model.effects.retain(|effect| !FACTORS.contains(&effect.id()));
+        model.effects.retain(|effect| effect.spec().folded_into.is_none());
         Ok(model)
     }
 
@@ -49,33 +38,54 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
     let factor = effect.number("factor");
     let friction = &mut model.friction;
     let changed = match effect.id() {
-        "coulomb-level" => {
+        EffectId::CoulombLevel => {
             *friction.coulomb_mut() *= factor;
             scale(friction.static_mut(), factor);
             true
         }
-        "static-level" => {
+        EffectId::StaticLevel => {
             let coulomb_nm = *friction.coulomb_mut();
             friction.static_mut().is_some_and(|static_nm| {
                 *static_nm = (*static_nm * factor).max(coulomb_nm);
                 true
             })
         }
-        "viscous-level" => {
+        EffectId::ViscousLevel => {
             *friction.viscous_mut() *= factor;
             true
         }
-        "stribeck-velocity" => scale(friction.stribeck_velocity_mut(), factor),
-        "bristle-stiffness" => scale(friction.stiffness_mut(), factor),
-        "load-inertia" => scale(model.load.as_mut().map(|load| &mut load.inertia_kg_m2), factor),
-        "holding-torque-level" => {
+        EffectId::StribeckVelocity => scale(friction.stribeck_velocity_mut(), factor),
+        EffectId::BristleStiffness => scale(friction.stiffness_mut(), factor),
+        EffectId::LoadInertia => scale(model.load.as_mut().map(|load| &mut load.inertia_kg_m2), factor),
+        EffectId::HoldingTorqueLevel => {
             scale(model.motor.as_mut().map(|motor| &mut motor.holding_torque_nm), factor)
         }
-        "presliding-hysteresis" => single_spring(friction).is_some_and(|params| {
+        EffectId::PreslidingHysteresis => single_spring(friction).is_some_and(|params| {
             *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
             true
         }),
-        _ => true,
+        // These are no numbers of the model.
+        EffectId::PressureDependentFriction
+        | EffectId::TemperatureDependentViscosity
+        | EffectId::TemperatureDependentFriction
+        | EffectId::AngleDependentFriction
+        | EffectId::DirectionAsymmetry
+        | EffectId::DwellStiction
+        | EffectId::HydraulicLock
+        | EffectId::FrictionLag
+        | EffectId::WearDrift
+        | EffectId::FlowTorque
+        | EffectId::PressureTorque
+        | EffectId::PositionTorque
+        | EffectId::CouplingCompliance
+        | EffectId::DetentTorque
+        | EffectId::MicrostepError
+        | EffectId::Backlash
+        | EffectId::MissedSteps
+        | EffectId::TorqueOffset
+        | EffectId::TorqueGain
+        | EffectId::SensorDelay
+        | EffectId::EncoderEccentricity => true,
     };
     if changed {
         Ok(())

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effect::Series;
 use crate::friction::{Contact, Lag, Levels};
-use crate::{Effect, Model};
+use crate::{Effect, EffectId, Model};
 
 /// The levels are never scaled below this: a law needs some friction.
 const LEAST_LEVEL: f64 = 1e-3;
@@ -118,39 +118,54 @@ impl Effects {
     fn take(&mut self, effect: &Effect) {
         let series = || Series::new(effect.list("cos"), effect.list("sin"));
         match effect.id() {
-            "pressure-dependent-friction" => {
+            EffectId::PressureDependentFriction => {
                 self.pressure_gain = effect.number("gain");
                 self.pressure_exponent = effect.number("exponent");
             }
-            "temperature-dependent-viscosity" => self.viscosity_beta_per_k = effect.number("beta_per_k"),
-            "temperature-dependent-friction" => self.friction_beta_per_k = effect.number("beta_per_k"),
-            "angle-dependent-friction" => self.angle = series(),
-            "direction-asymmetry" => {
+            EffectId::TemperatureDependentViscosity => {
+                self.viscosity_beta_per_k = effect.number("beta_per_k")
+            }
+            EffectId::TemperatureDependentFriction => self.friction_beta_per_k = effect.number("beta_per_k"),
+            EffectId::AngleDependentFriction => self.angle = series(),
+            EffectId::DirectionAsymmetry => {
                 self.asymmetry = effect.number("level");
                 self.viscous_asymmetry = effect.number("viscous");
             }
-            "dwell-stiction" => self.dwell = Growth::new(effect),
-            "hydraulic-lock" => self.lock = Growth::new(effect),
-            "friction-lag" => {
+            EffectId::DwellStiction => self.dwell = Growth::new(effect),
+            EffectId::HydraulicLock => self.lock = Growth::new(effect),
+            EffectId::FrictionLag => {
                 self.lag = Lag::new(effect.number("time_constant_s"), effect.number("second_stage_share"));
             }
-            "wear-drift" => {
+            EffectId::WearDrift => {
                 self.wear_gain = effect.number("gain");
                 self.per_wear_distance = 1.0 / effect.number("distance_rad");
             }
-            "flow-torque" => self.flow = series(),
-            "pressure-torque" => self.pressure_torque_nm_per_mpa = effect.number("gain"),
-            "position-torque" => self.position = series(),
-            "coupling-compliance" => {
+            EffectId::FlowTorque => self.flow = series(),
+            EffectId::PressureTorque => self.pressure_torque_nm_per_mpa = effect.number("gain"),
+            EffectId::PositionTorque => self.position = series(),
+            EffectId::CouplingCompliance => {
                 self.coupling = Coupling {
                     stiffness_nm_per_rad: effect.number("stiffness_nm_per_rad"),
                     damping_nm_s_per_rad: effect.number("damping_nm_s_per_rad"),
                 };
             }
-            "detent-torque" => self.detent = series(),
-            "microstep-error" => self.microstep = series(),
-            // The others are folded into the model's numbers, or belong to the measurement.
-            _ => {}
+            EffectId::DetentTorque => self.detent = series(),
+            EffectId::MicrostepError => self.microstep = series(),
+            // These are folded into the model's numbers, or belong to the measurement.
+            EffectId::CoulombLevel
+            | EffectId::StaticLevel
+            | EffectId::ViscousLevel
+            | EffectId::StribeckVelocity
+            | EffectId::BristleStiffness
+            | EffectId::LoadInertia
+            | EffectId::HoldingTorqueLevel
+            | EffectId::PreslidingHysteresis
+            | EffectId::Backlash
+            | EffectId::MissedSteps
+            | EffectId::TorqueOffset
+            | EffectId::TorqueGain
+            | EffectId::SensorDelay
+            | EffectId::EncoderEccentricity => {}
         }
     }
 

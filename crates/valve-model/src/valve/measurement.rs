@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Model;
+use crate::{EffectId, Model};
 
 /// The model's effects of measurement, and steps that the rotor loses by itself; neutral where it has none.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -38,21 +38,44 @@ impl Measurement {
         };
         for effect in &model.effects {
             match effect.id() {
-                "backlash" => measurement.backlash_half_width_rad = effect.number("half_width_rad"),
-                "encoder-eccentricity" => {
+                EffectId::Backlash => measurement.backlash_half_width_rad = effect.number("half_width_rad"),
+                EffectId::EncoderEccentricity => {
                     measurement.eccentricity_rad = effect.number("amplitude_rad");
                     measurement.eccentricity_phase_rad = effect.number("phase_rad");
                 }
-                "torque-gain" => measurement.torque_gain = effect.number("factor"),
-                "torque-offset" => measurement.torque_offset_nm = effect.number("offset_nm"),
-                "sensor-delay" => measurement.delay_s = effect.number("delay_s"),
-                "missed-steps" => {
+                EffectId::TorqueGain => measurement.torque_gain = effect.number("factor"),
+                EffectId::TorqueOffset => measurement.torque_offset_nm = effect.number("offset_nm"),
+                EffectId::SensorDelay => measurement.delay_s = effect.number("delay_s"),
+                EffectId::MissedSteps => {
                     let steps = effect.list("time_s").iter().zip(effect.list("teeth"));
                     for (slot, (time_s, teeth)) in measurement.missed.iter_mut().zip(steps) {
                         *slot = MissedSteps { time_s: *time_s, jump_rad: teeth * tooth_pitch_rad };
                     }
                 }
-                _ => {}
+                // These belong to the valve itself.
+                EffectId::CoulombLevel
+                | EffectId::StaticLevel
+                | EffectId::ViscousLevel
+                | EffectId::StribeckVelocity
+                | EffectId::BristleStiffness
+                | EffectId::LoadInertia
+                | EffectId::HoldingTorqueLevel
+                | EffectId::PressureDependentFriction
+                | EffectId::TemperatureDependentViscosity
+                | EffectId::TemperatureDependentFriction
+                | EffectId::AngleDependentFriction
+                | EffectId::DirectionAsymmetry
+                | EffectId::DwellStiction
+                | EffectId::HydraulicLock
+                | EffectId::FrictionLag
+                | EffectId::PreslidingHysteresis
+                | EffectId::WearDrift
+                | EffectId::FlowTorque
+                | EffectId::PressureTorque
+                | EffectId::PositionTorque
+                | EffectId::CouplingCompliance
+                | EffectId::DetentTorque
+                | EffectId::MicrostepError => {}
             }
         }
         measurement
