@@ -11,7 +11,7 @@ use std::path::Path;
 use stepvalve_tests::repository;
 
 /// Circles known and still to be opened: an import in each, by crate and by the two that lie beside each other.
-const KNOWN: [(&str, &str, &str); 9] = [
+const KNOWN: [(&str, &str, &str); 11] = [
     ("signals", "message", "header"),
     ("step-control", "machine", "step"),
     ("processes", "child", "controller"),
@@ -20,7 +20,9 @@ const KNOWN: [(&str, &str, &str); 9] = [
     ("processes", "child", "recorder"),
     ("stepvalve", "control", "supervisor"),
     ("stepvalve", "run", "simulate"),
-    ("subdevice", "cia402", "device"),
+    ("subdevice", "device", "cia402"),
+    ("subdevice", "device", "profile"),
+    ("subdevice", "device", "sii"),
 ];
 
 /// A module's path within its crate; empty for the root.
