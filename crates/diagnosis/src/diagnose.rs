@@ -18,7 +18,7 @@ use crate::options::Options;
 use crate::show::residual::{Jumps, left_with, rms_left, settled};
 use crate::show::structure::structure;
 use crate::workers::{Workers, map};
-use log_data::{Channel, Log};
+use log_data::Log;
 use valve_model::Model;
 
 /// Holds a log against a model.
@@ -43,7 +43,7 @@ pub fn diagnose(
     let (able, unable) = candidates(&campaign.facts, model);
     let nuisances = Nuisances {
         zero_nm: 0.0,
-        angle_zero: campaign.channel == Channel::Angle && campaign.angle_zero_per_run,
+        angle_zero: !campaign.kind.motion_is_measured && campaign.angle_zero_per_run,
     };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
     let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
@@ -83,7 +83,7 @@ fn judge<'a>(
 }
 
 fn begin(campaign: &Campaign, ready: &Ready) -> Point {
-    let common = campaign.channel == Channel::Angle && !campaign.angle_zero_per_run;
+    let common = !campaign.kind.motion_is_measured && !campaign.angle_zero_per_run;
     let hypothesis = Hypothesis { members: Vec::new(), zero_rad: common.then_some(0.0) };
     Point { hypothesis, starts: campaign.pieces.iter().map(|piece| piece.first_start(ready)).collect() }
 }
@@ -106,7 +106,7 @@ fn check_finite(
         Some((run, row, found)) => Err(DiagnosisError::NotFinite {
             run: campaign.runs.get(run).map_or(String::new(), |run| run.0.clone()),
             row,
-            channel: campaign.channel,
+            channel: campaign.kind.channel,
             found,
         }),
     }

@@ -6,7 +6,6 @@ use crate::conclude::reasons::{Against, ambiguities, rejected};
 use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::Untestable;
 use crate::extend::hypothesis::Member;
-use crate::fit::loss::Loss;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups};
@@ -145,7 +144,7 @@ fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
     if selection.fitted.point.hypothesis.members.is_empty() {
         return false;
     }
-    let loss = Loss::of(&judged.setting);
+    let loss = judged.setting.loss();
     let on_held_out = part_left_on_held_out(judged, left);
     let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
     let too_little = || {
@@ -213,7 +212,7 @@ fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(EffectId, f64)> {
 /// A tone may be as loud at rest, where it counts as the measurement's noise.
 fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
     let amplitude = tone.amplitude * judged.noise_where_it_counts();
-    let amplitude = match judged.setting.campaign.channel {
+    let amplitude = match judged.setting.campaign.kind.channel {
         Channel::Torque => format!("{amplitude:.3} N·m"),
         _ => format!("{amplitude:.1e} rad"),
     };
@@ -287,7 +286,7 @@ fn found(
     Found {
         diagnosis,
         extended,
-        channel: campaign.channel,
+        channel: campaign.kind.channel,
         ranking: judged.selection.first_ranking.clone(),
         shown,
         proposed: Vec::new(),

@@ -2,8 +2,7 @@
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
 use crate::log::facts::Facts;
-use log_data::Channel;
-use valve_model::{Condition, EffectId, Model, SeenIn};
+use valve_model::{Condition, EffectId, Model};
 
 /// An effect that these data can't show.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,15 +84,13 @@ fn begin_at(candidate: &mut Candidate, model: &Model) {
 }
 
 fn why_not(id: EffectId, facts: &Facts) -> Option<String> {
-    let torque = facts.channel == Channel::Torque;
-    if torque && id.spec().seen_in == SeenIn::AngleLogs {
-        return Some(
+    if id.spec().seen_in == facts.kind.unseen {
+        let reason = if facts.kind.motion_is_measured {
             "shows in a log of command and angle only; here the torque is predicted from the angle"
-                .to_owned(),
-        );
-    }
-    if !torque && id.spec().seen_in == SeenIn::TorqueLogs {
-        return Some("no torque channel".to_owned());
+        } else {
+            "no torque channel"
+        };
+        return Some(reason.to_owned());
     }
     if needs_pressure(id) {
         match facts.pressure_mpa {
@@ -424,13 +421,15 @@ fn eccentricity() -> Candidate {
 mod tests {
     use super::*;
     use crate::fixtures;
+    use crate::log::kind::LogKind;
+    use log_data::Channel;
 
     /// A fit goes as far as a bound, and the model has to take what it finds there.
     #[test]
     fn the_model_takes_every_number_up_to_its_bounds() {
         let model = fixtures::model(Vec::new());
         for channel in [Channel::Torque, Channel::Angle] {
-            let facts = Facts::of_model(&model, channel);
+            let facts = Facts::of_model(&model, LogKind::predicting(channel));
             for candidate in EffectId::ALL.iter().filter_map(|id| candidate(*id, &facts)) {
                 for (number, parameter) in candidate.parameters.iter().enumerate() {
                     for bound in [parameter.lower, parameter.upper] {

@@ -6,6 +6,7 @@ use crate::extend::hypothesis::{Free, Hypothesis};
 use crate::log::campaign::Campaign;
 use crate::log::piece::{Begun, Piece, Ready};
 use crate::numerics::gram::Gram;
+use crate::numerics::loss::Loss;
 use crate::workers::{Workers, map};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use valve_model::{EffectId, Model};
@@ -94,7 +95,7 @@ impl Setting<'_> {
     pub fn additive(&self, hypothesis: &Hypothesis, id: EffectId, number: usize) -> Option<Additive> {
         let between = [EffectId::SensorDelay, EffectId::CouplingCompliance, EffectId::TorqueGain];
         let given = || self.given.effects.iter().any(|effect| between.contains(&effect.id()));
-        if !self.campaign.facts.is_torque() || between.iter().any(|id| hypothesis.has(*id)) || given() {
+        if !self.campaign.kind.motion_is_measured || between.iter().any(|id| hypothesis.has(*id)) || given() {
             return None;
         }
         let harmonic = |times_pressure| Additive::Harmonic(number / 2 + 1, number % 2 == 1, times_pressure);
@@ -105,6 +106,11 @@ impl Setting<'_> {
             EffectId::FlowTorque => Some(harmonic(true)),
             _ => None,
         }
+    }
+
+    /// How groups of samples count in a fit.
+    pub fn loss(&self) -> Loss {
+        self.campaign.kind.loss
     }
 
     pub fn ready(&self, hypothesis: &Hypothesis) -> Result<Ready, DiagnosisError> {

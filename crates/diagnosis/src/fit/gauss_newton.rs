@@ -5,7 +5,6 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::hypothesis::Hypothesis;
 use crate::fit::equations::{PieceEquations, Point, Setting, by_group, start_change};
-use crate::fit::loss::Loss;
 use crate::fit::start::{best_start, better_start, square_left};
 use crate::log::piece::{Begun, Piece, Ready};
 use crate::numerics::gram::{Gram, invert};
@@ -85,7 +84,7 @@ pub(crate) fn fit_on(
 ) -> Result<Fitted, DiagnosisError> {
     let mut here = evaluate(setting, begin, wanted)?;
     for _ in 0..steps.min(STEPS) {
-        let total = sum(&Loss::of(setting).weighted(&here.fitted.groups));
+        let total = sum(&setting.loss().weighted(&here.fitted.groups));
         let count = total.count.max(1.0);
         let rest = (here.fitted.loss - count).max(0.0);
         let Some((beta, predicted)) = step(&total, &here.fitted.point.hypothesis, progress.damping) else {
@@ -205,7 +204,7 @@ fn evaluate(
     let columns = setting.own_columns(&point.hypothesis)?;
     let equations = setting.equations(&point, &columns, wanted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
-    let loss = Loss::of(setting).total(&groups);
+    let loss = setting.loss().total(&groups);
     Ok(Here { equations, fitted: Fitted { point, groups, loss, ended: false, progress: Progress::NONE } })
 }
 
@@ -268,7 +267,7 @@ fn loss_of(
 ) -> Result<f64, DiagnosisError> {
     let equations = setting.equations(point, &[], wanted)?;
     let groups = by_group(setting.campaign, &equations, 0);
-    Ok(Loss::of(setting).total(&groups))
+    Ok(setting.loss().total(&groups))
 }
 
 /// The point that a step leads to; a piece whose start does better as it was keeps it.

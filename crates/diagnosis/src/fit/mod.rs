@@ -2,7 +2,6 @@
 
 pub(crate) mod equations;
 pub(crate) mod gauss_newton;
-pub(crate) mod loss;
 pub(crate) mod pattern;
 pub(crate) mod spread;
 pub(crate) mod start;

@@ -6,8 +6,8 @@ use crate::error::if_possible;
 use crate::extend::hypothesis::Free;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, POOR, loss_at};
-use crate::fit::loss::Loss;
 use crate::log::piece::Piece;
+use crate::numerics::loss::Loss;
 
 /// Sizes of the pattern, in steps of each number.
 const SIZES: [f64; 3] = [8.0, 4.0, 2.0];
@@ -19,7 +19,7 @@ const IN_A_ROW: usize = 4;
 /// Whether a fit ended with much left over a rough floor.
 pub(crate) fn ended_poorly(setting: &Setting<'_>, fitted: &Fitted) -> bool {
     let count: f64 = fitted.groups.iter().map(|group| group.count).sum();
-    Loss::of(setting) == Loss::OwnNoise && fitted.loss > (1.0 + POOR) * count
+    setting.loss() == Loss::OwnNoise && fitted.loss > (1.0 + POOR) * count
 }
 
 /// A point with better numbers of one member than where a fit ended with much left; `None` where there is none, or little is

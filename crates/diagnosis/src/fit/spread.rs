@@ -8,9 +8,9 @@ use crate::error::if_possible;
 use crate::extend::hypothesis::{Free, Hypothesis};
 use crate::fit::equations::{Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
-use crate::fit::loss::Loss;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, invert, solve};
+use crate::numerics::loss::Loss;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -33,7 +33,7 @@ impl Spread {
         fitted: &Fitted,
         seed: u64,
     ) -> Result<Self, DiagnosisError> {
-        if !setting.campaign.facts.is_torque() {
+        if !setting.campaign.kind.motion_is_measured {
             return Ok(self);
         }
         // Not the draw that the weights were made from.
@@ -86,7 +86,7 @@ fn changes_with_more(
     }
     let equations = setting.equations(&fitted.point, &columns, Piece::is_fitted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
-    let total = sum(&Loss::of(setting).weighted(&groups));
+    let total = sum(&setting.loss().weighted(&groups));
     let Some((alone, _)) = solve(&total, &own) else { return Ok(Vec::new()) };
     let with = |(more, places): &(Vec<Free>, Vec<usize>)| {
         let wider = [&own[..], places].concat();
@@ -220,7 +220,7 @@ mod tests {
         let fitted = fit(&setting, Point { hypothesis, starts }, &Piece::is_fitted, 8).unwrap();
         let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
         let half_width = |of: &Spread| of.half_width * of.covariance[(0, 0)].sqrt();
-        let alone = spread(&fitted, Loss::of(&setting)).unwrap();
+        let alone = spread(&fitted, setting.loss()).unwrap();
         let narrow = half_width(&alone);
         (off, narrow, half_width(&alone.with_choice(&setting, &fitted).unwrap()))
     }

@@ -2,7 +2,6 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::{Begun, Piece, Ready};
-use log_data::Channel;
 
 /// Steps towards the best, and how often one that overshoots is halved.
 const STEPS: usize = 4;
@@ -29,7 +28,7 @@ pub(crate) fn best_start(
     let mut search = Search { setting, piece, ready, zero_rad, best: (fitted, Vec::new()) };
     search.best.1 = search.left(fitted);
     search.try_all([first]);
-    if setting.campaign.channel == Channel::Angle && search.is_unsettled() {
+    if !setting.campaign.kind.motion_is_measured && search.is_unsettled() {
         let near = search.best.0;
         search.try_all(OTHERS.map(|part| near.shifted(part * piece.noise.deviation_rad)));
     }

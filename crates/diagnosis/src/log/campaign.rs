@@ -3,6 +3,7 @@
 use crate::DiagnosisError;
 use crate::log::driven::lead_of;
 use crate::log::facts::Facts;
+use crate::log::kind::LogKind;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
 use crate::log::piece::{Piece, Ready, check};
@@ -19,13 +20,9 @@ use valve_model::{Model, ParamError};
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// The longest piece, the most samples of which all are fitted, and how many of a longer log: of torques, and of angles, which
-/// cost ten times as much. Pieces of it are chosen evenly, of an angle log so many of each run or more, if it is no short one.
+/// The longest piece. Of an angle log that isn't fitted whole, pieces are chosen evenly, so many of each run or more, if it is no
+/// short one.
 const LONGEST: usize = 20_000;
-const ALL_TORQUES: usize = 300_000;
-const SOME_TORQUES: usize = 300_000;
-const ALL_ANGLES: usize = 64_000;
-const SOME_ANGLES: usize = 32_000;
 const PIECES_OF_A_RUN: usize = 2;
 /// Samples of an angle's piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;
@@ -44,7 +41,7 @@ const FOLDS: usize = 5;
 
 /// The log, ready to be fitted.
 pub(crate) struct Campaign {
-    pub channel: Channel,
+    pub kind: LogKind,
     pub pieces: Vec<Piece>,
     pub facts: Facts,
     /// Name and kind of each run.
@@ -73,26 +70,24 @@ struct Plan {
 
 impl Campaign {
     pub fn new(log: &Log, model: &Model, seed: u64, workers: &dyn Workers) -> Result<Self, DiagnosisError> {
-        let channel = channel_of(log)?;
-        let usable: Vec<bool> = log.runs.iter().map(|run| run.channel(channel).is_some()).collect();
+        let kind = LogKind::predicting(channel_of(log)?);
+        let usable: Vec<bool> = log.runs.iter().map(|run| run.channel(kind.channel).is_some()).collect();
         for (run, _) in log.runs.iter().zip(&usable).filter(|(_, usable)| **usable) {
-            check(run, channel, LEAST_SAMPLES)?;
+            check(run, kind, LEAST_SAMPLES)?;
         }
-        let (mut plans, groups) = plan(log, &usable, channel, longest(log, &usable, channel));
+        let (mut plans, groups) = plan(log, &usable, kind, longest(log, &usable, kind));
         let noises: Vec<Noise> = map(workers, log.runs.len(), |index| {
             log.runs
                 .get(index)
                 .map_or(Noise { deviation_rad: 0.0, step_rad: 0.0 }, |run| Noise::of(&run.angle_rad))
         });
-        let mut facts = Facts::of_model(model, channel);
+        let mut facts = Facts::of_model(model, kind);
         follow(log, model, &noises, &mut plans, &mut facts);
-        let chosen = choose(&plans, channel, seed);
+        let chosen = choose(&plans, kind, seed);
         let angle_error_rad = OF_THE_NOISE * usual_deviation_rad(&noises);
         let first_run = log.runs.first().map_or("", |run| run.name.as_str());
-        let ready =
-            Ready::new(model, channel, angle_error_rad).map_err(|source| refused(first_run, source))?;
-        let pitch_rad =
-            model.motor.filter(|_| channel == Channel::Angle).map(|motor| motor.tooth_pitch_rad());
+        let ready = Ready::new(model, kind, angle_error_rad).map_err(|source| refused(first_run, source))?;
+        let pitch_rad = model.motor.filter(|_| !kind.motion_is_measured).map(|motor| motor.tooth_pitch_rad());
         let make = |index: usize| {
             let plan = plans.get(index)?;
             if pitch_rad.is_none() && !*chosen.get(index)? {
@@ -102,7 +97,7 @@ impl Campaign {
             let noise = *noises.get(plan.run)?;
             let rows = (plan.lead_row, plan.rows.clone());
             let mut piece =
-                Piece::new(run, plan.run, rows, channel, plan.past, noise, facts.reference_temperature_c);
+                Piece::new(run, plan.run, rows, kind, plan.past, noise, facts.reference_temperature_c);
             piece.group = plan.group;
             // Lost steps are seen at once, and taken out of what the other causes are judged by.
             piece.jumps.extend(pitch_rad.and_then(|pitch_rad| lost_steps::find(&piece, &ready, pitch_rad)));
@@ -115,7 +110,7 @@ impl Campaign {
         }
         span(log, &usable, &pieces, &mut facts);
         Ok(Self {
-            channel,
+            kind,
             pieces,
             facts,
             runs: log.runs.iter().map(|run| (run.name.clone(), run.kind.clone())).collect(),
@@ -129,7 +124,7 @@ impl Campaign {
 
     /// Refuses a model that can't predict.
     pub fn ready(&self, model: &Model) -> Result<Ready, DiagnosisError> {
-        Ready::new(model, self.channel, self.angle_error_rad).map_err(|source| self.refused(source))
+        Ready::new(model, self.kind, self.angle_error_rad).map_err(|source| self.refused(source))
     }
 
     /// A model that is refused is refused for the first run.
@@ -167,27 +162,20 @@ fn usual_deviation_rad(noises: &[Noise]) -> f64 {
     median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>())
 }
 
-/// How many samples of a log that has `total` are fitted.
-fn fitted_samples(channel: Channel, total: usize) -> usize {
-    let (all, some) =
-        if channel == Channel::Angle { (ALL_ANGLES, SOME_ANGLES) } else { (ALL_TORQUES, SOME_TORQUES) };
-    if total <= all { total } else { some }
-}
-
 /// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
 /// piece are kept whole or not at all.
-fn longest(log: &Log, usable: &[bool], channel: Channel) -> usize {
+fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
-    let fitted = fitted_samples(channel, total);
-    if channel != Channel::Angle || total <= fitted {
+    let fitted = kind.fitted_samples(total);
+    if kind.motion_is_measured || total <= fitted {
         return LONGEST;
     }
     (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
 }
 
 /// Cuts the runs: whole ones where there are enough of their kind, blocks otherwise.
-fn plan(log: &Log, usable: &[bool], channel: Channel, longest: usize) -> (Vec<Plan>, Vec<String>) {
+fn plan(log: &Log, usable: &[bool], kind: LogKind, longest: usize) -> (Vec<Plan>, Vec<String>) {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let runs = || log.runs.iter().zip(usable).enumerate().filter(|(_, (_, usable))| **usable);
     runs().for_each(|(_, (run, _))| *kinds.entry(&run.kind).or_default() += 1);
@@ -208,7 +196,7 @@ fn plan(log: &Log, usable: &[bool], channel: Channel, longest: usize) -> (Vec<Pl
             }
             let past = Before::default();
             // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
-            let lead_row = if channel == Channel::Angle { lead_of(run, rows.start) } else { rows.start };
+            let lead_row = if kind.motion_is_measured { rows.start } else { lead_of(run, rows.start) };
             plans.push(Plan { run: index, rows, lead_row, group: own, past });
         }
     }
@@ -236,9 +224,9 @@ fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts:
 }
 
 /// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.
-fn choose(plans: &[Plan], channel: Channel, seed: u64) -> Vec<bool> {
+fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
     let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
-    let part = fitted_samples(channel, total) as f64 / total as f64;
+    let part = kind.fitted_samples(total) as f64 / total as f64;
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut due = random.random_range(0.0..1.0);
     let mut places: Vec<usize> = (0..plans.len()).collect();
@@ -307,7 +295,7 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
     facts.angle_rad = range(Channel::Angle, false).unwrap_or((0.0, 0.0));
     let motions = || pieces.iter().flat_map(|piece| &piece.motions);
     facts.fastest_rad_per_s = motions().fold(0.0, |most: f64, motion| most.max(motion.speed_rad_per_s.abs()));
-    if facts.channel == Channel::Angle {
+    if !facts.kind.motion_is_measured {
         facts.fastest_rad_per_s = pieces.iter().map(fastest_command).fold(0.0, f64::max);
     }
     let mut steps: Vec<f64> = pieces
@@ -388,7 +376,8 @@ mod tests {
         for seed in 0..6 {
             let whole = campaign(0.0, seed);
             let samples: usize = whole.pieces.iter().map(Piece::len).sum();
-            assert!((SOME_ANGLES * 9 / 10..SOME_ANGLES * 11 / 10).contains(&samples), "{samples}");
+            let some = LogKind::predicting(Channel::Angle).fitted_of_more;
+            assert!((some * 9 / 10..some * 11 / 10).contains(&samples), "{samples}");
             for run in 0..RUNS {
                 assert!(whole.pieces.iter().any(|piece| piece.run == run), "seed {seed}: none of run {run}");
             }

@@ -24,10 +24,11 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     let mut ringing = 0.0;
     for piece in &campaign.pieces {
         let course = Course::of(piece, facts);
-        let (small, turns) = swings(&course.angle_rad, facts, if facts.is_torque() { 0.0 } else { noise });
+        let (small, turns) =
+            swings(&course.angle_rad, facts, if facts.kind.motion_is_measured { 0.0 } else { noise });
         found.small_swings += small;
         found.turns += turns;
-        if facts.is_torque() {
+        if facts.kind.motion_is_measured {
             ringing += ringing_of(&course, facts, noise);
             rates.extend(rate_of(&course, facts, noise));
         } else {
@@ -50,7 +51,7 @@ struct Course {
 
 impl Course {
     fn of(piece: &Piece, facts: &Facts) -> Self {
-        if facts.is_torque() {
+        if facts.kind.motion_is_measured {
             return Self {
                 angle_rad: piece.motions.iter().map(|motion| motion.angle_rad).collect(),
                 speed: piece.motions.iter().map(|motion| motion.speed_rad_per_s).collect(),
@@ -73,7 +74,7 @@ fn slopes(values: &[f64], time_s: &[f64]) -> Vec<f64> {
 fn reach_rad(facts: &Facts) -> f64 {
     let static_nm = facts.static_nm.unwrap_or(facts.coulomb_nm);
     let bristles = facts.stiffness.map_or(0.0, |stiffness| static_nm / stiffness);
-    let motor = facts.motor.filter(|_| !facts.is_torque());
+    let motor = facts.motor.filter(|_| !facts.kind.motion_is_measured);
     bristles + motor.map_or(0.0, |(holding_nm, teeth)| static_nm / (holding_nm * teeth))
 }
 

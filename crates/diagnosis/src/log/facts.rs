@@ -1,13 +1,12 @@
 //! What a campaign spans: by it the sizes of steps are chosen, and what can't be tested is known.
 
-use log_data::Channel;
+use crate::log::kind::LogKind;
 use valve_model::{FrictionParams, Model};
 
 /// Sizes of the model and spans of the data.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Facts {
-    /// The channel that the model predicts.
-    pub channel: Channel,
+    pub kind: LogKind,
     pub coulomb_nm: f64,
     pub static_nm: Option<f64>,
     pub stiffness: Option<f64>,
@@ -57,7 +56,7 @@ pub(crate) struct Excitation {
 
 impl Facts {
     /// The model's part of it; the data's is still empty.
-    pub fn of_model(model: &Model, channel: Channel) -> Self {
+    pub fn of_model(model: &Model, kind: LogKind) -> Self {
         let (coulomb_nm, static_nm, stiffness, viscous) = match &model.friction {
             FrictionParams::Stribeck(p) => {
                 (p.coulomb_torque_nm, Some(p.static_torque_nm), None, p.viscous_nm_s_per_rad)
@@ -79,7 +78,7 @@ impl Facts {
             ),
         };
         Self {
-            channel,
+            kind,
             coulomb_nm,
             static_nm,
             stiffness,
@@ -100,10 +99,6 @@ impl Facts {
             rotor_inertia: model.motor.map_or(0.0, |motor| motor.rotor_inertia_kg_m2),
             excitation: Excitation::default(),
         }
-    }
-
-    pub fn is_torque(&self) -> bool {
-        self.channel == Channel::Torque
     }
 
     /// Whether pressure takes two values that can be told apart.

@@ -1,19 +1,19 @@
 //! The measurement's noise from repeated holds: while the valve rests, what is measured differs by noise alone. Unlike
 //! differences between neighbours, a hold also shows noise that is slower than the sampling.
 
+use crate::log::kind::LogKind;
 use crate::log::piece::Piece;
 use crate::numerics::statistics::median;
-use log_data::Channel;
 
 /// Samples of a hold that are taken together, and how many holds it takes for their median to say anything.
 const LENGTH: usize = 64;
 const REPEATED: usize = 8;
 
 /// The variance of what is measured in each hold of a piece, a straight line taken off.
-pub(crate) fn variances(piece: &Piece, residual: &[f64], channel: Channel) -> Vec<f64> {
+pub(crate) fn variances(piece: &Piece, residual: &[f64], kind: LogKind) -> Vec<f64> {
     let count = residual.len() / LENGTH;
     (0..count)
-        .filter(|hold| rests(piece, hold * LENGTH, channel))
+        .filter(|hold| rests(piece, hold * LENGTH, kind))
         .filter_map(|hold| residual.get(hold * LENGTH..(hold + 1) * LENGTH))
         .map(about_a_line)
         .collect()
@@ -21,7 +21,7 @@ pub(crate) fn variances(piece: &Piece, residual: &[f64], channel: Channel) -> Ve
 
 /// Whether the valve rests: of a torque log the angle stays within what the encoder can't tell apart, of an angle log the
 /// command stays where it is, now and for as long before.
-fn rests(piece: &Piece, from: usize, channel: Channel) -> bool {
+fn rests(piece: &Piece, from: usize, kind: LogKind) -> bool {
     let still = |from: usize, most_rad: f64, angle: &dyn Fn(usize) -> f64| {
         let angles = (from..from + LENGTH).map(angle);
         let (least, most) = angles
@@ -29,13 +29,11 @@ fn rests(piece: &Piece, from: usize, channel: Channel) -> bool {
         most - least <= most_rad
     };
     let angle = |index: usize| piece.kinematics(index).0;
-    match channel {
-        Channel::Torque => {
-            let unseen_rad = piece.noise.step_rad.max(2.0 * piece.noise.beyond_quantisation_rad());
-            still(from, unseen_rad, &angle)
-        }
-        _ => from >= LENGTH && still(from, 0.0, &angle) && still(from - LENGTH, 0.0, &angle),
+    if kind.motion_is_measured {
+        let unseen_rad = piece.noise.step_rad.max(2.0 * piece.noise.beyond_quantisation_rad());
+        return still(from, unseen_rad, &angle);
     }
+    from >= LENGTH && still(from, 0.0, &angle) && still(from - LENGTH, 0.0, &angle)
 }
 
 fn about_a_line(values: &[f64]) -> f64 {

@@ -5,6 +5,7 @@ pub(crate) mod driven;
 pub(crate) mod excitation;
 pub(crate) mod facts;
 pub(crate) mod holds;
+pub(crate) mod kind;
 pub(crate) mod lost_steps;
 pub(crate) mod noise;
 pub(crate) mod past;

@@ -7,10 +7,10 @@
 use crate::Options;
 use crate::log::campaign::Campaign;
 use crate::log::holds;
+use crate::log::kind::LogKind;
 use crate::log::piece::{Begun, Piece, Ready};
 use crate::numerics::statistics::median;
 use crate::workers::{Workers, map};
-use log_data::Channel;
 
 /// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
 const FOURTH: f64 = 70.0;
@@ -49,10 +49,10 @@ pub(crate) fn estimate(
     options: &Options,
     workers: &dyn Workers,
 ) -> NoiseLevel {
-    let (pieces, measured) = (&campaign.pieces, campaign.channel);
+    let (pieces, kind) = (&campaign.pieces, campaign.kind);
     let found = map(workers, pieces.len(), |index| {
         let start = starts.get(index).copied().unwrap_or_default();
-        pieces.get(index).map(|piece| look(piece, ready, start, options.seed, measured)).unwrap_or_default()
+        pieces.get(index).map(|piece| look(piece, ready, start, options.seed, kind)).unwrap_or_default()
     });
     let pool = |blocks: &mut dyn Iterator<Item = f64>| {
         let mut all: Vec<f64> = blocks.filter(|variance| variance.is_finite()).collect();
@@ -61,10 +61,7 @@ pub(crate) fn estimate(
     let fast = pool(&mut found.iter().flat_map(|of| of.fast.iter().copied()));
     let fast_of_motion = pool(&mut found.iter().flat_map(|of| of.fast_of_motion.iter().copied()));
     let steps = pieces.iter().map(|piece| piece.noise.step_rad).fold(0.0, f64::max);
-    let least = match ready {
-        Ready::Torque(_) => 1e-9,
-        Ready::Angle(_) => (steps * steps / 12.0).max(1e-18),
-    };
+    let least = if kind.motion_is_measured { 1e-9 } else { (steps * steps / 12.0).max(1e-18) };
     let of_holds = holds::pooled(found.iter().flat_map(|of| of.holds.iter().copied()).collect());
     let estimated = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
     let channel = options.noise.map_or(estimated, |known| known * known);
@@ -72,10 +69,8 @@ pub(crate) fn estimate(
     for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
         for (index, weight) in piece.weights.iter_mut().enumerate() {
             let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
-            let variance = match ready {
-                Ready::Torque(_) => look.with_what_is_louder(index, known),
-                Ready::Angle(_) => known,
-            };
+            let variance =
+                if kind.motion_is_measured { look.with_what_is_louder(index, known) } else { known };
             *weight = 1.0 / variance.sqrt();
             sum += variance;
             count += 1.0;
@@ -112,7 +107,7 @@ impl Look {
     }
 }
 
-fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, measured: Channel) -> Look {
+fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) -> Look {
     let predicted = piece.predict(ready, start);
     let residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
@@ -120,7 +115,7 @@ fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, measured: Channel
     Look {
         fast: blocks(&residual, mean),
         fast_of_motion: blocks(&error, mean),
-        holds: holds::variances(piece, &residual, measured),
+        holds: holds::variances(piece, &residual, kind),
         steady: blocks(&residual, without_jumps),
         around: around(&residual),
         of_motion: local_mean_square(&error, REACH),

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::log::driven::Driven;
+use crate::log::kind::LogKind;
 use crate::log::past::Before;
 use log_data::{Channel, Run};
 use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
@@ -26,11 +27,11 @@ pub(crate) enum Ready {
 
 impl Ready {
     /// The integrator of angles may make errors up to `angle_error_rad` in a sub-step.
-    pub fn new(model: &Model, channel: Channel, angle_error_rad: f64) -> Result<Self, ParamError> {
-        match channel {
-            Channel::Torque => Ok(Self::Torque(Box::new(MotionParams::new(model)?))),
-            _ => Ok(Self::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad)))),
+    pub fn new(model: &Model, kind: LogKind, angle_error_rad: f64) -> Result<Self, ParamError> {
+        if kind.motion_is_measured {
+            return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
         }
+        Ok(Self::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad))))
     }
 }
 
@@ -86,12 +87,12 @@ impl Piece {
         run: &Run,
         index: usize,
         (lead_row, rows): (usize, Range<usize>),
-        channel: Channel,
+        kind: LogKind,
         past: Before,
         noise: Noise,
         reference_temperature_c: f64,
     ) -> Self {
-        let motions = if channel == Channel::Torque {
+        let motions = if kind.motion_is_measured {
             let from = rows.start.saturating_sub(MARGIN);
             let to = (rows.end + MARGIN).min(run.len());
             let wide = |values: &[f64]| values.get(from..to).unwrap_or_default().to_vec();
@@ -99,7 +100,7 @@ impl Piece {
         } else {
             vec![motion_at(&run.time_s, &run.angle_rad, noise, lead_row)]
         };
-        let measured = run.channel(channel).and_then(|all| all.get(rows.clone())).unwrap_or_default();
+        let measured = run.channel(kind.channel).and_then(|all| all.get(rows.clone())).unwrap_or_default();
         Self {
             run: index,
             group: 0,
@@ -308,13 +309,13 @@ fn smoothed(time_s: &[f64], angle_rad: &[f64], noise: Noise, first: usize, count
 }
 
 /// Checks what every run must bring along.
-pub(crate) fn check(run: &Run, channel: Channel, least_samples: usize) -> Result<(), DiagnosisError> {
+pub(crate) fn check(run: &Run, kind: LogKind, least_samples: usize) -> Result<(), DiagnosisError> {
     if run.len() < least_samples {
         let (run, found) = (run.name.clone(), run.len());
         return Err(DiagnosisError::TooShort { run, found, expected: least_samples });
     }
-    let mut used = vec![Channel::Angle, Channel::PressureDrop, Channel::OilTemperature, channel];
-    if channel == Channel::Angle {
+    let mut used = vec![Channel::Angle, Channel::PressureDrop, Channel::OilTemperature, kind.channel];
+    if !kind.motion_is_measured {
         used.push(Channel::AngleCommand);
     }
     for channel in used {

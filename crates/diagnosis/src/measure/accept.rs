@@ -6,7 +6,6 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
 use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
-use crate::fit::loss::Loss;
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
@@ -124,7 +123,7 @@ pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Para
 /// How well the numbers of a fit are known.
 fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, DiagnosisError> {
     let setting = &judged.setting;
-    match spread(fitted, Loss::of(setting)) {
+    match spread(fitted, setting.loss()) {
         Some(spread) if !fitted.point.hypothesis.members.is_empty() => {
             Ok(Some(spread.with_motion(setting, fitted, judged.seed)?.with_choice(setting, fitted)?))
         }

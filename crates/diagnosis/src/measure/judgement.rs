@@ -11,7 +11,6 @@ use crate::name::selection::Selection;
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::residual::{Left, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
-use log_data::Channel;
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
@@ -44,7 +43,7 @@ impl Judgement<'_> {
     /// Standard deviation of the torque's zero from run to run that is left; 0 where it is no more than noise.
     pub fn zero_from_run_to_run(&self, fitted: &Fitted) -> Result<f64, DiagnosisError> {
         let campaign = self.setting.campaign;
-        if campaign.channel != Channel::Torque || self.setting.nuisances.zero_nm > 0.0 {
+        if !campaign.kind.motion_is_measured || self.setting.nuisances.zero_nm > 0.0 {
             return Ok(0.0);
         }
         let (_, left) = self.everywhere(fitted)?;
@@ -126,7 +125,7 @@ impl Judgement<'_> {
     }
 
     pub fn residual(&self) -> Residual {
-        let channel = self.setting.campaign.channel;
+        let channel = self.setting.campaign.kind.channel;
         Residual {
             quantity: channel.name().to_owned(),
             unit: channel.unit().to_owned(),

@@ -8,11 +8,11 @@ use crate::error::if_possible;
 use crate::extend::hypothesis::{Free, Hypothesis};
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, sum};
-use crate::fit::loss::Loss;
 use crate::fit::pattern::ended_poorly;
 use crate::name::selection::Selection;
 use crate::name::threshold::leaves_much_to_pick;
 use crate::name::tried::Tried;
+use crate::numerics::loss::Loss;
 
 /// A change over which a slope is taken changes the prediction by so many times the noise at most, as a root of the sum of squares.
 const REACH: f64 = 5.0;
@@ -21,7 +21,7 @@ const STEPS: usize = 12;
 
 /// Fits on over small changes, where not so much is left that a small change says nothing.
 pub(crate) fn fit_finely(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
-    let loss = Loss::of(setting);
+    let loss = setting.loss();
     if loss == Loss::Squares || ended_poorly(setting, &state.fitted) {
         return Ok(());
     }

@@ -4,7 +4,6 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Point, Setting};
-use crate::fit::loss::Loss;
 use crate::name::selection::Selection;
 use crate::name::threshold::{FLOOR, SHARE, cuts, leaves_much_to_pick};
 use crate::name::tried::{NEARLY, Tried};
@@ -92,7 +91,7 @@ fn is_picked(setting: &Setting<'_>, state: &Selection, index: usize, without: &T
         rms: without.rms,
         ..state.clone()
     };
-    let loss = Loss::of(setting);
+    let loss = setting.loss();
     leaves_much_to_pick(&before, loss)
         && !cuts(&before, (last.candidate.id, state.rms, &state.held_out), 1.0, loss)
 }

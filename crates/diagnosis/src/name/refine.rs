@@ -5,7 +5,6 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::hypothesis::{Free, Member};
 use crate::fit::equations::{Point, Setting, by_group};
-use crate::fit::loss::Loss;
 use crate::fit::pattern::ended_poorly;
 use crate::fit::spread::spread;
 use crate::log::piece::Piece;
@@ -91,7 +90,7 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     }
     let equations = setting.equations(&point, &columns, Piece::is_fitted)?;
     let groups = by_group(setting.campaign, &equations, columns.len());
-    let loss = Loss::of(setting);
+    let loss = setting.loss();
     let weighted = loss.weighted(&groups);
     let left = |columns: &[usize]| {
         leave_out(&weighted, &groups, &setting.campaign.fold_of, columns)
@@ -123,7 +122,7 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
 
 /// Harmonics that are no more than their own errors go, where the others do as well without them.
 fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
-    let Some(spread) = spread(&state.fitted, Loss::of(setting)) else { return Ok(()) };
+    let Some(spread) = spread(&state.fitted, setting.loss()) else { return Ok(()) };
     let mut fewer = state.fitted.point.clone();
     let places = fewer.hypothesis.free();
     // Its way from neutral, squared, in parts of the variance; 0 where it isn't fitted.

@@ -4,7 +4,6 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
-use crate::fit::loss::Loss;
 use crate::fit::pattern::ended_poorly;
 use crate::name::screen::Screened;
 use crate::name::selection::Selection;
@@ -45,17 +44,17 @@ pub(crate) fn fit_rivals(
     state: &Selection,
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
-    let least = PROMISING * least_cut(state, Loss::of(setting));
+    let least = PROMISING * least_cut(state, setting.loss());
     let mut rivals = Vec::new();
     if most < least {
         return Ok(rivals);
     }
-    let torque = setting.campaign.facts.is_torque();
+    let kind = setting.campaign.kind;
     let leader = screened.first().map(|best| best.member.candidate.id);
     let mut taken = 0;
     for screened in screened {
         let id = screened.member.candidate.id;
-        let twin = leader.is_some_and(|leader| are_twins(id, leader, torque));
+        let twin = leader.is_some_and(|leader| are_twins(id, leader, kind));
         let promising = screened.gain > least.max(0.25 * most) && taken < SHORT_LIST;
         if !(promising || twin && screened.gain > 0.1 * most) {
             continue;
@@ -79,13 +78,13 @@ pub(crate) fn fit_rival(
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let far = ended_poorly(setting, &state.fitted) || leaves_much_to_pick(state, Loss::of(setting));
+    let far = ended_poorly(setting, &state.fitted) || leaves_much_to_pick(state, setting.loss());
     let mut tried = Tried::from(setting, begin, if far { FIRST_STEP } else { FIRST_STEPS })?;
     if far && tried.rms < state.rms {
         tried = tried.further(setting, FIRST_STEPS - FIRST_STEP)?;
     }
     let id = screened.member.candidate.id;
-    let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, Loss::of(setting));
+    let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, setting.loss());
     if promises && tried.rms < BEHIND * best {
         tried = tried.further(setting, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;

@@ -5,7 +5,6 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::catalogue::is_confounded;
 use crate::fit::equations::Setting;
-use crate::fit::loss::Loss;
 use crate::name::rivals::{Rival, angle_between, as_good, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
@@ -39,7 +38,7 @@ pub(crate) fn next_cause(
         let order = |rival: &Rival| (numbers(rival), is_confounded(rival.id, facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let pays = |rival: &&Rival| cuts(state, (rival.id, rival.rms, &rival.held_out), 1.0, Loss::of(setting));
+    let pays = |rival: &&Rival| cuts(state, (rival.id, rival.rms, &rival.held_out), 1.0, setting.loss());
     let paying = chosen.filter(pays).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);

@@ -5,10 +5,10 @@ use crate::extend::candidate::{Candidate, Probe};
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Column, Point, Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
-use crate::fit::loss::Loss;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
+use crate::numerics::loss::Loss;
 use nalgebra::DVector;
 use valve_model::EffectId;
 
@@ -25,10 +25,7 @@ const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
 const FINE: f64 = 0.1;
 const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
 
-/// In a log of more samples than this that are fitted (of torques, and of angles, which cost more) the screening looks at some
-/// of the folds alone: they hold every kind of run, and it is the fit that decides.
-const MANY_TORQUES: usize = 60_000;
-const MANY_ANGLES: usize = 16_000;
+/// Of a long log the screening looks at these folds alone: they hold every kind of run, and it is the fit that decides.
 const LOOKED_AT: [usize; 2] = [0, 2];
 
 /// A candidate as the screening sees it.
@@ -102,7 +99,7 @@ pub(crate) fn screen<'a>(
 fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
     let fitted = campaign.pieces.iter().filter(|piece| piece.is_fitted());
     let samples: usize = fitted.map(Piece::len).sum();
-    let all = samples <= if campaign.facts.is_torque() { MANY_TORQUES } else { MANY_ANGLES };
+    let all = samples <= campaign.kind.most_screened_whole;
     move |piece| {
         let fold = campaign.fold_of.get(piece.group);
         piece.is_fitted() && (all || fold.is_some_and(|fold| LOOKED_AT.contains(fold)))
@@ -113,7 +110,7 @@ fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
 fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<f64> {
     let total = sum(&state.groups);
     let far = total.square() > FAR * FAR * total.count;
-    if !far || setting.campaign.facts.is_torque() || candidate.series {
+    if !far || setting.campaign.kind.motion_is_measured || candidate.series {
         return vec![1.0];
     }
     match candidate.parameters.as_slice() {
@@ -163,7 +160,7 @@ pub(crate) struct Tally<'a> {
 
 impl<'a> Tally<'a> {
     fn new(setting: &Setting<'a>, groups: Vec<Gram>, own: Vec<usize>) -> Self {
-        let loss = Loss::of(setting);
+        let loss = setting.loss();
         let weighted = loss.weighted(&groups);
         let (total, folds) = (sum(&weighted), &setting.campaign.fold_of);
         let mut tally = Self { loss, groups, weighted, total, folds, own, base: f64::INFINITY };

@@ -5,7 +5,6 @@ use crate::DiagnosisError;
 use crate::extend::candidate::Candidate;
 use crate::fit::equations::Setting;
 use crate::fit::gauss_newton::Fitted;
-use crate::fit::loss::Loss;
 use crate::name::fine::fit_finely;
 use crate::name::forms::Forms;
 use crate::name::pair::{hidden_pair, leaves_less};
@@ -63,7 +62,7 @@ pub(crate) fn select(
 
 fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
     let held_out = judge(setting, &begin.groups);
-    let rms_first = Loss::of(setting).rms(held_out.each(&begin.groups));
+    let rms_first = setting.loss().rms(held_out.each(&begin.groups));
     Selection {
         fitted: begin,
         held_out_first: held_out.clone(),
@@ -111,7 +110,7 @@ fn grow_on(
         }
         settle(setting, candidates, state)?;
         let as_many = state.fitted.point.hypothesis.members.len() <= before;
-        if as_many && leaves_much_to_pick(state, Loss::of(setting)) {
+        if as_many && leaves_much_to_pick(state, setting.loss()) {
             break;
         }
     }

@@ -1,10 +1,10 @@
 //! The state of the search for causes: what is accepted so far, and what each round decided.
 
 use crate::fit::gauss_newton::Fitted;
-use crate::fit::loss::Loss;
 use crate::name::forms::Forms;
 use crate::name::tried::Tried;
 use crate::numerics::gram::HeldOut;
+use crate::numerics::loss::Loss;
 use valve_model::EffectId;
 
 /// What came out.

@@ -1,9 +1,9 @@
 //! What a cause must be worth beside those that are in: more than their forms leave to pick from.
 
-use crate::fit::loss::Loss;
 use crate::name::forms::LOOSE;
 use crate::name::selection::Selection;
 use crate::numerics::gram::HeldOut;
+use crate::numerics::loss::Loss;
 use valve_model::EffectId;
 
 /// A cause must cut the held-out RMS by so much, in parts of the noise.

@@ -4,7 +4,6 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, Progress, fit, fit_on};
-use crate::fit::loss::Loss;
 use crate::fit::pattern::search;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, HeldOut, leave_out};
@@ -48,7 +47,7 @@ impl Tried {
 
     fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
         let held_out = judge(setting, &fitted.groups);
-        let rms = Loss::of(setting).rms(held_out.each(&fitted.groups));
+        let rms = setting.loss().rms(held_out.each(&fitted.groups));
         Self { fitted, held_out, rms }
     }
 
@@ -64,7 +63,7 @@ impl Tried {
 pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
     let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
     let columns: Vec<usize> = (0..width).collect();
-    let weighted = Loss::of(setting).weighted(groups);
+    let weighted = setting.loss().weighted(groups);
     leave_out(&weighted, groups, &setting.campaign.fold_of, &columns)
         .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })
 }

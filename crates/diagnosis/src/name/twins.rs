@@ -1,6 +1,7 @@
 //! Causes that look alike: which ones, what data tell them apart, and whether a log holds those.
 
 use crate::log::facts::Facts;
+use crate::log::kind::LogKind;
 use valve_model::EffectId;
 
 /// Swings within the bristles' reach from which on presliding shows.
@@ -92,18 +93,18 @@ const ANGLE: [Twins; 10] = [
 ];
 
 /// Whether two causes look alike on logs of this kind unless the data hold what tells them apart.
-pub(crate) fn are_twins(a: EffectId, b: EffectId, torque: bool) -> bool {
-    lists(torque).iter().any(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b))
+pub(crate) fn are_twins(a: EffectId, b: EffectId, kind: LogKind) -> bool {
+    lists(kind).iter().any(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b))
 }
 
 /// What these data lack to tell two causes apart; `None` where they hold something that does.
 pub(crate) fn missing(a: EffectId, b: EffectId, facts: &Facts) -> Option<&'static str> {
-    let pairs = lists(facts.is_torque()).iter();
+    let pairs = lists(facts.kind).iter();
     let mut own = pairs.filter(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b));
     let lacking = own.find(|(_, apart)| !apart.iter().any(|apart| apart.is_in(facts)))?;
     lacking.1.first().map(|apart| apart.missing())
 }
 
-fn lists(torque: bool) -> &'static [Twins] {
-    if torque { &TORQUE } else { &ANGLE }
+fn lists(kind: LogKind) -> &'static [Twins] {
+    if kind.motion_is_measured { &TORQUE } else { &ANGLE }
 }

@@ -2,4 +2,5 @@
 
 pub(crate) mod gram;
 pub(crate) mod line;
+pub(crate) mod loss;
 pub(crate) mod statistics;

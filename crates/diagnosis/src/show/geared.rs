@@ -70,7 +70,7 @@ fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
 
 fn samples(campaign: &Campaign, member: &Member, left: &[Left]) -> Vec<Sample> {
     let count: usize = campaign.pieces.iter().map(Piece::len).sum();
-    let is_torque = campaign.facts.is_torque() && member.candidate.id == EffectId::PositionTorque;
+    let is_torque = campaign.kind.motion_is_measured && member.candidate.id == EffectId::PositionTorque;
     let of_piece = |(piece, left): (&Piece, &Left)| -> Vec<Sample> {
         let residuals = left.residual.iter().zip(&piece.weights).enumerate();
         residuals

@@ -6,7 +6,6 @@ use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
 use crate::numerics::statistics::median;
 use crate::show::residual::Left;
-use log_data::Channel;
 use statrs::statistics::Statistics;
 
 /// Slower is at rest, in parts of the fastest.
@@ -28,7 +27,7 @@ struct Stroke {
 /// Sentences on how the speed goes with the pressure, direction by direction. Whoever commands the speed of each run has
 /// no reason to let it follow the pressure: a speed that does is the drive's own doing.
 pub(crate) fn speed_with_pressure(campaign: &Campaign) -> Vec<String> {
-    if campaign.channel != Channel::Torque {
+    if !campaign.kind.motion_is_measured {
         return Vec::new();
     }
     [(1.0, "positive"), (-1.0, "negative")]

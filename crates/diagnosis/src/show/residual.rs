@@ -3,7 +3,6 @@
 use crate::DiagnosisError;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{fit, with_best_starts};
-use crate::fit::loss::Loss;
 use crate::log::piece::Piece;
 use crate::workers::map;
 
@@ -22,8 +21,7 @@ pub(crate) fn settled(
     let mut frozen = point.clone();
     frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
     let zero = frozen.hypothesis.zero_rad.take();
-    // An angle's best start is searched for anyway.
-    let steps = if setting.campaign.facts.is_torque() { 4 } else { 2 };
+    let steps = setting.campaign.kind.settling_steps;
     let mut shifted = fit(setting, with_zero(frozen, zero), wanted, steps)?.point;
     shifted.starts = with_best_starts(setting, &shifted, wanted)?.starts;
     shifted.hypothesis = point.hypothesis.clone();
@@ -121,5 +119,5 @@ pub(crate) fn rms_as_fitted(setting: &Setting<'_>, left: &[Left], wanted: &impl 
             *count += 1.0;
         }
     }
-    Loss::of(setting).rms(groups.into_iter())
+    setting.loss().rms(groups.into_iter())
 }

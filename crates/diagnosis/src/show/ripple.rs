@@ -34,7 +34,7 @@ struct Phase {
 /// A sentence on the phase of `position-torque`, order by order the greatest alone; `None` of other causes, or where too
 /// few speeds show it.
 pub(crate) fn phase(campaign: &Campaign, cause: &Cause, after: &[Left]) -> Option<String> {
-    if cause.id != EffectId::PositionTorque || !campaign.facts.is_torque() {
+    if cause.id != EffectId::PositionTorque || !campaign.kind.motion_is_measured {
         return None;
     }
     let of = |key: &str, order: usize| {

@@ -7,7 +7,6 @@ use crate::numerics::line::{Line, Weighted};
 use crate::numerics::statistics::holm;
 use crate::outcome::{Dependence, Order};
 use crate::show::residual::Left;
-use log_data::Channel;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
@@ -90,7 +89,7 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     holm(dependences.iter_mut().map(|found| &mut found.p_value));
     dependences.sort_by(|a, b| b.share.total_cmp(&a.share));
     let rms = (square / count.max(1.0)).sqrt();
-    let teeth = setting.campaign.facts.motor.filter(|_| setting.campaign.channel == Channel::Angle);
+    let teeth = setting.campaign.facts.motor.filter(|_| !setting.campaign.kind.motion_is_measured);
     let orders = orders(&samples, teeth.map(|motor| motor.1), square, independent, rms);
     Structure { dependences, orders, rms }
 }

@@ -4,9 +4,7 @@
 //! of a sum of squares such groups would rule all of it. Where a group's error has an unknown variance s of at least the
 //! noise's, its likelihood is best at s = max(1, u), u its mean square in parts of the noise: n·(1 + ln u) beyond u = 1.
 
-use crate::fit::equations::Setting;
 use crate::numerics::gram::Gram;
-use log_data::Channel;
 
 /// A group with less than this part of its noise's mean square was not wrong to begin with.
 const WRONG: f64 = 1.21;
@@ -19,10 +17,6 @@ pub(crate) enum Loss {
 }
 
 impl Loss {
-    pub fn of(setting: &Setting<'_>) -> Self {
-        if setting.campaign.channel == Channel::Angle { Self::OwnNoise } else { Self::Squares }
-    }
-
     /// Over all groups.
     pub fn total(self, groups: &[Gram]) -> f64 {
         groups.iter().map(|group| self.of_group(group.square(), group.count)).sum()
