@@ -4,6 +4,7 @@ use super::{Arguments, Family, Log};
 use hidden_effect_rig::{
     Family as RigFamily, Hidden, LogKind, OUTSIDE, STRONG, WEAK, choose, effects_of, twins,
 };
+use own_recordings::CHANGES;
 use serde::{Deserialize, Serialize};
 
 /// What a campaign is there to show.
@@ -21,6 +22,9 @@ pub enum Class {
     Outside,
     /// One of two that these data can't tell apart.
     Twin,
+    /// One that an own recording can't show: it is drawn as a strong one, and found to be one of these.
+    #[value(skip)]
+    Unseen,
 }
 
 /// A campaign to draw.
@@ -62,7 +66,20 @@ pub fn all(arguments: &Arguments) -> Vec<Case> {
     cases
 }
 
+/// The product's own recordings: with the truth as believed, and with each change of it.
+fn own(arguments: &Arguments) -> Vec<Case> {
+    let clean = (0..arguments.clean).map(|_| (Class::Clean, Hidden::none(LogKind::Angle)));
+    let changed = (0..arguments.seeds)
+        .flat_map(|_| CHANGES)
+        .map(|id| (Class::Strong, Hidden::with(LogKind::Angle, &[id], STRONG)));
+    let case = |(seed, (class, hidden))| Case { family: Family::Own, seed, class, hidden, best_fit: false };
+    (arguments.first_seed..).zip(clean.chain(changed)).map(case).collect()
+}
+
 fn of_family(arguments: &Arguments, family: Family) -> Vec<Case> {
+    if family == Family::Own {
+        return own(arguments);
+    }
     let rig = if family == Family::Real { RigFamily::Real } else { RigFamily::Exact };
     let mut cases = Vec::new();
     let mut seed = arguments.first_seed;

@@ -4,6 +4,7 @@ mod baseline;
 mod cases;
 mod frols;
 mod library;
+mod own;
 mod row;
 mod run;
 pub mod speed;
@@ -74,6 +75,8 @@ enum Families {
     Exact,
     /// Instruments, models, motions and records of the field.
     Real,
+    /// What `stepvalve simulate` records, diagnosed with the belief.
+    Own,
     /// Each of them, kept apart.
     All,
 }
@@ -85,6 +88,8 @@ pub enum Family {
     Exact,
     /// Instruments, models, motions and records of the field.
     Real,
+    /// What `stepvalve simulate` records, diagnosed with the belief.
+    Own,
 }
 
 impl Families {
@@ -92,7 +97,8 @@ impl Families {
         match self {
             Self::Exact => &[Family::Exact],
             Self::Real => &[Family::Real],
-            Self::All => &[Family::Exact, Family::Real],
+            Self::Own => &[Family::Own],
+            Self::All => &[Family::Exact, Family::Real, Family::Own],
         }
     }
 }

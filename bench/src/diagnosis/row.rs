@@ -37,8 +37,6 @@ pub struct Row {
     pub log: LogKind,
     /// The effects hidden.
     pub hidden: Vec<String>,
-    /// Whether the data can show what is hidden.
-    pub shows: bool,
     /// What is true, as far as it is known.
     pub truth: Value,
     /// The verdict.
@@ -83,7 +81,6 @@ impl Row {
             seed: truth.seed,
             log: truth.log,
             hidden: truth.effects.iter().map(|effect| effect.id.clone()).collect(),
-            shows: true,
             truth: truth.json(),
             verdict: finding.verdict.clone(),
             named: finding.named.clone(),

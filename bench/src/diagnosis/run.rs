@@ -3,6 +3,7 @@
 use super::Family;
 use super::baseline;
 use super::cases::{Case, Class};
+use super::own;
 use super::row::{Other, Row};
 use crate::programs::beside;
 use crate::progress::Progress;
@@ -70,6 +71,9 @@ pub fn all(
 
 /// `None` where the rig can't be drawn from the seed.
 fn one(case: &Case, limits: Limits) -> Result<Option<Row>> {
+    if case.family == Family::Own {
+        return own::one(case, limits).map(Some);
+    }
     let Some(campaign) = Campaign::try_draw(case.seed, &case.hidden) else {
         eprintln!("left out: {}: no attempt keeps step and shows what is hidden", case.key());
         return Ok(None);
@@ -175,7 +179,7 @@ pub fn diagnose(
     if !status.success() {
         let complaint = std::fs::read_to_string(&said)?;
         let last = complaint.lines().last().unwrap_or_default();
-        let why = last.rsplit_once("log.h5: ").map_or(last, |(_, why)| why);
+        let why = last.rsplit_once(".h5: ").map_or(last, |(_, why)| why);
         return Ok(json!({ "verdict": format!("refused: {why}") }));
     }
     serde_json::from_slice(&std::fs::read(out.join("diagnosis.json"))?).context("diagnosis.json")

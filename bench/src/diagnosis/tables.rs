@@ -8,18 +8,20 @@ use hidden_effect_rig::{Interval, LogKind, Outcome};
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
-const CLASSES: [(Class, &str); 6] = [
+const CLASSES: [(Class, &str); 7] = [
     (Class::Clean, "nothing hidden"),
-    (Class::Strong, "one effect, 5 times the noise"),
-    (Class::Weak, "one effect, 2 times the noise"),
-    (Class::Two, "two effects, 5 times each"),
+    (Class::Strong, "one strong effect"),
+    (Class::Weak, "one weak effect"),
+    (Class::Two, "two strong effects"),
     (Class::Twin, "twins without the data that separate them"),
     (Class::Outside, "an effect outside the list"),
+    (Class::Unseen, "an effect that the data can't show"),
 ];
 const OUTCOMES: [Outcome; 5] =
     [Outcome::Right, Outcome::Part, Outcome::Ambiguous, Outcome::Missed, Outcome::Wrong];
 const LOGS: [(LogKind, &str); 2] = [(LogKind::Torque, "torque"), (LogKind::Angle, "angle")];
-const FAMILIES: [(Family, &str); 2] = [(Family::Exact, "exact"), (Family::Real, "real")];
+const FAMILIES: [(Family, &str); 3] =
+    [(Family::Exact, "exact"), (Family::Real, "real"), (Family::Own, "own recordings")];
 
 /// All tables.
 pub fn all(rows: &[Row]) -> Vec<Sheet> {
@@ -66,23 +68,32 @@ fn counts(found: &[Outcome]) -> Vec<String> {
 
 /// A rate that the diagnosis is held to: its name, the classes that it counts in, whether a row counts, and the bound of
 /// each family.
-type Target = (&'static str, &'static [Class], fn(&Row) -> bool, [&'static str; 2]);
+type Target = (&'static str, &'static [Class], fn(&Row) -> bool, [&'static str; 3]);
 
 const NAMED: &[Class] = &[Class::Strong, Class::Weak, Class::Two, Class::Twin, Class::Outside];
-const TARGETS: [Target; 9] = [
-    ("false alarms", &[Class::Clean], is_wrong, ["≤ 2 %", "≤ 3 %"]),
-    ("nothing hidden: something said to be left, nothing accused", &[Class::Clean], is_missed, ["-", "-"]),
-    ("single strong effect, exactly right", &[Class::Strong], is_right, ["≥ 95 %", "≥ 90 %"]),
-    ("single weak effect, exactly right", &[Class::Weak], is_right, ["≥ 80 %", "≥ 70 %"]),
-    ("two at once, both", &[Class::Two], is_right, ["≥ 80 %", "≥ 70 %"]),
-    ("twins: said to be ambiguous", &[Class::Twin], is_right, ["-", "-"]),
-    ("outside the list: a listed name", &[Class::Outside], is_wrong, ["0", "0"]),
-    ("wrong names, everything hidden", NAMED, is_wrong, ["≤ 2 %", "≤ 3 %"]),
-    ("no answer in time, or refused", &[], has_no_answer, ["-", "-"]),
+const TARGETS: [Target; 10] = [
+    ("false alarms", &[Class::Clean], is_wrong, ["≤ 2 %", "≤ 3 %", "0 of 200"]),
+    (
+        "nothing hidden: something said to be left, nothing accused",
+        &[Class::Clean],
+        is_missed,
+        ["-", "-", "-"],
+    ),
+    ("single strong effect, exactly right", &[Class::Strong], is_right, ["≥ 95 %", "≥ 90 %", "≥ 90 %"]),
+    ("single weak effect, exactly right", &[Class::Weak], is_right, ["≥ 80 %", "≥ 70 %", "-"]),
+    ("two at once, both", &[Class::Two], is_right, ["≥ 80 %", "≥ 70 %", "-"]),
+    ("twins: said to be ambiguous", &[Class::Twin], is_right, ["-", "-", "-"]),
+    ("outside the list: a listed name", &[Class::Outside], is_wrong, ["0", "0", "-"]),
+    ("wrong names, everything hidden", NAMED, is_wrong, ["≤ 2 %", "≤ 3 %", "≤ 2 %"]),
+    ("can't be shown: nothing else named", &[Class::Unseen], is_not_wrong, ["-", "-", "-"]),
+    ("no answer in time, or refused", &[], has_no_answer, ["-", "-", "-"]),
 ];
 
 fn is_wrong(row: &Row) -> bool {
     row.outcome == Outcome::Wrong
+}
+fn is_not_wrong(row: &Row) -> bool {
+    row.outcome != Outcome::Wrong
 }
 fn is_right(row: &Row) -> bool {
     row.outcome == Outcome::Right

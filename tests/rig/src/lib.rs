@@ -33,4 +33,5 @@ mod truth;
 pub use campaign::{Campaign, choose};
 pub use hidden::{Family, Gap, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
 pub use judge::{Finding, Interval, Outcome, intervals};
+pub use real::{Columns, Left, Normal};
 pub use truth::{HiddenEffect, Imperfect, Truth};

@@ -2,7 +2,7 @@
 
 /// Columns of the same samples, run by run, with the bounds of their coefficients.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Columns {
+pub struct Columns {
     /// Column, run, sample.
     pub values: Vec<Vec<Vec<f64>>>,
     /// The coefficient's largest magnitude.
@@ -10,7 +10,7 @@ pub(super) struct Columns {
 }
 
 /// What no combination of some columns can stand for.
-pub(super) struct Left {
+pub struct Left {
     /// Over σ, RMS over the runs where it acts.
     pub seen: f64,
     /// In runs of those numbers.
@@ -24,7 +24,7 @@ const ACTS: f64 = 0.25 * 0.25;
 const SWEEPS: usize = 400;
 
 /// The normal equations of all columns, a change to be explained last.
-pub(super) struct Normal<'a> {
+pub struct Normal<'a> {
     columns: &'a Columns,
     change: &'a [Vec<f64>],
     weights: &'a [Vec<f64>],
@@ -43,6 +43,7 @@ fn product(a: &[Vec<f64>], b: &[Vec<f64>], weights: &[Vec<f64>]) -> f64 {
 }
 
 impl<'a> Normal<'a> {
+    /// Columns, a change of the same runs and samples, and each sample's weight.
     pub fn new(columns: &'a Columns, change: &'a [Vec<f64>], weights: &'a [Vec<f64>]) -> Self {
         let all = &columns.values;
         let mut gram = vec![vec![0.0; all.len()]; all.len()];

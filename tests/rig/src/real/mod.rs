@@ -22,7 +22,7 @@ use crate::plan::RunPlan;
 use crate::spool::{Outputs, Valve};
 use crate::truth::{HiddenEffect, Imperfect, Truth};
 use alike::Slopes;
-use fit::{Columns, Normal};
+pub use fit::{Columns, Left, Normal};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use serde_json::{Value, json};

@@ -1,0 +1,274 @@
+//! The answer key: whether a recording can show how its truth differs from the belief, and what else would look like it.
+//!
+//! The recorded command goes through the valve's equations without any noise, once as the truth is and once as the belief
+//! is. The difference of angle and torque counts in parts of what each is known to: the encoder's noise and count; a
+//! recording's torque has neither, so [`TORQUE`] of the Coulomb torque stands for them. What numbers within twice their tolerance
+//! can stand for is taken off. A difference of [`hidden_effect_rig::WEAK`] or more shows, unless another cause leaves of it
+//! no more than chance would.
+
+use crate::changes::coulomb_nm;
+use crate::{Encoder, Recording};
+use anyhow::{Context, Result};
+use config::parse_model;
+use hidden_effect_rig::{Columns, HiddenEffect, Imperfect, LogKind, Normal, Truth, WEAK};
+use log_data::Run;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+use valve_model::{Effect, EffectValue, Model, ValveInput, ValveParams, ValveState, step};
+
+/// What a recording's torque is taken to be known to, as a part of the Coulomb torque.
+const TORQUE: f64 = 1e-3;
+/// What an angle is known to at best, rad: without an encoder the simulated angle itself is recorded.
+const ANGLE_RAD: f64 = 1e-6;
+/// The standard deviation of the belief's numbers, and how many of them they move.
+const TOLERANCE: f64 = 0.03;
+const WITHIN: f64 = 2.0;
+/// The part of a difference's RMS that a like cause may leave, and a sum of squares that chance leaves hardly ever.
+const ALIKE: f64 = 0.15;
+const CHANCE: f64 = 30.0;
+/// How much a number changes for its slope.
+const SMALL: f64 = 0.03;
+
+/// What is true about a recording.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// For the judge. Where the data can't show what is hidden, whatever is like it may be named, or nothing.
+    pub truth: Truth,
+    /// Whether the data can show it.
+    pub shows: bool,
+}
+
+/// Angle and torque over a recording's samples.
+struct Motion([Vec<f64>; 2]);
+
+impl Motion {
+    fn less(mut self, other: &Self) -> Vec<Vec<f64>> {
+        for (mine, theirs) in self.0.iter_mut().zip(&other.0) {
+            mine.iter_mut().zip(theirs).for_each(|(mine, theirs)| *mine -= theirs);
+        }
+        self.0.into()
+    }
+}
+
+/// The key to a recording, from its run.h5.
+///
+/// # Errors
+/// A file that can't be read, or has no command.
+pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
+    let log = run_log::read_log(run_h5)?;
+    let run = log.runs.first().context("a run")?;
+    let belief = parse_model(&recording.belief_toml, "belief.toml")?;
+    let Some(change) = &recording.change else {
+        return Ok(Answer { truth: truth(recording, &belief, &[], Vec::new(), 0.0), shows: true });
+    };
+    let plain = follow(&belief, run)?;
+    let difference = follow(&with(&belief, change.clone()), run)?.less(&plain);
+    let weights = weights(recording.encoder, &belief, run);
+    let mut columns = Columns::default();
+    let slopes = |id: &str, bound: f64, columns: &mut Columns| -> Result<Vec<usize>> {
+        let begin = columns.values.len();
+        for effect in small(id, &belief) {
+            columns.values.push(follow(&with(&belief, effect), run)?.less(&plain));
+            columns.bounds.push(bound);
+        }
+        Ok((begin..columns.values.len()).collect())
+    };
+    for id in NUMBERS {
+        // A slope is that of SMALL, which is the tolerance.
+        slopes(id, WITHIN * TOLERANCE / SMALL, &mut columns)?;
+    }
+    let nuisances: Vec<usize> = (0..columns.values.len()).collect();
+    let mut causes = Vec::new();
+    for id in LIKE.iter().filter(|id| **id != change.id()) {
+        causes.push((*id, slopes(id, f64::INFINITY, &mut columns)?));
+    }
+    let normal = Normal::new(&columns, &difference, &weights);
+    let seen = normal.left(&nuisances).seen;
+    let (mut alike, mut same) = (Vec::new(), false);
+    for (id, which) in causes {
+        let which: Vec<usize> = nuisances.iter().chain(&which).copied().collect();
+        let left = normal.left(&which);
+        if left.seen < ALIKE * seen || left.square < CHANCE {
+            alike.push(id.to_owned());
+            same |= left.square < CHANCE;
+        }
+    }
+    let shows = seen >= WEAK && !same;
+    let hidden = if shows { vec![change] } else { Vec::new() };
+    if !shows {
+        alike.push(change.id().to_owned());
+    }
+    let mut truth = truth(recording, &belief, &hidden, alike, seen);
+    if let Some(imperfect) = &mut truth.imperfect {
+        imperfect.world.insert("change".to_owned(), json!(crate::changes::toml(change)));
+        imperfect.world.insert("seen".to_owned(), json!(seen));
+    }
+    Ok(Answer { truth, shows })
+}
+
+/// The belief's numbers.
+const NUMBERS: [&str; 7] = [
+    "coulomb-level",
+    "static-level",
+    "viscous-level",
+    "stribeck-velocity",
+    "bristle-stiffness",
+    "load-inertia",
+    "holding-torque-level",
+];
+
+/// Causes that a difference is compared with.
+const LIKE: [&str; 22] = [
+    "coulomb-level",
+    "static-level",
+    "viscous-level",
+    "stribeck-velocity",
+    "bristle-stiffness",
+    "load-inertia",
+    "holding-torque-level",
+    "pressure-dependent-friction",
+    "temperature-dependent-viscosity",
+    "temperature-dependent-friction",
+    "direction-asymmetry",
+    "angle-dependent-friction",
+    "flow-torque",
+    "pressure-torque",
+    "position-torque",
+    "detent-torque",
+    "microstep-error",
+    "backlash",
+    "coupling-compliance",
+    "sensor-delay",
+    "torque-offset",
+    "encoder-eccentricity",
+];
+
+/// An effect in small amounts of each of its shapes.
+fn small(id: &str, belief: &Model) -> Vec<Effect> {
+    let one = |parts: &[(&str, EffectValue)]| Effect::from_parts(id, parts).unwrap();
+    let number = |key: &str, value: f64| one(&[(key, EffectValue::Number(value))]);
+    let waves = |size: f64| -> Vec<Effect> {
+        let orders = (0..2).flat_map(|order| ["cos", "sin"].map(|key| (order, key)));
+        let wave = |(order, key): (usize, &str)| {
+            let mut list = vec![0.0; order + 1];
+            list[order] = size;
+            one(&[(key, EffectValue::List(list))])
+        };
+        orders.map(wave).collect()
+    };
+    let coulomb_nm = coulomb_nm(belief);
+    match id {
+        "pressure-dependent-friction" => vec![number("gain", 0.01)],
+        "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
+            vec![number("beta_per_k", 0.005)]
+        }
+        "direction-asymmetry" => vec![number("level", 0.03), number("viscous", 0.1)],
+        "angle-dependent-friction" => waves(0.03),
+        "flow-torque" => waves(0.01 * coulomb_nm),
+        "position-torque" => waves(0.03 * coulomb_nm),
+        "pressure-torque" => vec![number("gain", 0.01 * coulomb_nm)],
+        "detent-torque" => waves(0.03),
+        "microstep-error" => waves(5e-5),
+        "backlash" => vec![number("half_width_rad", 3e-4)],
+        "coupling-compliance" => vec![one(&[
+            ("stiffness_nm_per_rad", EffectValue::Number(5000.0)),
+            ("damping_nm_s_per_rad", EffectValue::Number(1.0)),
+        ])],
+        "sensor-delay" => vec![number("delay_s", 3e-4)],
+        "torque-offset" => vec![number("offset_nm", 0.03 * coulomb_nm)],
+        "encoder-eccentricity" => [0.0, 1.571]
+            .map(|phase| {
+                one(&[
+                    ("amplitude_rad", EffectValue::Number(1e-4)),
+                    ("phase_rad", EffectValue::Number(phase)),
+                ])
+            })
+            .to_vec(),
+        _ => vec![number("factor", 1.0 + SMALL)],
+    }
+}
+
+fn with(belief: &Model, effect: Effect) -> Model {
+    let mut model = belief.clone();
+    model.effects.push(effect);
+    model
+}
+
+/// Angle and torque as the valve answers the recorded command; a delay of the encoder by its slope.
+fn follow(model: &Model, run: &Run) -> Result<Motion> {
+    let params = ValveParams::new(model)?;
+    let command = run.angle_command_rad.as_ref().context("a command")?;
+    let known: Vec<usize> = (0..run.len()).filter(|row| command[*row].is_finite()).collect();
+    let at = |values: &Option<Vec<f64>>, row: usize, otherwise: f64| {
+        values.as_ref().map(|values| values[row]).filter(|value| value.is_finite()).unwrap_or(otherwise)
+    };
+    let mut state = ValveState::at_rest(command[known[0]]);
+    let mut motion = Motion([vec![command[known[0]]], vec![0.0]]);
+    for pair in known.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        let input = ValveInput {
+            command_start_rad: command[from],
+            command_end_rad: command[to],
+            pressure_drop_pa: at(&run.pressure_drop_pa, from, 0.0),
+            oil_temperature_c: at(&run.oil_temperature_c, from, model.reference_temperature_c()),
+            energised: true,
+        };
+        let output = step(&params, &mut state, &input, run.time_s[to] - run.time_s[from]);
+        motion.0[0].push(output.encoder_angle_rad);
+        motion.0[1].push(output.measured_torque_nm);
+    }
+    let delay = model.effects.iter().find(|effect| effect.id() == "sensor-delay");
+    if let Some((_, EffectValue::Number(delay_s))) = delay.and_then(|effect| effect.parts().next()) {
+        let angle = motion.0[0].clone();
+        for k in 1..angle.len() {
+            let step_s = run.time_s[known[k]] - run.time_s[known[k - 1]];
+            motion.0[0][k] -= delay_s * (angle[k] - angle[k - 1]) / step_s;
+        }
+    }
+    Ok(motion)
+}
+
+/// 1/σ² of the samples that `follow` goes through.
+fn weights(encoder: Encoder, belief: &Model, run: &Run) -> Vec<Vec<f64>> {
+    let angle = (encoder.noise_rad.powi(2) + encoder.step_rad.powi(2) / 12.0).sqrt().max(ANGLE_RAD);
+    let torque = TORQUE * coulomb_nm(belief);
+    let known = run.angle_command_rad.iter().flatten().filter(|command| command.is_finite()).count();
+    [angle, torque].map(|deviation| vec![deviation.powi(-2); known]).into()
+}
+
+fn truth(recording: &Recording, belief: &Model, hidden: &[&Effect], alike: Vec<String>, seen: f64) -> Truth {
+    let effect = |effect: &&Effect| {
+        let value = |value: &EffectValue| match value {
+            EffectValue::Number(number) => json!(number),
+            EffectValue::List(numbers) => json!(numbers),
+        };
+        let parameters: Map<String, Value> =
+            effect.parts().map(|(key, of)| (key.to_owned(), value(of))).collect();
+        HiddenEffect {
+            id: effect.id().to_owned(),
+            parameters,
+            same_form: true,
+            strength: seen,
+            acts_in: Vec::new(),
+        }
+    };
+    let mut world = Map::new();
+    world.insert("recording".to_owned(), json!(recording.what));
+    let imperfect = Imperfect {
+        tolerance: TOLERANCE,
+        also_true: if hidden.is_empty() { alike.clone() } else { Vec::new() },
+        world,
+    };
+    Truth {
+        seed: recording.seed,
+        log: LogKind::Angle,
+        effects: hidden.iter().map(effect).collect(),
+        noise: TORQUE * coulomb_nm(belief),
+        encoder_step_rad: recording.encoder.step_rad,
+        twins: Vec::new(),
+        near_twins: if hidden.is_empty() { Vec::new() } else { alike },
+        verdict: if hidden.is_empty() { "no-discrepancy" } else { "explained" },
+        // A truth that is the belief leaves nothing imperfect.
+        imperfect: recording.change.is_some().then_some(imperfect),
+    }
+}
