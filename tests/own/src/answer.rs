@@ -14,7 +14,7 @@ use hidden_effect_rig::{Columns, HiddenEffect, Imperfect, LogKind, Normal, Truth
 use log_data::Run;
 use serde_json::{Map, Value, json};
 use std::path::Path;
-use valve_model::{Effect, EffectValue, Model, ValveInput, ValveParams, ValveState, step};
+use valve_model::{Effect, EffectId, EffectValue, Model, ValveInput, ValveParams, ValveState, step};
 
 /// What a recording's torque is taken to be known to, as a part of the Coulomb torque.
 const TORQUE: f64 = 1e-3;
@@ -79,7 +79,7 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     }
     let nuisances: Vec<usize> = (0..columns.values.len()).collect();
     let mut causes = Vec::new();
-    for id in LIKE.iter().filter(|id| **id != change.id()) {
+    for id in LIKE.iter().filter(|id| **id != change.id().name()) {
         causes.push((*id, slopes(id, f64::INFINITY, &mut columns)?));
     }
     let normal = Normal::new(&columns, &difference, &weights);
@@ -96,7 +96,7 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     let shows = seen >= WEAK && !same;
     let hidden = if shows { vec![change] } else { Vec::new() };
     if !shows {
-        alike.push(change.id().to_owned());
+        alike.push(change.id().name().to_owned());
     }
     let mut truth = truth(recording, &belief, &hidden, alike, seen);
     if let Some(imperfect) = &mut truth.imperfect {
@@ -217,7 +217,7 @@ fn follow(model: &Model, run: &Run) -> Result<Motion> {
         motion.0[0].push(output.encoder_angle_rad);
         motion.0[1].push(output.measured_torque_nm);
     }
-    let delay = model.effects.iter().find(|effect| effect.id() == "sensor-delay");
+    let delay = model.effects.iter().find(|effect| effect.id() == EffectId::SensorDelay);
     if let Some((_, EffectValue::Number(delay_s))) = delay.and_then(|effect| effect.parts().next()) {
         let angle = motion.0[0].clone();
         for k in 1..angle.len() {
@@ -245,7 +245,7 @@ fn truth(recording: &Recording, belief: &Model, hidden: &[&Effect], alike: Vec<S
         let parameters: Map<String, Value> =
             effect.parts().map(|(key, of)| (key.to_owned(), value(of))).collect();
         HiddenEffect {
-            id: effect.id().to_owned(),
+            id: effect.id().name().to_owned(),
             parameters,
             same_form: true,
             strength: seen,
