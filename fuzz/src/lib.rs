@@ -13,7 +13,7 @@ use signals::{
     RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 use std::io::Write;
-use table_import::{Format, Header, Limits, Map, Separated, Separator, collect};
+use table_import::{Format, Header, Interleaved, Map, Selection, Separated, Separator, Skip, Table, collect};
 use valve_model::Model;
 
 /// A scenario or a model: refused with places, or accepted.
@@ -87,15 +87,20 @@ pub fn text_table(bytes: &[u8]) {
     let maps: Vec<Map> = ["time=row*0.001", "angle=c1"].iter().filter_map(|text| text.parse().ok()).collect();
     let given = std::str::from_utf8(map).ok().and_then(|text| text.parse::<Map>().ok());
     let maps: Vec<Map> = maps.into_iter().chain(given).collect();
-    for (separator, header, decimal_comma) in [
-        (Separator::Auto, Header::Auto, false),
-        (Separator::Space, Header::No, true),
-        (Separator::Semicolon, Header::Yes, true),
+    for (separator, header, decimal_comma, skip) in [
+        (Separator::Auto, Header::Auto, false, Skip::Lines(0)),
+        (Separator::Auto, Header::Auto, false, Skip::Auto),
+        (Separator::Space, Header::No, true, Skip::Lines(1)),
+        (Separator::Semicolon, Header::Yes, true, Skip::Lines(0)),
     ] {
-        let format = Format { separator, header, decimal_comma };
-        let Ok(mut table) = Separated::open(file.path(), format) else { continue };
+        let format = Format { separator, header, skip, decimal_comma, ..Format::default() };
+        let Ok(mut table) = Separated::open(file.path(), &format) else { continue };
+        if let (Ok(interleaved), Ok(mut lines)) = ("c1,c2,c3".parse(), Separated::open(file.path(), &format))
+        {
+            interleave(&interleaved, &mut lines);
+        }
         let mut run = Run { name: "fuzz".to_owned(), ..Run::default() };
-        let limits = Limits { rows: None, numbers: 100_000 };
+        let limits = Selection { numbers: 100_000, ..Selection::default() };
         if collect(&mut table, &maps, &limits, &mut run).is_ok() && maps.len() == 2 {
             let log = Log { runs: vec![run], ..Log::default() };
             // Accepted or refused; never with a time that stands still.
@@ -104,6 +109,13 @@ pub fn text_table(bytes: &[u8]) {
                 assert!(times.into_iter().all(|pair| pair.first() < pair.last()), "time stands still");
             }
         }
+    }
+}
+
+/// Lines of one sample each: refused, or columns of one length.
+fn interleave(interleaved: &Interleaved, lines: &mut Separated) {
+    if let Ok(columns) = interleaved.sorted(lines, 100_000) {
+        assert!(!columns.names().is_empty(), "columns without names");
     }
 }
 

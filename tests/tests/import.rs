@@ -1,9 +1,13 @@
 //! `stepvalve import`: what people's tables hold becomes a valve-log; what is wrong in them is named with its place.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+#[path = "shared/tables.rs"]
+mod tables;
+
 use log_data::{AngleZero, Log};
 use std::path::Path;
-use stepvalve_tests::{Finished, TestPlace, measured_data};
+use stepvalve_tests::{Finished, TestPlace, measured_data, repository};
+use tables::{mat_v5, mat_v73, npy};
 
 /// Runs `import` with `out.h5` as the output.
 fn import(place: &TestPlace, arguments: &[&str]) -> Finished {
@@ -107,45 +111,6 @@ fn wrong_texts_are_refused_with_their_place() {
     refused(&place, &[&[binary.to_str().unwrap()], &MAPS[..]].concat(), &["not a text"]);
 }
 
-/// A MAT file of v5 without compression, as MATLAB's `save -v6` writes it.
-fn mat_v5(arrays: &[(&str, &[f64])]) -> Vec<u8> {
-    let element = |kind: u32, data: &[u8]| {
-        let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
-        bytes.extend(data);
-        bytes.resize(bytes.len().div_ceil(8) * 8, 0);
-        bytes
-    };
-    let mut file = b"MATLAB 5.0 MAT-file".to_vec();
-    file.resize(124, b' ');
-    file.extend([0, 1, b'I', b'M']);
-    for (name, values) in arrays {
-        let numbers: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        let flags = [6u32.to_le_bytes(), 0u32.to_le_bytes()].concat();
-        let shape = [(values.len() as i32).to_le_bytes(), 1i32.to_le_bytes()].concat();
-        let inner =
-            [element(6, &flags), element(5, &shape), element(1, name.as_bytes()), element(9, &numbers)];
-        file.extend(element(14, &inner.concat()));
-    }
-    file
-}
-
-/// A MAT file of v7.3: HDF5 behind a header of 512 bytes, arrays transposed.
-fn mat_v73(path: &Path, arrays: &[(&str, &[f64])]) {
-    let mut options = hdf5::File::with_options();
-    let file = options.with_fcpl(|create| create.userblock(512)).create(path).unwrap();
-    for (name, values) in arrays {
-        let dataset = file.new_dataset::<f64>().shape((1, values.len())).create(*name).unwrap();
-        dataset.write_raw(*values).unwrap();
-    }
-    file.close().unwrap();
-    let mut bytes = std::fs::read(path).unwrap();
-    let mut head = b"MATLAB 7.3 MAT-file".to_vec();
-    head.resize(124, b' ');
-    head.extend([0, 2, b'I', b'M']);
-    bytes[..128].copy_from_slice(&head);
-    std::fs::write(path, bytes).unwrap();
-}
-
 #[test]
 fn mat_files_of_both_kinds_and_cut_ones() {
     let time: Vec<f64> = (0..50).map(|k| 1e-3 * f64::from(k)).collect();
@@ -184,39 +149,235 @@ fn what_is_no_mat_file() {
     }
 }
 
+/// One of the recipes that are shipped.
+fn recipe(name: &str) -> String {
+    repository().join("rt-config/recipes").join(name).to_str().unwrap().to_owned()
+}
+
+/// The files of a folder, in order.
+fn files_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap().flatten();
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some())
+        .map(|path| path.to_str().unwrap().to_owned())
+        .collect();
+    files.sort();
+    files
+}
+
+/// What one command makes of a measured set.
+fn by_recipe(place: &TestPlace, files: &[String], name: &str) -> Log {
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    imported(place, &[&files[..], &["--recipe", &recipe(name)]].concat())
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
 #[test]
-fn a_record_of_a_drive() {
+fn a_carriage_on_a_screw() {
     let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
-    let file = data.join("emps/DATA_EMPS.mat");
-    let maps = ["--map", "time=t", "--map", "angle=qm*2*pi/0.0025", "--map", "torque=gtau*vir*0.0025/(2*pi)"];
-    let log = imported(&place, &[&[file.to_str().unwrap()], &maps[..]].concat());
+    let log = by_recipe(&place, &files_in(&data.join("emps")), "emps.toml");
     let run = &log.runs[0];
     assert_eq!(run.len(), 24_841);
     assert!((run.end_s() - run.start_s() - 24.84).abs() < 1e-6, "{}", run.end_s());
     // Some 0.24 m of travel on a screw of 2.5 mm pitch, under some tens of newtons.
-    let turns = run.angle_rad.iter().fold(0.0, |most: f64, angle| most.max(*angle)) / std::f64::consts::TAU;
+    let turns = largest(&run.angle_rad) / std::f64::consts::TAU;
     assert!((80.0..110.0).contains(&turns), "{turns} turns");
-    let most = run.torque_nm.as_ref().unwrap().iter().fold(0.0, |most: f64, torque| most.max(torque.abs()));
+    let most = largest(run.torque_nm.as_ref().unwrap());
     assert!((0.01..0.2).contains(&most), "{most} N*m");
 }
 
 #[test]
-fn records_of_a_seal() {
+fn a_seal_under_four_pressures() {
     let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
-    let mut files: Vec<_> =
-        std::fs::read_dir(data.join("seal-friction")).unwrap().flatten().map(|f| f.path()).collect();
-    files.sort();
-    let files: Vec<&str> = files.iter().map(|file| file.to_str().unwrap()).collect();
-    let maps = ["--map", "time=c1/1000", "--map", "angle=c5/12.5", "--map", "torque=c7*0.0125"];
-    let more = ["--map", "pressure_drop=c6*1e5", "--gap", "60", "--kind", "constant-velocity"];
-    let log = imported(&place, &[&files[..], &maps, &more].concat());
-    assert_eq!(log.runs.len(), 8);
-    assert_eq!(log.runs.iter().map(log_data::Run::len).sum::<usize>(), 54_016);
+    let files = files_in(&data.join("seal-friction"));
+    let log = by_recipe(&place, &files, "seal-friction.toml");
+    assert_eq!(log.runs.len(), files.len());
+    let repetitions = log.runs.iter().filter(|run| !run.name.starts_with('3'));
+    assert_eq!(repetitions.map(log_data::Run::len).sum::<usize>(), 54_016);
     assert!(log.is_on_one_clock());
     let run = log.run("1_O-ring257_5bar").unwrap();
     let pressure = run.pressure_drop_pa.as_ref().unwrap();
     let mean = pressure.iter().sum::<f64>() / pressure.len() as f64;
     assert!((4.8e5..5.2e5).contains(&mean), "{mean} Pa");
+}
+
+/// A scope's files: preambles of 10 to 12 lines, no angle, and the same names in two folders.
+#[test]
+fn a_screw_drive() {
+    let Some(data) = measured_data() else { return };
+    let place = TestPlace::new();
+    let folder = data.join("screw-drive");
+    let files = [files_in(&folder.join("steady_state")), files_in(&folder.join("start_stop"))].concat();
+    let log = by_recipe(&place, &files, "screw-drive.toml");
+    assert_eq!((log.runs.len(), log.angle_zero), (34, AngleZero::PerRun));
+    assert!(log.runs.iter().all(|run| run.len() == 500));
+    let run = log.run("steady_state-200").unwrap();
+    // 200 rpm for 3.2 s, turned; some 30 % of 9.84 mN·m.
+    let (length_s, torque) = (run.end_s() - run.start_s(), run.torque_nm.as_ref().unwrap());
+    let speed = (run.angle_rad[499] - run.angle_rad[0]) / length_s;
+    assert!((20.5..21.5).contains(&speed), "{speed} rad/s");
+    let mean = torque.iter().sum::<f64>() / 500.0;
+    assert!((2.5e-3..3.5e-3).contains(&mean), "{mean} N*m");
+}
+
+/// Matrices of 3 × N: signals in rows.
+#[test]
+fn a_motor_that_cogs() {
+    let Some(data) = measured_data() else { return };
+    let place = TestPlace::new();
+    let log = by_recipe(&place, &files_in(&data.join("motor-cogging")), "motor-cogging.toml");
+    let lengths: Vec<usize> = log.runs.iter().map(log_data::Run::len).collect();
+    assert_eq!(lengths, [4306, 4267, 4342]);
+    let run = &log.runs[0];
+    let speed = (run.angle_rad[4305] - run.angle_rad[0]) / (run.end_s() - run.start_s());
+    assert!((0.6..0.66).contains(&speed.abs()), "0.1 turns a second: {speed} rad/s");
+    assert!((1e-3..2e-2).contains(&largest(run.torque_nm.as_ref().unwrap())));
+}
+
+#[test]
+fn preambles_units_dates_and_what_is_missing() {
+    let place = TestPlace::new();
+    let text = "Drive 7\r\nrecorded;today\r\nwhen;x;F\r\nclock;mm;N\r\n\
+                2020-07-08 23:59:59.5;1;n/a\r\n2020-07-09 00:00:00;2;-9999.0\r\n2020-07-09 00:00:00.5;-;3\r\n\
+                2020-07-09 00:00:01;4;4\r\n";
+    let file = place.write("given.csv", text);
+    let maps = ["--map", "time=when", "--map", "angle=fill(x)", "--map", "torque=F", "--map", "travel[mm]=x"];
+    let more = ["--missing", "-9999", "--skip", "2", "--units-line"];
+    let log = imported(&place, &[&[file.to_str().unwrap()], &maps[..], &more].concat());
+    let run = &log.runs[0];
+    assert_eq!(run.time_s, [86_399.5, 86_400.0, 86_400.5, 86_401.0]);
+    assert_eq!(log.attributes["time_zero_unix_s"], log_data::Attribute::Number(1_594_166_400.0));
+    assert_eq!(run.angle_rad, [1.0, 2.0, 3.0, 4.0]);
+    let torque = run.torque_nm.as_ref().unwrap();
+    assert!(torque[0].is_nan() && torque[1].is_nan() && torque[2..] == [3.0, 4.0], "{torque:?}");
+    assert!(run.extra("travel").unwrap().values[2].is_nan());
+}
+
+#[test]
+fn rows_by_condition_every_nth_and_decimated() {
+    let place = TestPlace::new();
+    // A slow ramp, and a tone that lies above half of the new sampling rate.
+    let row = |k: usize| format!("{},{},{}\n", k, k as f64 + (1.3 * k as f64).sin(), k % 2);
+    let file = place.write("given.csv", &(0..400).map(row).collect::<String>());
+    let file = file.to_str().unwrap();
+    let log = |more: &[&str]| {
+        let _ = std::fs::remove_file(place.path("out.h5"));
+        imported(&place, &[&[file, "--map", "time=c1", "--map", "angle=c2"], more].concat()).runs.remove(0)
+    };
+    let odd = log(&["--where", "c3==1 && c1>10", "--where", "row<15"]);
+    assert_eq!(odd.time_s, [11.0, 13.0]);
+    let every = log(&["--rows", "2..20", "--every", "5"]);
+    assert_eq!(every.time_s, [1.0, 6.0, 11.0, 16.0]);
+    let decimated = log(&["--decimate", "5"]);
+    assert_eq!(decimated.len(), 80);
+    for k in 10..70 {
+        let off = decimated.angle_rad[k] - decimated.time_s[k];
+        assert!(off.abs() < 0.02, "row {k}: {off}");
+    }
+    refused(
+        place_without_out(&place),
+        &[file, "--map", "time=c1", "--map", "angle=c2", "--where", "c1<0"],
+        &["c1<0", "none of 400 rows"],
+    );
+}
+
+/// The same place, what was imported before taken away.
+fn place_without_out(place: &TestPlace) -> &TestPlace {
+    std::fs::remove_file(place.path("out.h5")).unwrap();
+    place
+}
+
+#[test]
+fn lines_of_one_sample_each() {
+    let place = TestPlace::new();
+    let text = "signal,ms,value\nq,0,1\nM,0,5\nq,10,2\nq,20,3\nM,20,6\n";
+    let file = place.write("given.csv", text);
+    let file = file.to_str().unwrap();
+    let maps = [
+        "--interleaved",
+        "signal,ms,value",
+        "--map",
+        "time=time/1000",
+        "--map",
+        "angle=q",
+        "--map",
+        "torque=M",
+    ];
+    let log = imported(&place, &[&[file], &maps[..]].concat());
+    let run = &log.runs[0];
+    assert_eq!((&run.time_s[..], &run.angle_rad[..]), (&[0.0, 0.01, 0.02][..], &[1.0, 2.0, 3.0][..]));
+    let torque = run.torque_nm.as_ref().unwrap();
+    assert!(torque[1].is_nan() && torque[0] == 5.0 && torque[2] == 6.0, "{torque:?}");
+    std::fs::write(file, text.to_owned() + "M,20,7\n").unwrap();
+    refused(place_without_out(&place), &[&[file], &maps[..]].concat(), &["line 7", "M at time 20 once more"]);
+}
+
+#[test]
+fn numpy_arrays_whichever_way_they_lie() {
+    let rows: [[f64; 2]; 3] = [[0.0, 5.0], [0.1, 6.0], [0.2, 7.0]];
+    let bytes = |numbers: &[f64]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let upright: Vec<f64> = rows.iter().flatten().copied().collect();
+    let lying: Vec<f64> = (0..2).flat_map(|column| rows.iter().map(move |row| row[column])).collect();
+    let plain = ["--map", "time=data_1", "--map", "angle=data_2"];
+    let named = ["--map", "time=t", "--map", "angle={x mm}"];
+    for (file, maps) in [
+        (npy("'<f8'", "(3, 2)", &bytes(&upright)), plain),
+        (npy("'<f8'", "(2, 3)", &bytes(&lying)), plain),
+        (npy("[('t', '<f8'), ('x mm', '<f8')]", "(3,)", &bytes(&upright)), named),
+    ] {
+        let place = TestPlace::new();
+        let path = place.path("given.npy");
+        std::fs::write(&path, file).unwrap();
+        let log = imported(&place, &[&[path.to_str().unwrap()], &maps[..]].concat());
+        assert_eq!(log.runs[0].time_s, [0.0, 0.1, 0.2]);
+        assert_eq!(log.runs[0].angle_rad, [5.0, 6.0, 7.0]);
+    }
+    let place = TestPlace::new();
+    let path = place.path("given.npy");
+    std::fs::write(&path, npy("'<f8'", "(3000000, 2)", &bytes(&upright))).unwrap();
+    refused(
+        &place,
+        &[&[path.to_str().unwrap()], &plain[..]].concat(),
+        &["given.npy", "expected a whole file"],
+    );
+}
+
+#[test]
+fn a_recipe_says_what_the_next_record_needs() {
+    let place = TestPlace::new();
+    let file = place.write("given.csv", "a;b\n0;1,5\n10;2,5\n");
+    let file = file.to_str().unwrap();
+    let recipe = place.path("drive.toml");
+    let recipe = recipe.to_str().unwrap();
+    let first = ["--map", "time=a/1000", "--map", "angle=b", "--decimal-comma", "--save-recipe", recipe];
+    let log = imported(&place, &[&[file], &first[..]].concat());
+    place_without_out(&place);
+    let again = imported(&place, &[file, "--recipe", recipe]);
+    assert_eq!(log.runs, again.runs);
+    place_without_out(&place);
+    let other = imported(&place, &[file, "--recipe", recipe, "--map", "angle=b*2"]);
+    assert_eq!(other.runs[0].angle_rad, [3.0, 5.0], "the command line comes first");
+    import(&place, &[file, "--recipe", recipe, "--force"]).expect_code(0);
+    place_without_out(&place);
+    for (wrong, says) in [
+        (
+            "format = \"stepvalve-recipe\"\nformat_version = 1\nskpi = 3\n",
+            "drive.toml:3:1: unknown field `skpi`",
+        ),
+        ("format = \"stepvalve-model\"\nformat_version = 1\n", "expected format = \"stepvalve-recipe\""),
+        (
+            "format = \"stepvalve-recipe\"\nformat_version = 1\nrows = \"5\"\n",
+            "drive.toml:3:8: \"5\", expected FIRST..LAST",
+        ),
+        ("[map]\ntime = \"c1*(\"\n", "no expression"),
+    ] {
+        std::fs::write(recipe, wrong).unwrap();
+        refused(&place, &[file, "--recipe", recipe], &[says]);
+    }
 }

@@ -35,7 +35,7 @@ impl Blocks {
     }
 
     /// The next block; `None` at the end.
-    fn read(&mut self) -> Result<Option<Vec<f64>>> {
+    pub(crate) fn read(&mut self) -> Result<Option<Vec<f64>>> {
         while let Some(part) = self.parts.front() {
             let rows = match part {
                 Part::Missing(rows) => *rows,

@@ -23,7 +23,7 @@ mod write;
 pub use convert::{Summary, convert};
 pub use error::RunLogError;
 pub use mat::{MatArray, read_mat_arrays};
-pub use read::read_log;
+pub use read::{LogPart, Wanted, read_log, read_log_parts};
 pub use run_file::{MissingMessages, RunFile, RunSpan};
 pub use write::{Late, write_log, write_log_with_late};
 

@@ -18,11 +18,15 @@ pub struct MatArray {
     pub numbers: Vec<f64>,
 }
 
-/// Reads the numeric arrays at the root, at most `most` numbers in all.
+/// Hands over the numeric arrays at the root one after the other, at most `most` numbers in all.
 ///
 /// # Errors
-/// [`RunLogError`], which names the file and the array.
-pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<MatArray>, RunLogError> {
+/// [`RunLogError`], which names the file and the array; what `each` returns.
+pub fn read_mat_arrays<E: From<RunLogError>>(
+    path: &Path,
+    most: usize,
+    each: &mut dyn FnMut(MatArray) -> Result<(), E>,
+) -> Result<(), E> {
     let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
     let format = |place: &str, found: String, expected: String| RunLogError::Format {
         path: path.to_owned(),
@@ -31,10 +35,11 @@ pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<MatArray>, RunLog
         expected,
     };
     if file.len() > MAX_MEMBERS {
-        return Err(format("root", format!("{} members", file.len()), format!("at most {MAX_MEMBERS}")));
+        return Err(
+            format("root", format!("{} members", file.len()), format!("at most {MAX_MEMBERS}")).into()
+        );
     }
     let mut left = most;
-    let mut arrays = Vec::new();
     for name in file.member_names().context(path, || "reading the root".to_owned())? {
         let Ok(dataset) = file.dataset(&name) else { continue };
         // MATLAB's name for what the numbers are; texts and logicals are numbers to HDF5 too.
@@ -48,7 +53,7 @@ pub fn read_mat_arrays(path: &Path, most: usize) -> Result<Vec<MatArray>, RunLog
         let numbers = dataset.read_raw::<f64>().context(path, || format!("reading array {name}"))?;
         // HDF5's last index runs fastest, MATLAB's first: the same numbers, the shape the other way round.
         let shape = dataset.shape().iter().rev().map(|size| *size as u64).collect();
-        arrays.push(MatArray { name, shape, numbers });
+        each(MatArray { name, shape, numbers })?;
     }
-    Ok(arrays)
+    Ok(())
 }

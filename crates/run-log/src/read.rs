@@ -1,5 +1,6 @@
 //! Reads a valve-log, whoever wrote it, and believes nothing in it unchecked.
 
+use crate::blocks::{Blocks, Part};
 use crate::error::Context;
 use crate::write::ROOT_ATTRIBUTES;
 use crate::{FORMAT, FORMAT_VERSION, RunLogError, h5};
@@ -13,6 +14,35 @@ const MAX_MEMBERS: u64 = 10_000;
 /// More samples than this, all runs and channels together, are refused: they take 2 GB of memory.
 const MAX_SAMPLES: usize = 250_000_000;
 
+/// What a log consists of, in the order in which it is read.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LogPart {
+    /// What the log says beside its runs: a log without any.
+    Log(Log),
+    /// A run begins: one without samples. Its columns follow.
+    Run(Run),
+    /// A column begins; its samples follow.
+    Column {
+        /// The channel's or signal's name.
+        name: String,
+        /// Its unit.
+        unit: String,
+        /// How many samples will follow.
+        samples: usize,
+    },
+    /// Further samples of the column.
+    Samples(Vec<f64>),
+}
+
+/// Which columns of runs are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// All that are as long as their run's time.
+    All,
+    /// Those that models know.
+    Channels,
+}
+
 /// Reads a valve-log and checks it.
 ///
 /// Groups and datasets that the format does not name are left out, unless they are columns of a run as long as
@@ -21,26 +51,87 @@ const MAX_SAMPLES: usize = 250_000_000;
 /// # Errors
 /// [`RunLogError`], which names the file, the place in it, what was found and what was expected.
 pub fn read_log(path: &Path) -> Result<Log, RunLogError> {
-    let opened = std::fs::File::open(path).context(path, String::new)?;
-    drop(opened);
-    let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
-    let mut reader = Reader { path, samples_left: MAX_SAMPLES };
-    let log = reader.log(&file)?;
+    let mut log = Log::default();
+    let mut column: Option<(String, String, Vec<f64>)> = None;
+    read_log_parts(path, Wanted::All, MAX_SAMPLES, &mut |part| -> Result<(), RunLogError> {
+        if let LogPart::Samples(more) = part {
+            if let Some((.., values)) = &mut column {
+                values.extend(more);
+            }
+            return Ok(());
+        }
+        put(&mut log, column.take());
+        match part {
+            LogPart::Log(begun) => log = begun,
+            LogPart::Run(run) => log.runs.push(run),
+            LogPart::Column { name, unit, samples } => {
+                column = Some((name, unit, Vec::with_capacity(samples)))
+            }
+            LogPart::Samples(_) => {}
+        }
+        Ok(())
+    })?;
+    put(&mut log, column);
     log.check().map_err(|source| RunLogError::Log { path: path.to_owned(), source })?;
     Ok(log)
 }
 
+/// Adds a column to the last run.
+fn put(log: &mut Log, column: Option<(String, String, Vec<f64>)>) {
+    if let (Some(run), Some((name, unit, values))) = (log.runs.last_mut(), column) {
+        match Channel::from_name(&name) {
+            Some(channel) => run.set_channel(channel, values),
+            None => run.extra.push(Extra { name, unit, values }),
+        }
+    }
+}
+
+/// Reads a valve-log and hands it over part by part: little of it is in memory at a time. At most `most` samples, all runs
+/// and columns together. The log as a whole is not checked ([`Log::check`]).
+///
+/// # Errors
+/// [`RunLogError`]; what `each` returns.
+pub fn read_log_parts<E: From<RunLogError>>(
+    path: &Path,
+    wanted: Wanted,
+    most: usize,
+    each: &mut dyn FnMut(LogPart) -> Result<(), E>,
+) -> Result<(), E> {
+    let opened = std::fs::File::open(path).context(path, String::new)?;
+    drop(opened);
+    let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
+    Reader { path, wanted, most, samples_left: most }.log(&file, each)
+}
+
 struct Reader<'a> {
     path: &'a Path,
+    wanted: Wanted,
+    most: usize,
     samples_left: usize,
 }
 
 impl Reader<'_> {
-    fn log(&mut self, file: &Group) -> Result<Log, RunLogError> {
+    fn log<E: From<RunLogError>>(
+        &mut self,
+        file: &Group,
+        each: &mut dyn FnMut(LogPart) -> Result<(), E>,
+    ) -> Result<(), E> {
+        each(LogPart::Log(self.root(file)?))?;
+        let runs = file.group("runs").map_err(|_| self.format_error("root", "no group /runs", "one"))?;
+        for name in self.members(&runs, "/runs")? {
+            // A dataset beside the runs is nobody's business.
+            if let Ok(group) = runs.group(&name) {
+                self.run(&group, name, each)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn root(&self, file: &Group) -> Result<Log, RunLogError> {
         self.format(file)?;
         let text = |name| h5::text_attribute(file, name).context(self.path, || format!("attribute {name}"));
         let angle_zero = text("angle_zero")?.unwrap_or_else(|| AngleZero::Common.name().to_owned());
-        let mut log = Log {
+        Ok(Log {
             title: text("title")?.unwrap_or_default(),
             provenance: text("provenance")?,
             angle_zero: AngleZero::from_name(&angle_zero).ok_or_else(|| {
@@ -52,15 +143,7 @@ impl Reader<'_> {
             })?,
             attributes: self.attributes(file, &ROOT_ATTRIBUTES)?,
             runs: Vec::new(),
-        };
-        let runs = file.group("runs").map_err(|_| self.format_error("root", "no group /runs", "one"))?;
-        for name in self.members(&runs, "/runs")? {
-            // A dataset beside the runs is nobody's business.
-            if let Ok(group) = runs.group(&name) {
-                log.runs.push(self.run(&group, name)?);
-            }
-        }
-        Ok(log)
+        })
     }
 
     fn format(&self, file: &Group) -> Result<(), RunLogError> {
@@ -80,27 +163,40 @@ impl Reader<'_> {
         }
     }
 
-    fn run(&mut self, group: &Group, name: String) -> Result<Run, RunLogError> {
+    fn run<E: From<RunLogError>>(
+        &mut self,
+        group: &Group,
+        name: String,
+        each: &mut dyn FnMut(LogPart) -> Result<(), E>,
+    ) -> Result<(), E> {
         let place = format!("/runs/{name}");
         let kind =
             h5::text_attribute(group, "kind").context(self.path, || format!("{place}: attribute kind"))?;
         let attributes = self.attributes(group, &["kind"])?;
-        let mut run = Run { name, kind: kind.unwrap_or_default(), attributes, ..Run::default() };
+        each(LogPart::Run(Run { name, kind: kind.unwrap_or_default(), attributes, ..Run::default() }))?;
         let members = self.members(group, &place)?;
+        let mut rows = 0;
         for channel in Channel::ALL {
             if members.iter().any(|member| member == channel.name()) {
-                run.set_channel(*channel, self.channel(group, &place, *channel)?);
+                let dataset = self.channel(group, &place, *channel)?;
+                if *channel == Channel::Time {
+                    rows = dataset.size();
+                }
+                self.column(&dataset, (&place, channel.name()), channel.unit(), each)?;
             } else if matches!(channel, Channel::Time | Channel::Angle) {
-                return Err(self.format_error(&place, &format!("no dataset {channel}"), "one"));
+                return Err(self.format_error(&place, &format!("no dataset {channel}"), "one").into());
             }
         }
-        for name in members.into_iter().filter(|name| Channel::from_name(name).is_none()) {
-            run.extra.extend(self.extra(group, &place, name, run.len())?);
+        let further = members.into_iter().filter(|name| Channel::from_name(name).is_none());
+        for name in further.filter(|_| self.wanted == Wanted::All).collect::<Vec<_>>() {
+            if let Some((dataset, unit)) = self.extra(group, &place, &name, rows)? {
+                self.column(&dataset, (&place, &name), &unit, each)?;
+            }
         }
-        Ok(run)
+        Ok(())
     }
 
-    fn channel(&mut self, group: &Group, place: &str, channel: Channel) -> Result<Vec<f64>, RunLogError> {
+    fn channel(&self, group: &Group, place: &str, channel: Channel) -> Result<Dataset, RunLogError> {
         let place = format!("{place}/{channel}");
         let dataset =
             group.dataset(channel.name()).context(self.path, || format!("{place} is no dataset"))?;
@@ -115,33 +211,44 @@ impl Reader<'_> {
             let found = unit.map_or("no unit".to_owned(), |unit| format!("unit {unit:?}"));
             return Err(self.format_error(&place, &found, &format!("unit {:?}", channel.unit())));
         }
-        self.values(&dataset, &place)
+        Ok(dataset)
     }
 
+    /// A column that models don't know, and its unit; `None` where it is none.
     fn extra(
-        &mut self,
+        &self,
         group: &Group,
         place: &str,
-        name: String,
+        name: &str,
         rows: usize,
-    ) -> Result<Option<Extra>, RunLogError> {
-        let Ok(dataset) = group.dataset(&name) else { return Ok(None) };
+    ) -> Result<Option<(Dataset, String)>, RunLogError> {
+        let Ok(dataset) = group.dataset(name) else { return Ok(None) };
         if !h5::is_numeric(&dataset) || dataset.shape() != [rows] {
             return Ok(None);
         }
-        let place = format!("{place}/{name}");
-        let unit =
-            h5::text_attribute(&dataset, "unit").context(self.path, || format!("{place}: attribute unit"))?;
-        let values = self.values(&dataset, &place)?;
-        Ok(Some(Extra { name, unit: unit.unwrap_or_else(|| "1".to_owned()), values }))
+        let unit = h5::text_attribute(&dataset, "unit")
+            .context(self.path, || format!("{place}/{name}: attribute unit"))?;
+        Ok(Some((dataset, unit.unwrap_or_else(|| "1".to_owned()))))
     }
 
-    fn values(&mut self, dataset: &Dataset, place: &str) -> Result<Vec<f64>, RunLogError> {
+    fn column<E: From<RunLogError>>(
+        &mut self,
+        dataset: &Dataset,
+        (run, name): (&str, &str),
+        unit: &str,
+        each: &mut dyn FnMut(LogPart) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (place, samples) = (format!("{run}/{name}"), dataset.size());
         // Before anything is allocated: a file of a few bytes can claim any shape.
-        self.samples_left = self.samples_left.checked_sub(dataset.size()).ok_or_else(|| {
-            self.format_error(place, "more samples", &format!("at most {MAX_SAMPLES} in a log"))
+        self.samples_left = self.samples_left.checked_sub(samples).ok_or_else(|| {
+            self.format_error(&place, "more samples", &format!("at most {} in a log", self.most))
         })?;
-        dataset.read_raw::<f64>().context(self.path, || format!("reading {place}"))
+        each(LogPart::Column { name: name.to_owned(), unit: unit.to_owned(), samples })?;
+        let mut blocks = Blocks::new(vec![Part::Rows(dataset.clone())]);
+        while let Some(block) = blocks.read().context(self.path, || format!("reading {place}"))? {
+            each(LogPart::Samples(block))?;
+        }
+        Ok(())
     }
 
     fn attributes(

@@ -107,6 +107,15 @@ pub fn read(path: &Path) -> Result<String, Failure> {
     Ok(text)
 }
 
+/// Temporary files are their owner's alone; results are for everybody that the folder lets in.
+///
+/// # Errors
+/// Where the system refuses.
+pub fn let_all_read(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
 /// A path as messages show it.
 pub fn name(path: &Path) -> String {
     path.display().to_string()

@@ -23,6 +23,7 @@ mod report;
 mod run;
 mod say;
 mod simulate;
+mod strangers;
 mod summary;
 mod tune;
 
@@ -76,11 +77,14 @@ enum Command {
     Conclude,
     /// Find what a model gets wrong about measured runs, name the cause, extend the model, measure the gain
     Diagnose(diagnose::Arguments),
-    /// Turn tables (CSV, MAT) into a valve-log
-    Import(import::Arguments),
-    /// Read a MAT file for `import`
+    /// Turn tables (CSV, MAT, NumPy) into a valve-log
+    Import(Box<import::Arguments>),
+    /// Write the page of a run file, within limits
     #[command(hide = true)]
-    ReadMat(import::ReadMat),
+    DrawPage(report::Limited),
+    /// Read a file that somebody else wrote, for another process of this program
+    #[command(hide = true)]
+    ReadFile(strangers::ReadFile),
     /// Reproduce or refute the paper's figures and tables: DIR/paper.html and paper.json
     Paper(paper::Arguments),
     /// Predict torque or angle of measured runs with a model
@@ -111,7 +115,8 @@ fn main() -> ExitCode {
         Command::Conclude => conclude::conclude(),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
-        Command::ReadMat(arguments) => import::read_mat(&arguments),
+        Command::DrawPage(arguments) => report::draw(&arguments),
+        Command::ReadFile(arguments) => strangers::read_file(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),

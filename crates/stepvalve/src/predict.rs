@@ -2,6 +2,7 @@
 
 use crate::files::{self, name};
 use crate::say::say;
+use crate::strangers;
 use anyhow::{Context, anyhow};
 use indicatif::ProgressBar;
 use log_data::{Attribute, Channel, Log, Run};
@@ -43,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
-    let mut log = run_log::read_log(&arguments.log).map_err(Failure::input)?;
+    let mut log = strangers::log(&arguments.log)?;
     let tasks = take_tasks(&mut log).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     log.title = format!("Prediction: {}", log.title);
     log.provenance = Some(format!("stepvalve predict, log {log_file}, model {model_file} ({})", model.name));
@@ -68,12 +69,13 @@ struct Task {
 /// A task that is done, its values the model's, or could not be.
 type Done = Result<(Task, Predicted), PredictionError>;
 
-/// Takes out of each run what is to be predicted, and what the model doesn't know: that needs no memory from here on.
+/// Takes out of each run what is to be predicted.
 fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
     let channels = log.runs.iter().map(predicted_channel).collect::<Result<Vec<_>, _>>()?;
-    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| {
-        run.extra = Vec::new();
-        Task { index, channel, values: run.take_channel(channel).unwrap_or_default() }
+    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| Task {
+        index,
+        channel,
+        values: run.take_channel(channel).unwrap_or_default(),
     });
     Ok(taken.collect())
 }

@@ -1,9 +1,11 @@
 //! A range of a table's rows, counted from 1: `5..10`, `5..`, `..10`.
 
+use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 /// The rows wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Rows {
     first: usize,
     last: usize,
@@ -13,6 +15,21 @@ impl Rows {
     /// Whether a row, counted from 0, is wanted.
     pub fn holds(&self, index: usize) -> bool {
         index + 1 >= self.first && index < self.last
+    }
+}
+
+impl TryFrom<String> for Rows {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Rows> for String {
+    fn from(rows: Rows) -> Self {
+        let last = if rows.last == usize::MAX { Self::new() } else { rows.last.to_string() };
+        format!("{}..{last}", rows.first)
     }
 }
 

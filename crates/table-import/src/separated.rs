@@ -1,16 +1,23 @@
-//! Text with separators (CSV and its kin), with or without a line of names.
+//! Text with separators (CSV and its kin): lines to skip, a line of names, a line of units, then rows.
 
-use super::table::{Table, Take};
-use anyhow::{Context, anyhow, bail};
-use csv::{ByteRecord, Reader, ReaderBuilder};
+use crate::cells::Cells;
+use crate::clock::{self, Days};
+use crate::lines::Lines;
+use crate::table::{Table, Take};
+use anyhow::{Context, anyhow, bail, ensure};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
+use std::str::FromStr;
 
 /// What stands between the cells of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Separator {
     /// Tabs, else semicolons, else commas, else spaces: whichever the first line holds
+    #[default]
     Auto,
     /// Tabs
     Tab,
@@ -23,9 +30,11 @@ pub enum Separator {
 }
 
 /// Whether the first line holds names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Header {
     /// Where it holds anything that is no number
+    #[default]
     Auto,
     /// It does
     Yes,
@@ -33,154 +42,404 @@ pub enum Header {
     No,
 }
 
+/// How many lines stand before the names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Number", into = "Number")]
+pub enum Skip {
+    /// So many.
+    Lines(usize),
+    /// As many as there are: what stands straight above the first rows of numbers are names, and units where both lines
+    /// have as many cells as the rows.
+    Auto,
+}
+
+/// As files write it.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Number {
+    Lines(usize),
+    Word(String),
+}
+
+impl Default for Skip {
+    fn default() -> Self {
+        Self::Lines(0)
+    }
+}
+
+impl FromStr for Skip {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let lines = text.parse().map(Self::Lines);
+        let refused = |_| format!("{text:?}, expected a number of lines, or auto");
+        if text == "auto" { Ok(Self::Auto) } else { lines.map_err(refused) }
+    }
+}
+
+impl TryFrom<Number> for Skip {
+    type Error = String;
+
+    fn try_from(number: Number) -> Result<Self, String> {
+        match number {
+            Number::Lines(lines) => Ok(Self::Lines(lines)),
+            Number::Word(word) => word.parse(),
+        }
+    }
+}
+
+impl From<Skip> for Number {
+    fn from(skip: Skip) -> Self {
+        match skip {
+            Skip::Lines(lines) => Self::Lines(lines),
+            Skip::Auto => Self::Word("auto".to_owned()),
+        }
+    }
+}
+
 /// How a text is read.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct Format {
     /// Between the cells.
     pub separator: Separator,
     /// Names in the first line.
     pub header: Header,
+    /// Lines before the names, or before the rows where there are none.
+    pub skip: Skip,
+    /// Whether a line of units follows the names; nothing in it is read.
+    pub units_line: bool,
     /// 1,5 is one and a half.
     pub decimal_comma: bool,
+    /// Cells that say that a sample is missing, beside empty ones, "nan", "na", "n/a", "null" and dashes.
+    pub missing: Vec<String>,
+    /// How dates and times of day are written, as strptime has it, where they are not ISO 8601.
+    pub time_format: Option<String>,
+}
+
+impl Format {
+    /// Checks what can be checked without a file.
+    ///
+    /// # Errors
+    /// What is wrong with the format of times.
+    pub fn check(&self) -> Result<(), String> {
+        self.time_format.as_deref().map_or(Ok(()), clock::check)
+    }
 }
 
 /// So much of a file is looked at before it is read.
 const LOOK_BYTES: u64 = 64 * 1024;
 /// No table has more columns.
 const MAX_COLUMNS: usize = 10_000;
+/// So many lines are looked at for where the rows begin, when the first ones make no sense.
+const LOOK_LINES: usize = 200;
+/// What says that a sample is missing, in small letters.
+const MISSING: &[&str] = &["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---"];
+/// Editors hide it, so it is no part of a name.
+const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// An open text.
 pub struct Separated {
-    reader: Reader<File>,
+    rows: RowLines,
+    reader: CellReader,
+}
+
+/// The lines that hold rows.
+pub(crate) struct RowLines {
+    lines: Lines<BufReader<File>>,
+    cells: Cells,
+    /// The first line and its number, where it holds numbers.
+    first: Option<(u64, Vec<u8>)>,
+}
+
+/// Reads cells, and complains with their place.
+#[derive(Default)]
+pub(crate) struct CellReader {
     names: Vec<String>,
-    /// The first line, where it holds numbers.
-    first: Option<ByteRecord>,
     format: Format,
+    /// For each column, the day that its times of day have come to.
+    days: Vec<Days>,
+    /// What to try where a cell makes no sense.
+    hint: String,
 }
 
 impl Separated {
-    /// Opens a text and reads its first line.
+    /// Opens a text and reads its names.
     ///
     /// # Errors
     /// A file that can't be read, is no text, or is empty.
-    pub fn open(path: &Path, mut format: Format) -> anyhow::Result<Self> {
-        let file = path.display().to_string();
-        let look = look(path).with_context(|| file.clone())?;
-        if look.contains(&0) {
-            bail!("{file}: not a text: it holds zero bytes; a MAT file's name ends in .mat");
-        }
-        format.separator = separator(format.separator, &look);
-        let byte = match format.separator {
-            Separator::Tab => b'\t',
-            Separator::Semicolon => b';',
-            Separator::Space => b' ',
-            Separator::Comma | Separator::Auto => b',',
-        };
-        let mut reader = ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .delimiter(byte)
-            .from_path(path)
-            .with_context(|| file.clone())?;
-        let mut first = ByteRecord::new();
-        if !reader.read_byte_record(&mut first).with_context(|| file.clone())? {
-            bail!("{file}: empty, expected rows of numbers");
-        }
-        let names: Vec<String> = cells(&first, format).map(|cell| plain(cell).trim().to_owned()).collect();
-        if names.len() > MAX_COLUMNS {
-            bail!("{file}, line 1: {} columns, expected at most {MAX_COLUMNS}", names.len());
-        }
-        let wordy =
-            || names.iter().any(|name| !name.is_empty() && number(name, format.decimal_comma).is_none());
-        if format.header == Header::Yes || (format.header == Header::Auto && wordy()) {
-            return Ok(Self { reader, names, first: None, format });
-        }
-        let names = (1..=names.len()).map(|column| format!("c{column}")).collect();
-        Ok(Self { reader, names, first: Some(first), format })
+    pub fn open(path: &Path, format: &Format) -> anyhow::Result<Self> {
+        Self::begin(path, format).with_context(|| path.display().to_string())
     }
 
-    /// Reads one row's wanted cells into `values`.
-    fn values(
-        &self,
-        record: &ByteRecord,
-        line: u64,
-        wanted: &[usize],
-        values: &mut [f64],
-    ) -> anyhow::Result<()> {
-        let cells: Vec<&[u8]> = cells(record, self.format).collect();
-        for (value, &column) in values.iter_mut().zip(wanted) {
-            let name = self.names.get(column).map_or("", String::as_str);
-            let place = || format!("line {line}, column {} ({name})", column + 1);
-            let Some(cell) = cells.get(column) else {
-                bail!("line {line}: {} columns, expected {}", cells.len(), self.names.len());
-            };
-            let text = plain(cell);
-            *value = match text.trim() {
-                "" => f64::NAN,
-                text => number(text, self.format.decimal_comma)
-                    .ok_or_else(|| anyhow!("{}: found {text:?}, expected a number", place()))?,
-            };
+    fn begin(path: &Path, format: &Format) -> anyhow::Result<Self> {
+        let look = look(path)?;
+        text_only(&look)?;
+        let mut reader = CellReader { format: format.clone(), ..CellReader::default() };
+        let found = found_rows(&reader, format, &look);
+        let (skip, units_line) = match (format.skip, &found) {
+            (Skip::Lines(lines), _) => (lines, format.units_line),
+            (Skip::Auto, Some(found)) => (found.skip, found.units_line),
+            (Skip::Auto, None) => {
+                bail!(
+                    "no three rows of as many numbers in the first {LOOK_LINES} lines, expected some: say --skip"
+                )
+            }
+        };
+        let separator = match (format.skip, &found) {
+            (Skip::Auto, Some(found)) => found.separator,
+            _ => separator(format.separator, skip, &look),
+        };
+        let mut lines = Lines::new(BufReader::new(File::open(path)?));
+        for skipped in 0..skip {
+            ensure!(lines.next()?.is_some(), "{skipped} lines, expected {skip} to skip, and rows");
         }
-        Ok(())
+        let Some((number, line)) = next_filled(&mut lines)? else {
+            bail!("empty, expected rows of numbers");
+        };
+        let line = line.to_owned();
+        let mut cells = Cells::new(separator);
+        cells.split(&line);
+        let names: Vec<String> = cells.iter().map(|cell| plain(cell).into_owned()).collect();
+        ensure!(
+            names.len() <= MAX_COLUMNS,
+            "line {number}: {} columns, expected at most {MAX_COLUMNS}",
+            names.len()
+        );
+        (reader.days, reader.names) = (vec![Days::default(); names.len()], names);
+        let wordy = |name: &String| !name.is_empty() && reader.value(name).is_none();
+        let has_names =
+            format.header == Header::Yes || (format.header == Header::Auto && reader.names.iter().any(wordy));
+        if has_names {
+            let begins_later = |found: &FoundRows| found.begin > skip + 1 + usize::from(units_line);
+            reader.hint = found.filter(begins_later).map(|found| found.hint()).unwrap_or_default();
+            if units_line {
+                lines.next()?;
+            }
+            return Ok(Self { rows: RowLines { lines, cells, first: None }, reader });
+        }
+        reader.names = (1..=reader.names.len()).map(|column| format!("c{column}")).collect();
+        Ok(Self { rows: RowLines { lines, cells, first: Some((number, line)) }, reader })
+    }
+
+    /// The lines, and what reads their cells.
+    pub(crate) fn parts(&mut self) -> (&mut RowLines, &mut CellReader) {
+        (&mut self.rows, &mut self.reader)
     }
 }
 
 impl Table for Separated {
     fn names(&self) -> &[String] {
-        &self.names
+        &self.reader.names
+    }
+
+    fn place(&self) -> &'static str {
+        "line"
     }
 
     fn each(&mut self, wanted: &[usize], take: &mut Take<'_>) -> anyhow::Result<()> {
+        let (rows, reader) = self.parts();
         let mut values = vec![f64::NAN; wanted.len()];
-        let mut record = ByteRecord::new();
+        rows.each(&mut |line, row, cells| {
+            for (value, &column) in values.iter_mut().zip(wanted) {
+                *value = reader.number(cells, line, column)?;
+            }
+            take(line, row, &values)
+        })
+    }
+}
+
+impl RowLines {
+    /// Hands over each line that holds a row, taken apart: the line's number, and the row's from 0.
+    ///
+    /// # Errors
+    /// What the system says; a line that is too long; what `take` refuses.
+    pub(crate) fn each(
+        &mut self,
+        take: &mut dyn FnMut(u64, usize, &Cells) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
         let mut row = 0;
-        if let Some(first) = self.first.take() {
-            let line = first.position().map_or(1, csv::Position::line);
-            self.values(&first, line, wanted, &mut values)?;
-            take(&|| format!("line {line}"), row, &values)?;
+        if let Some((number, line)) = self.first.take() {
+            self.cells.split(&line);
+            take(number, row, &self.cells)?;
             row += 1;
         }
-        while self.reader.read_byte_record(&mut record)? {
-            let line = record.position().map_or(0, csv::Position::line);
-            if cells(&record, self.format).all(<[u8]>::is_empty) {
-                continue;
+        while let Some((number, line)) = next_filled(&mut self.lines)? {
+            self.cells.split(line);
+            if !self.cells.iter().all(<[u8]>::is_empty) {
+                take(number, row, &self.cells)?;
+                row += 1;
             }
-            self.values(&record, line, wanted, &mut values)?;
-            take(&|| format!("line {line}"), row, &values)?;
-            row += 1;
         }
         Ok(())
     }
 }
 
-fn look(path: &Path) -> std::io::Result<Vec<u8>> {
+impl CellReader {
+    /// The number in a column's cell, a time in seconds, NaN where it is missing.
+    ///
+    /// # Errors
+    /// A line without that column, a cell that is no number; with line and column.
+    pub(crate) fn number(&mut self, cells: &Cells, line: u64, column: usize) -> anyhow::Result<f64> {
+        let text = self.text(cells, line, column)?;
+        if let Some(value) = self.value(&text) {
+            return Ok(value);
+        }
+        let time_s = clock::seconds(&text, self.format.time_format.as_deref());
+        match (time_s, self.days.get_mut(column)) {
+            (Some(time_s), Some(days)) => Ok(days.counted(time_s)),
+            _ => {
+                let name = self.names.get(column).map_or("", String::as_str);
+                let (column, hint) = (column + 1, &self.hint);
+                Err(anyhow!("line {line}, column {column} ({name}): found {text:?}, expected a number{hint}"))
+            }
+        }
+    }
+
+    /// The text in a column's cell.
+    ///
+    /// # Errors
+    /// A line without that column.
+    pub(crate) fn text<'a>(
+        &self,
+        cells: &'a Cells,
+        line: u64,
+        column: usize,
+    ) -> anyhow::Result<Cow<'a, str>> {
+        let cell = cells.iter().nth(column).ok_or_else(|| {
+            let (found, expected, hint) = (cells.iter().count(), self.names.len(), &self.hint);
+            anyhow!("line {line}: {found} columns, expected {expected}{hint}")
+        })?;
+        Ok(plain(cell))
+    }
+
+    /// The number that a text is; NaN where it says that a sample is missing.
+    fn value(&self, text: &str) -> Option<f64> {
+        let number = |text: &str| {
+            if self.format.decimal_comma { text.replace(',', ".").parse().ok() } else { text.parse().ok() }
+        };
+        let value: Option<f64> = number(text);
+        // -9999 is -9999.00 too.
+        let same = |missing: &String| *missing == text || (value.is_some() && number(missing) == value);
+        let is_missing = self.format.missing.iter().any(same)
+            || (value.is_none() && MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(text)));
+        if is_missing { Some(f64::NAN) } else { value }
+    }
+}
+
+fn look(path: &Path) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
+    // A pipe would be read twice, and may never end.
+    ensure!(std::fs::metadata(path)?.is_file(), "no regular file, expected one");
     File::open(path)?.take(LOOK_BYTES).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-fn separator(wanted: Separator, look: &[u8]) -> Separator {
-    if wanted != Separator::Auto {
-        return wanted;
+/// Refuses what is no text, with what it seems to be.
+fn text_only(look: &[u8]) -> anyhow::Result<()> {
+    let starts = |magic: &[u8]| look.starts_with(magic);
+    if starts(b"\x1f\x8b") || starts(b"PK\x03\x04") {
+        bail!("not a text: compressed, or a spreadsheet; unpack it, or save it as CSV");
     }
-    let comment = |line: &&[u8]| line.is_empty() || line.starts_with(b"#") || *line == b"\r";
-    let line = look.split(|byte| *byte == b'\n').find(|line| !comment(line)).unwrap_or_default();
-    let kinds = [(b'\t', Separator::Tab), (b';', Separator::Semicolon), (b',', Separator::Comma)];
-    let found = kinds.into_iter().find(|(byte, _)| line.contains(byte));
-    found.map_or(Separator::Space, |(_, separator)| separator)
+    if starts(b"\xff\xfe") || starts(b"\xfe\xff") {
+        bail!("not a text in UTF-8 but in UTF-16: save it as UTF-8");
+    }
+    if look.contains(&0) {
+        bail!("not a text: it holds zero bytes; a MAT file's name ends in .mat, a NumPy array's in .npy");
+    }
+    Ok(())
 }
 
-/// The cells of a line; between spaces, empty ones are none.
-fn cells(record: &ByteRecord, format: Format) -> impl Iterator<Item = &[u8]> {
-    record.iter().filter(move |cell| format.separator != Separator::Space || !cell.is_empty())
+fn separator(wanted: Separator, skip: usize, look: &[u8]) -> u8 {
+    match wanted {
+        Separator::Tab => b'\t',
+        Separator::Semicolon => b';',
+        Separator::Space => b' ',
+        Separator::Comma => b',',
+        Separator::Auto => {
+            let mut lines = look.split(|byte| *byte == b'\n').skip(skip).map(line);
+            let line = lines.find(|line| !is_no_row(line)).unwrap_or_default();
+            [b'\t', b';', b','].into_iter().find(|byte| line.contains(byte)).unwrap_or(b' ')
+        }
+    }
 }
 
-/// A cell as text, without a byte order mark.
-fn plain(cell: &[u8]) -> String {
-    String::from_utf8_lossy(cell).trim_start_matches('\u{feff}').to_owned()
+fn line(line: &[u8]) -> &[u8] {
+    line.strip_suffix(b"\r").unwrap_or(line)
 }
 
-fn number(text: &str, decimal_comma: bool) -> Option<f64> {
-    if decimal_comma { text.replace(',', ".").parse().ok() } else { text.parse().ok() }
+/// Empty lines and remarks.
+fn is_no_row(line: &[u8]) -> bool {
+    line.is_empty() || line.starts_with(b"#")
+}
+
+fn next_filled(lines: &mut Lines<BufReader<File>>) -> anyhow::Result<Option<(u64, &[u8])>> {
+    loop {
+        match lines.next()? {
+            None => return Ok(None),
+            Some((_, line)) if is_no_row(line) => {}
+            Some(_) => break,
+        }
+    }
+    Ok(Some(lines.current()))
+}
+
+/// Where rows of numbers begin.
+struct FoundRows {
+    separator: u8,
+    /// The first line of them, from 0.
+    begin: usize,
+    /// Lines before the names.
+    skip: usize,
+    units_line: bool,
+}
+
+impl FoundRows {
+    fn hint(&self) -> String {
+        let begin = self.begin + 1;
+        format!("; rows of numbers begin in line {begin}: try --skip auto")
+    }
+}
+
+/// Where three rows of as many numbers follow one another for the first time, whatever parts them unless that is said.
+fn found_rows(reader: &CellReader, format: &Format, look: &[u8]) -> Option<FoundRows> {
+    let lines: Vec<&[u8]> = look.split(|byte| *byte == b'\n').map(line).take(LOOK_LINES).collect();
+    let separators: &[u8] = match format.separator {
+        Separator::Auto => b"\t;, ",
+        known => &[separator(known, 0, look)],
+    };
+    separators.iter().find_map(|separator| found_rows_parted(reader, &lines, *separator))
+}
+
+fn found_rows_parted(reader: &CellReader, lines: &[&[u8]], separator: u8) -> Option<FoundRows> {
+    let mut cells = Cells::new(separator);
+    let mut numbers = |line: &&[u8]| {
+        cells.split(line);
+        let value = |cell: &[u8]| reader.value(&plain(cell)).is_some();
+        let filled = cells.iter().filter(|cell| !cell.is_empty());
+        let (all, count) = filled.fold((true, 0), |(all, count), cell| (all && value(cell), count + 1));
+        (all && count > 1 && !is_no_row(line)).then(|| cells.iter().count())
+    };
+    let counts: Vec<Option<usize>> = lines.iter().map(&mut numbers).collect();
+    let begin = counts.windows(3).position(|three| match three {
+        [Some(one), Some(two), Some(three)] => one == two && two == three,
+        _ => false,
+    })?;
+    let mut as_long = |up: usize| {
+        let line = begin.checked_sub(up).and_then(|above| lines.get(above)).filter(|line| !is_no_row(line));
+        line.is_some_and(|line| {
+            cells.split(line);
+            Some(cells.iter().count()) == counts.get(begin).copied().flatten()
+        })
+    };
+    // Names alone, or names and units, or nothing.
+    let above = (1..=2).take_while(|up| as_long(*up)).count();
+    Some(FoundRows { separator, begin, skip: begin - above, units_line: above == 2 })
+}
+
+/// A cell as text, without a byte order mark and spaces around it.
+fn plain(cell: &[u8]) -> Cow<'_, str> {
+    match String::from_utf8_lossy(cell) {
+        Cow::Borrowed(text) => Cow::Borrowed(text.trim_start_matches(BYTE_ORDER_MARK).trim()),
+        Cow::Owned(text) => Cow::Owned(text.trim_start_matches(BYTE_ORDER_MARK).trim().to_owned()),
+    }
 }

@@ -9,6 +9,7 @@ mod words;
 
 use crate::files::{self, name};
 use crate::say::say;
+use crate::strangers;
 use anyhow::{Context, anyhow};
 use diagnosis::{Diagnosis, Event, Options, Verdict, diagnose};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -53,9 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = Files::new(&arguments.out)?;
     let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
-    let mut log = run_log::read_log(&arguments.log).map_err(Failure::input)?;
-    // What the model doesn't know needs no memory from here on.
-    log.runs.iter_mut().for_each(|run| run.extra = Vec::new());
+    let log = strangers::log(&arguments.log)?;
     let progress = progress();
     let options = Options { seed: arguments.seed, noise: arguments.noise };
     let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
@@ -146,14 +145,8 @@ impl Files {
         }
         for (temporary, path) in written {
             let file = temporary.persist_noclobber(&path).with_context(|| name(&path))?;
-            readable(&file).with_context(|| name(&path))?;
+            files::let_all_read(&file).with_context(|| name(&path))?;
         }
         Ok(())
     }
-}
-
-/// Temporary files are their owner's alone; results are for everybody that the folder lets in.
-fn readable(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
 }

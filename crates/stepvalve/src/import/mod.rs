@@ -1,69 +1,49 @@
-//! `stepvalve import`: tables from elsewhere (CSV, MAT) become a valve-log.
+//! `stepvalve import`: tables from elsewhere (CSV, MAT, NumPy) become a valve-log.
 
-mod mat;
-
-pub use mat::{ReadMat, read_mat};
+mod clock;
+mod mapping;
+mod recipe;
 
 use crate::files::name;
 use crate::say::say;
-use anyhow::{Context, anyhow};
+use crate::strangers;
+use anyhow::{Context, anyhow, ensure};
 use indicatif::ProgressBar;
 use log_data::{AngleZero, Log, Run};
+use mapping::{Mapping, Zero};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, Outcome};
-use table_import::{Format, Header, Limits, Map, Rows, Separated, Separator, Table, collect};
+use table_import::{Columns, Separated, Table, collect, columns_of, functions_help};
 
 /// More numbers than this, all runs and channels together, are refused: they take 2 GB of memory.
 pub const MAX_NUMBERS: usize = 250_000_000;
 
 /// What to import, and how.
 #[derive(clap::Args)]
+#[command(after_long_help = functions_help())]
 pub struct Arguments {
-    /// Tables, a run each: MAT files (.mat, v5 or v7.3), anything else is text with separators
+    /// Tables, a run each: MAT files (.mat, v5 or v7.3), NumPy arrays (.npy), anything else is text with separators. Of a
+    /// matrix the longer side is time, whichever way it lies; its columns are NAME_1, NAME_2, ...
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// What a channel is made of: time='t*0.001', angle='c5/12.5', `'motor_current[A]'=i_q`. Columns by their names, or c1
-    /// to cN, or {any name}; row counts from 0. Channels: time s, angle rad, angle_command rad, torque N*m,
-    /// pressure_drop Pa, flow m^3/s, oil_temperature degC; others need their unit in brackets
-    #[arg(long = "map", required = true, value_name = "CHANNEL=EXPRESSION")]
-    maps: Vec<Map>,
-    /// The valve-log to write
+    /// Take from this file (TOML) all that isn't said here
+    #[arg(long, value_name = "RECIPE.toml")]
+    recipe: Option<PathBuf>,
+    /// Write what was said here and in the recipe as a recipe for the next time
+    #[arg(long, value_name = "RECIPE.toml")]
+    save_recipe: Option<PathBuf>,
+    /// The valve-log to write; else the first file's name with .h5, in this folder
     #[arg(long, value_name = "LOG.h5")]
-    out: PathBuf,
+    out: Option<PathBuf>,
+    /// Replace the log, or the recipe, that is there
+    #[arg(long)]
+    force: bool,
     /// The runs' names, one for each file; else the files' names
     #[arg(long = "run", value_name = "NAME")]
     runs: Vec<String>,
-    /// What was done: constant-velocity, sine, ...; one for all files, or one for each
-    #[arg(long = "kind", value_name = "KIND")]
-    kinds: Vec<String>,
-    /// What the log is, in a line
-    #[arg(long)]
-    title: Option<String>,
-    /// Whether the runs share the angle's zero
-    #[arg(long, value_enum, default_value = "common")]
-    angle_zero: Zero,
-    /// Put the runs on one clock: each begins so many seconds after the one before it ended
-    #[arg(long, value_name = "SECONDS")]
-    gap: Option<f64>,
-    /// Only these rows of each file, counted from 1: 1..5000, 5001..
-    #[arg(long, value_name = "FIRST..LAST")]
-    rows: Option<Rows>,
-    /// What stands between the numbers of a line
-    #[arg(long, value_enum, default_value = "auto")]
-    separator: Separator,
-    /// Whether the first line holds names
-    #[arg(long, value_enum, default_value = "auto")]
-    header: Header,
-    /// 1,5 is one and a half
-    #[arg(long)]
-    decimal_comma: bool,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Zero {
-    Common,
-    PerRun,
+    #[command(flatten)]
+    mapping: Mapping,
 }
 
 /// Reads every file and writes the log when all are read.
@@ -72,29 +52,59 @@ enum Zero {
 /// [`Failure::Input`] where a file, a map or what comes of them is wrong, naming file, line and column, or the output
 /// exists; [`Failure::Failed`] where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let out = &arguments.out;
-    if out.exists() {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    let out = out(arguments);
+    for file in std::iter::once(&out).chain(&arguments.save_recipe) {
+        if file.exists() && !arguments.force {
+            return Err(Failure::Input(anyhow!("{} exists: give another name, or --force", name(file))));
+        }
     }
-    let log = read_all(arguments).map_err(Failure::Input)?;
+    let mapping = match &arguments.recipe {
+        Some(file) => arguments.mapping.clone().or(recipe::read(file)?),
+        None => arguments.mapping.clone(),
+    };
+    let log = read_all(arguments, &mapping).map_err(Failure::Input)?;
     log.check().map_err(Failure::input)?;
-    run_log::write_log(out, &log).with_context(|| name(out))?;
+    run_log::write_log(&out, &log).with_context(|| name(&out))?;
+    if let Some(file) = &arguments.save_recipe {
+        recipe::write(file, &mapping)?;
+    }
     for run in &log.runs {
         let length_s = run.end_s() - run.start_s();
-        say(format_args!("{}: {} samples, {length_s:.3} s", run.name, run.len()));
+        say(format_args!("{}: {} samples, {length_s:.3} s{}", run.name, run.len(), missing(run)));
     }
-    say(format_args!("{}: {} runs", name(out), log.runs.len()));
+    say(format_args!("{}: {} runs", name(&out), log.runs.len()));
     Ok(Outcome::Done)
 }
 
-fn read_all(arguments: &Arguments) -> anyhow::Result<Log> {
-    check_counts(arguments)?;
+fn out(arguments: &Arguments) -> PathBuf {
+    let stem = || arguments.files.first().and_then(|file| file.file_stem()).unwrap_or(OsStr::new("log"));
+    arguments.out.clone().unwrap_or_else(|| PathBuf::from(stem()).with_extension("h5"))
+}
+
+/// Which channels lack samples, and how many.
+fn missing(run: &Run) -> String {
+    let mut text = String::new();
+    let known =
+        log_data::Channel::ALL.iter().filter_map(|channel| Some((channel.name(), run.channel(*channel)?)));
+    let further = run.extra.iter().map(|extra| (extra.name.as_str(), extra.values.as_slice()));
+    for (name, values) in known.chain(further) {
+        let count = values.iter().filter(|value| value.is_nan()).count();
+        if count > 0 {
+            text.push_str(&format!(", {count} of {name} missing"));
+        }
+    }
+    text
+}
+
+fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
+    check_counts(arguments, mapping)?;
+    mapping.check()?;
     let mut log = Log {
-        title: arguments.title.clone().unwrap_or_else(|| "Imported".to_owned()),
-        provenance: Some(provenance(arguments)),
-        angle_zero: match arguments.angle_zero {
-            Zero::Common => AngleZero::Common,
-            Zero::PerRun => AngleZero::PerRun,
+        title: mapping.title.clone().unwrap_or_else(|| "Imported".to_owned()),
+        provenance: Some(provenance(arguments, mapping)),
+        angle_zero: match mapping.angle_zero {
+            Some(Zero::PerRun) => AngleZero::PerRun,
+            _ => AngleZero::Common,
         },
         ..Log::default()
     };
@@ -102,74 +112,70 @@ fn read_all(arguments: &Arguments) -> anyhow::Result<Log> {
     let mut numbers_left = MAX_NUMBERS;
     for (index, file) in arguments.files.iter().enumerate() {
         let mut run = Run { name: run_name(arguments, index, file), ..Run::default() };
-        let kind = arguments.kinds.get(index).or_else(|| arguments.kinds.first());
+        let kind = mapping.kinds.get(index).or_else(|| mapping.kinds.first());
         run.kind = kind.cloned().unwrap_or_default();
-        let mut table = open(arguments, file, numbers_left)?;
-        let limits = Limits { rows: arguments.rows, numbers: numbers_left };
-        collect(table.as_mut(), &arguments.maps, &limits, &mut run).with_context(|| name(file))?;
-        numbers_left = numbers_left.saturating_sub(run.len() * arguments.maps.len());
-        place_on_clock(&mut run, log.runs.last(), arguments.gap);
+        let mut table = open(mapping, file, numbers_left)?;
+        collect(table.as_mut(), &mapping.map, &mapping.selection(numbers_left), &mut run)
+            .with_context(|| name(file))?;
+        numbers_left = numbers_left.saturating_sub(run.len() * mapping.map.len());
+        clock::follow(&mut run, log.runs.last(), mapping.gap);
         log.runs.push(run);
         progress.inc(1);
     }
     progress.finish_and_clear();
+    clock::begin_with_a_day(&mut log);
     Ok(log)
 }
 
-fn check_counts(arguments: &Arguments) -> anyhow::Result<()> {
+fn check_counts(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<()> {
     let files = arguments.files.len();
-    let (runs, kinds) = (arguments.runs.len(), arguments.kinds.len());
-    if runs != 0 && runs != files {
-        return Err(anyhow!("--run: {runs} given, expected {files}, one for each file"));
-    }
-    if kinds > 1 && kinds != files {
-        return Err(anyhow!("--kind: {kinds} given, expected one for all or {files}, one for each file"));
-    }
-    for needed in ["time", "angle"] {
-        if !arguments.maps.iter().any(|map| map.target() == needed) {
-            return Err(anyhow!("no --map {needed}=..., expected one: every run has it"));
-        }
-    }
-    for (index, map) in arguments.maps.iter().enumerate() {
-        if arguments.maps.iter().skip(index + 1).any(|other| other.target() == map.target()) {
-            return Err(anyhow!("--map {}: given twice, expected once", map.target()));
-        }
-    }
-    match arguments.gap {
-        Some(gap_s) if !(gap_s.is_finite() && gap_s > 0.0) => {
-            Err(anyhow!("--gap {gap_s}: expected a time above zero, s"))
-        }
-        _ => Ok(()),
-    }
+    let (runs, kinds) = (arguments.runs.len(), mapping.kinds.len());
+    ensure!(runs == 0 || runs == files, "--run: {runs} given, expected {files}, one for each file");
+    ensure!(
+        kinds <= 1 || kinds == files,
+        "--kind: {kinds} given, expected one for all or {files}, one for each file"
+    );
+    Ok(())
 }
 
-fn provenance(arguments: &Arguments) -> String {
+fn provenance(arguments: &Arguments, mapping: &Mapping) -> String {
     let files: Vec<String> = arguments.files.iter().map(|file| name(file)).collect();
-    let maps: Vec<String> = arguments.maps.iter().map(ToString::to_string).collect();
+    let maps: Vec<String> = mapping.map.iter().map(ToString::to_string).collect();
     format!("stepvalve import of {}; {}", files.join(", "), maps.join(", "))
 }
 
+/// As given, else the file's name; behind its folder's where another file has the same name.
 fn run_name(arguments: &Arguments, index: usize, file: &Path) -> String {
-    let stem = || file.file_stem().unwrap_or(OsStr::new("run")).to_string_lossy().into_owned();
-    arguments.runs.get(index).cloned().unwrap_or_else(stem)
+    if let Some(name) = arguments.runs.get(index) {
+        return name.clone();
+    }
+    let text = |part: Option<&OsStr>| part.unwrap_or(OsStr::new("run")).to_string_lossy().into_owned();
+    let stem = text(file.file_stem());
+    let alone = arguments.files.iter().filter(|other| other.file_stem() == file.file_stem()).count() == 1;
+    match file.parent().and_then(Path::file_name) {
+        Some(folder) if !alone => format!("{}-{stem}", text(Some(folder))),
+        _ => stem,
+    }
 }
 
-fn open(arguments: &Arguments, file: &Path, numbers_left: usize) -> anyhow::Result<Box<dyn Table>> {
-    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat")) {
-        return Ok(Box::new(mat::open(file, numbers_left)?));
+fn open(mapping: &Mapping, file: &Path, numbers_left: usize) -> anyhow::Result<Box<dyn Table>> {
+    let ends_in =
+        |known: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(known));
+    if ends_in("mat") || ends_in("npy") {
+        return Ok(Box::new(arrays(file, numbers_left)?));
     }
-    let format = Format {
-        separator: arguments.separator,
-        header: arguments.header,
-        decimal_comma: arguments.decimal_comma,
-    };
-    Ok(Box::new(Separated::open(file, format)?))
+    let mut text = Separated::open(file, &mapping.format())?;
+    match &mapping.interleaved {
+        Some(interleaved) => {
+            Ok(Box::new(interleaved.sorted(&mut text, numbers_left).with_context(|| name(file))?))
+        }
+        None => Ok(Box::new(text)),
+    }
 }
 
-/// Moves a run behind the one before it, where a gap is wanted.
-fn place_on_clock(run: &mut Run, before: Option<&Run>, gap_s: Option<f64>) {
-    if let (Some(before), Some(gap_s)) = (before, gap_s) {
-        let shift_s = before.end_s() + gap_s - run.start_s();
-        run.time_s.iter_mut().for_each(|time| *time += shift_s);
-    }
+/// A file's arrays as columns.
+fn arrays(file: &Path, numbers_left: usize) -> anyhow::Result<Columns> {
+    let arrays = strangers::arrays(file, numbers_left)?;
+    let columns = arrays.into_iter().filter_map(|array| columns_of(&array.name, &array.shape, array.numbers));
+    Columns::new(columns.flatten().collect()).with_context(|| name(file))
 }

@@ -11,6 +11,7 @@ mod timing;
 
 use crate::files::name;
 use crate::say::say;
+use crate::strangers::{self, Limits};
 use ::report::{RunData, TimeAxis, run_page};
 use anyhow::{Context, anyhow};
 use run_log::RunFile;
@@ -29,17 +30,38 @@ pub struct Arguments {
     out: PathBuf,
 }
 
-/// Writes the page.
+/// What to show, and what that may take.
+#[derive(clap::Args)]
+pub struct Limited {
+    run: PathBuf,
+    out: PathBuf,
+    memory_bytes: u64,
+    cpu_s: u64,
+}
+
+/// Has a process of its own write the page: the file may be anybody's.
 ///
 /// # Errors
 /// [`Failure::Input`] where the file can't be read or is no valve-log, or the output exists; [`Failure::Failed`]
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let out = &arguments.out;
+    let Arguments { run, out } = arguments;
     if out.exists() {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
     }
-    let run = data(&arguments.run).map_err(Failure::Input)?;
+    let limits = Limits::of_work(run).with_context(|| name(run)).map_err(Failure::Input)?;
+    strangers::watched(run, "draw-page", &[run, out], &limits)?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the page within limits, in this process.
+///
+/// # Errors
+/// As [`run`].
+pub fn draw(arguments: &Limited) -> Result<Outcome, Failure> {
+    let Limited { run, out, memory_bytes, cpu_s } = arguments;
+    Limits { numbers: 0, memory_bytes: *memory_bytes, cpu_s: *cpu_s }.enforce()?;
+    let run = data(run).map_err(Failure::Input)?;
     say(format_args!("{}: {}", name(out), run.headline));
     run_page(run).write_html(out).map_err(anyhow::Error::from)?;
     Ok(Outcome::Done)
