@@ -26,6 +26,12 @@ pub fn program(name: &str) -> PathBuf {
     path
 }
 
+/// What the names of an instance's shared memory begin with, by its folder.
+pub fn shared_memory_prefix(folder: &Path) -> String {
+    let hash = crc32c::crc32c(folder.as_os_str().as_encoded_bytes());
+    format!("stepvalve_{}_{hash:08x}_", nix::unistd::getuid())
+}
+
 /// A run that has ended.
 pub struct Finished {
     /// Exit code; `None` where a signal ended it.
@@ -183,9 +189,7 @@ impl TestPlace {
 
     /// The shared-memory files of an instance of this place.
     pub fn shared_memory_of(&self, instance: &str) -> Vec<PathBuf> {
-        let folder = self.path("runtime/stepvalve").join(instance);
-        let hash = crc32c::crc32c(folder.as_os_str().as_encoded_bytes());
-        let prefix = format!("stepvalve_{}_{hash:08x}_", nix::unistd::getuid());
+        let prefix = shared_memory_prefix(&self.path("runtime/stepvalve").join(instance));
         let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
         let ours = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
         ours.map(|entry| entry.path()).collect()

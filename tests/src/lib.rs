@@ -15,7 +15,7 @@ mod measured_data;
 mod payloads;
 mod stalls;
 
-pub use bench_place::{Finished, TestPlace, program, repository};
+pub use bench_place::{Finished, TestPlace, program, repository, shared_memory_prefix};
 pub use cable::{DriveProcess, FAR, NEAR, on_a_cable};
 pub use fake_machine::FakeMachine;
 pub use measured_data::measured_data;

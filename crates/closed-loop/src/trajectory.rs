@@ -23,6 +23,7 @@ impl DueSetPoint {
     pub fn message(&self, id: u64) -> SetPoint {
         SetPoint {
             id,
+            valid_until_cycle: u64::MAX,
             kind: self.kind,
             value: self.value,
             frequency_hz: self.frequency_hz,
@@ -64,7 +65,7 @@ impl TrajectoryRole {
     }
 
     /// Reference k+2 of cycle k, from Feedback k, ControlStatus k−1, and an operator's set-point if one came. One
-    /// that the scenario has for this cycle comes first.
+    /// that the scenario has for this cycle comes first; an operator's that came too late has no effect.
     pub fn step(
         &mut self,
         cycle: u64,
@@ -75,7 +76,8 @@ impl TrajectoryRole {
         let due = self.due(cycle);
         let advance_cycles = self.last_cycle.map_or(1, |last| cycle.saturating_sub(last).max(1));
         self.last_cycle = Some(cycle);
-        let set_point = due.as_ref().or(operator);
+        let in_time = |operator: &&SetPoint| cycle <= operator.valid_until_cycle;
+        let set_point = due.as_ref().or(operator.filter(in_time));
         trajectory::step(
             &self.part.params,
             &mut self.state,
@@ -92,5 +94,48 @@ impl TrajectoryRole {
     /// Whether the scenario has a set-point for this cycle: an operator's must wait then.
     pub fn has_due(&self, cycle: u64) -> bool {
         self.part.set_points.get(self.next).is_some_and(|due| due.cycle <= cycle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::{ControllerState, validity};
+    use trajectory::{Limits, Params};
+
+    #[test]
+    fn a_set_point_that_was_given_up_has_no_effect_later() {
+        let limits = Limits {
+            min_angle_rad: None,
+            max_angle_rad: None,
+            max_speed_rad_per_s: 10.0,
+            max_acceleration_rad_per_s2: 500.0,
+            max_jerk_rad_per_s3: 1e5,
+        };
+        let params = Params { period_s: 1e-3, limits, orifice: None, oil_density_kg_per_m3: None };
+        let part = TrajectoryPart { params, initial_angle_rad: 0.0, set_points: Vec::new() };
+        let status = ControlStatus {
+            state: ControllerState::Running.code(),
+            time_scale: 1.0,
+            ..ControlStatus::default()
+        };
+        let feedback = Feedback { validity: validity::HOMED, ..Feedback::default() };
+        let followed = |taken_in: u64, valid_until_cycle: u64| {
+            let set_point = SetPoint {
+                id: 7,
+                valid_until_cycle,
+                kind: SetPointKind::Angle.code(),
+                value: 0.3,
+                ..SetPoint::default()
+            };
+            let mut role = TrajectoryRole::new(part.clone());
+            let mut cycle = |cycle: u64| {
+                let operator = (cycle == taken_in).then_some(&set_point);
+                role.step(cycle, Some(&feedback), Some(&status), operator).set_point_id
+            };
+            (0..=taken_in).map(&mut cycle).last().unwrap() == 7
+        };
+        assert!(followed(50, 50), "in its last cycle");
+        assert!(!followed(51, 50), "a cycle late");
     }
 }

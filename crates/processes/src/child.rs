@@ -1,6 +1,7 @@
 //! The life of a process, the same for all four: part, bus, ready, go, cycles, done, finish.
 
 use crate::complain::complain;
+use crate::disarm::DisarmDesk;
 use crate::frame::{FrameError, read_frame, write_frame};
 use crate::part::{ChildSummary, FromChild, Mode, Part, Task, ToChild};
 use crate::{controller, plant, recorder, trajectory};
@@ -44,6 +45,9 @@ pub enum ChildError {
     /// The generation's lock file.
     #[error("lock file: {0}")]
     Lock(io::Error),
+    /// The socket for disarming.
+    #[error("socket for disarming: {0}")]
+    DisarmSocket(io::Error),
     /// The bus.
     #[error("bus: {0}")]
     Bus(#[from] BusError),
@@ -92,6 +96,8 @@ pub(crate) struct Child {
     pub(crate) wanted: Wanted,
     /// Faults planned before the start; `None` where none are allowed.
     pub(crate) injections: Option<Vec<Injection>>,
+    /// Where operators disarm the valve straight away.
+    pub(crate) disarm_desk: Option<Arc<DisarmDesk>>,
     orders: Receiver<ToChild>,
     /// Orders that came before the start.
     early: RefCell<VecDeque<ToChild>>,
@@ -183,6 +189,7 @@ fn live(source: Source) -> Result<(), ChildError> {
     let bus = Bus::open(&part.membership.place, part.membership.generation)?;
     let wishes = Arc::new(Wishes::default());
     let orders = listen(&wishes);
+    let disarm_desk = part.disarm_socket.map(|path| DisarmDesk::open(&path)).transpose();
     let child = Child {
         source,
         bus,
@@ -197,6 +204,7 @@ fn live(source: Source) -> Result<(), ChildError> {
             lock_memory: source != Source::Recorder,
         },
         injections: part.injections,
+        disarm_desk: disarm_desk.map_err(ChildError::DisarmSocket)?,
         orders,
         early: RefCell::default(),
     };

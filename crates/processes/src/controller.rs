@@ -1,6 +1,7 @@
 //! step-controller: Feedback, Reference and orders in, StepCommand and ControlStatus out.
 
 use crate::child::{Child, ChildError};
+use crate::disarm::{DisarmDesk, straight_disarm};
 use crate::inbox::Inbox;
 use crate::outbox::Outbox;
 use crate::paced::{self, Absence, Cyclic, Stamp};
@@ -8,6 +9,7 @@ use crate::part::ChildSummary;
 use closed_loop::{ControllerPart, ControllerRole};
 use injection::Injection;
 use signals::{ControlStatus, Feedback, OperatorCommand, Reference, Source, StepCommand};
+use std::sync::Arc;
 
 struct Controller {
     role: ControllerRole,
@@ -16,6 +18,11 @@ struct Controller {
     feedback: Inbox<Feedback>,
     reference: Inbox<Reference>,
     orders: Inbox<OperatorCommand>,
+    disarm_desk: Option<Arc<DisarmDesk>>,
+    /// Disarms that came to the desk and were obeyed.
+    disarms: u64,
+    /// The id of the newest order.
+    last_id: u64,
 }
 
 pub(crate) fn run(child: &Child, part: &ControllerPart) -> Result<Option<ChildSummary>, ChildError> {
@@ -26,8 +33,30 @@ pub(crate) fn run(child: &Child, part: &ControllerPart) -> Result<Option<ChildSu
         feedback: Inbox::open(child, Source::Plant)?,
         reference: Inbox::open(child, Source::Trajectory)?,
         orders: Inbox::open(child, Source::Supervisor)?,
+        disarm_desk: child.disarm_desk.clone(),
+        disarms: 0,
+        last_id: 0,
     };
     paced::run(child, controller)
+}
+
+impl Controller {
+    /// The order of this cycle: a disarm that came straight here, or the supervisor's next. What the supervisor wanted
+    /// before a disarm is not done after it.
+    fn order(&mut self) -> Option<OperatorCommand> {
+        let asked = self.disarm_desk.as_ref().map_or(0, |desk| desk.asked());
+        if asked == self.disarms {
+            let order = self.orders.in_order();
+            self.last_id = order.map_or(self.last_id, |order| order.id);
+            return order;
+        }
+        self.disarms = asked;
+        while let Some(passed_over) = self.orders.in_order() {
+            self.last_id = passed_over.id;
+        }
+        self.last_id += 1;
+        Some(straight_disarm(self.last_id))
+    }
 }
 
 impl Cyclic for Controller {
@@ -36,9 +65,13 @@ impl Cyclic for Controller {
     fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {
         let feedback = self.feedback.of_cycle(cycle);
         let reference = self.reference.of_cycle(cycle + 2);
-        let order = self.orders.in_order();
+        let order = self.order();
         stamp.has_read();
         let output = self.role.step(cycle, feedback.as_ref(), reference.as_ref(), order.as_ref());
+        if let Some(desk) = &self.disarm_desk {
+            desk.obeyed(self.disarms, output.status.state);
+        }
+        stamp.has_stepped();
         stamp.has_stepped();
         self.command.write(cycle, cycle + 1, stamp.now(), output.command);
         self.status.write(cycle, cycle, stamp.now(), output.status);

@@ -10,6 +10,7 @@
 mod child;
 mod complain;
 mod controller;
+mod disarm;
 mod faults;
 mod frame;
 mod inbox;
@@ -23,6 +24,7 @@ mod trajectory;
 
 pub use child::{ChildError, run};
 pub use complain::complain;
+pub use disarm::{ORDER_ID_STEP, straight_disarm};
 pub use frame::{FrameError, read_frame, write_frame};
 pub use part::{
     ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,

@@ -57,6 +57,8 @@ pub struct Part {
     pub timing: TaskTiming,
     /// Faults to suffer; `None` where none are allowed, whatever comes later.
     pub injections: Option<Vec<Injection>>,
+    /// For the controller of an instance that stays: the socket on which every connection is a disarm.
+    pub disarm_socket: Option<PathBuf>,
     /// Its own work.
     pub task: Task,
 }

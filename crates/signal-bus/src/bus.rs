@@ -30,6 +30,7 @@ impl Bus {
     /// # Errors
     /// A place that can't be used, or that somebody else uses.
     pub fn create(place: &Place, generation: u64) -> Result<Self, BusError> {
+        place.check_room()?;
         let mut bus = Self::open(place, generation)?;
         bus.hold::<Reference>(Source::Trajectory)?;
         bus.hold::<StepCommand>(Source::Controller)?;

@@ -32,6 +32,19 @@ pub enum BusError {
         /// What iceoryx2 says.
         reason: String,
     },
+    /// Shared memory is too small for a generation's services: writing into what is not there would kill the writer.
+    #[error(
+        "{path} has {found_mb} MB of shared memory left, expected at least {needed_mb} MB: \
+         mount -o remount,size=256M {path} (in a container: --shm-size=256m)"
+    )]
+    SharedMemory {
+        /// Where shared memory lies.
+        path: &'static str,
+        /// What is left of it, MB.
+        found_mb: u64,
+        /// What a generation takes, MB.
+        needed_mb: u64,
+    },
     /// Leftovers could not be removed, or not be kept from other users.
     #[error("{path}: {source}")]
     Wipe {

@@ -5,11 +5,14 @@ use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 use serde::{Deserialize, Serialize};
 use std::fs::Permissions;
 use std::io;
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// Where POSIX shared memory appears as files.
 const SHARED_MEMORY: &str = "/dev/shm";
+
+/// What a generation's services take of it, with room for ports that come later: `du` shows 17 MB.
+const NEEDED_BYTES: u64 = 24 << 20;
 
 /// A root directory and a prefix that one generation has for itself.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,6 +43,21 @@ impl Place {
         })?;
         config.global.set_root_path(&root);
         Ok(config)
+    }
+
+    /// Checks that there is shared memory enough for a generation.
+    ///
+    /// # Errors
+    /// [`BusError::SharedMemory`] where there is not.
+    pub(crate) fn check_room(&self) -> Result<(), BusError> {
+        // A folder that can't be looked at is told of by the first service that can't be made.
+        let Ok(found) = rustix::fs::statvfs(SHARED_MEMORY) else { return Ok(()) };
+        let free_bytes = found.f_bavail.saturating_mul(found.f_frsize);
+        if free_bytes >= NEEDED_BYTES {
+            return Ok(());
+        }
+        let (found_mb, needed_mb) = (free_bytes >> 20, NEEDED_BYTES >> 20);
+        Err(BusError::SharedMemory { path: SHARED_MEMORY, found_mb, needed_mb })
     }
 
     /// Removes the root directory and every shared-memory file whose name begins with the prefix. For the owner
@@ -75,9 +93,18 @@ fn wipe_prefix(prefix: &str) -> Result<(), BusError> {
     files_with_prefix(prefix).iter().try_for_each(|path| ignore_missing(path, std::fs::remove_file(path)))
 }
 
+/// Whether a file is this user's. Anybody may make files in the folder of shared memory, under any name: those of others
+/// are nothing that a generation left, and can't be removed.
+fn is_ours(entry: &std::fs::DirEntry) -> bool {
+    // The owner of /proc/self is this process's effective user.
+    let user = std::fs::metadata("/proc/self").map(|own| own.uid());
+    entry.metadata().is_ok_and(|found| user.is_ok_and(|user| user == found.uid()))
+}
+
 fn files_with_prefix(prefix: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
-    let ours = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix));
+    let ours =
+        entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix) && is_ours(entry));
     ours.map(|entry| entry.path()).collect()
 }
 

@@ -5,6 +5,8 @@ message! {
     SetPoint, "set-point" {
         /// Counts set-points from 1.
         id: u64 ["1", Any],
+        /// The last cycle in which it may be taken: a set-point that was given up has no effect later.
+        valid_until_cycle: u64 ["1", Any],
         /// What kind, a [`crate::SetPointKind`].
         kind: u64 ["1", Below(crate::SetPointKind::END)],
         /// Angle, opening, flow, speed or a sine's amplitude, in [`crate::SetPointKind::unit`] of its kind.

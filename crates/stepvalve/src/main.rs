@@ -101,7 +101,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Arm(arguments) => operator::plain(&Request::Arm, &arguments),
-        Command::Disarm(arguments) => operator::plain(&Request::Disarm, &arguments),
+        Command::Disarm(arguments) => operator::disarm(&arguments),
         Command::Reset(arguments) => operator::plain(&Request::Reset, &arguments),
         Command::Set(arguments) => operator::set(&arguments),
         Command::Status(arguments) => operator::status(&arguments),

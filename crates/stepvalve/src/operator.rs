@@ -5,15 +5,24 @@ use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand};
 use config::{Dimension, parse_quantity};
 use injection::Injection;
-use std::path::PathBuf;
-use supervisor::{Answer, Failure, Outcome, Request, SetKind, Status, ask, base_folder, socket_path};
+use signals::SetPointKind;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use supervisor::{
+    Answer, Failure, InstanceName, Outcome, Request, Status, ask, base_folder, instance_folder, socket_path,
+};
+
+/// How long an operator waits: what is not done by then is refused, and not done later.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// What moves nothing may take longer: an instance may just be starting its processes again.
+const LEISURE: Duration = Duration::from_secs(5);
 
 /// Which instance.
 #[derive(Debug, Args)]
 pub struct Which {
     /// Name of the instance [default: the one that runs, if it is the only one]
     #[arg(long, value_name = "NAME", global = true)]
-    instance: Option<String>,
+    instance: Option<InstanceName>,
     /// Print the answer as JSON
     #[arg(long, global = true)]
     json: bool,
@@ -132,15 +141,15 @@ pub fn inject(arguments: &Inject) -> Result<Outcome, Failure> {
 /// # Errors
 /// As [`plain`]; [`Failure::Input`] for a value that is none.
 pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
-    let of = |kind: SetKind, value: &str, dimension: Dimension| -> Result<Request, Failure> {
+    let of = |kind: SetPointKind, value: &str, dimension: Dimension| -> Result<Request, Failure> {
         Ok(Request::Set { kind, value: quantity(value, dimension)?, pressure_drop_pa: None })
     };
     let request = match &arguments.what {
-        SetWhat::Angle(set) => of(SetKind::Angle, &set.value, Dimension::Angle)?,
-        SetWhat::Opening(set) => of(SetKind::Opening, &set.value, Dimension::Ratio)?,
-        SetWhat::Speed(set) => of(SetKind::Speed, &set.value, Dimension::Speed)?,
+        SetWhat::Angle(set) => of(SetPointKind::Angle, &set.value, Dimension::Angle)?,
+        SetWhat::Opening(set) => of(SetPointKind::Opening, &set.value, Dimension::Ratio)?,
+        SetWhat::Speed(set) => of(SetPointKind::Speed, &set.value, Dimension::Speed)?,
         SetWhat::Flow(set) => Request::Set {
-            kind: SetKind::Flow,
+            kind: SetPointKind::Flow,
             value: quantity(&set.value, Dimension::Flow)?,
             pressure_drop_pa: set
                 .pressure_drop
@@ -159,7 +168,7 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
 /// # Errors
 /// As [`plain`].
 pub fn status(arguments: &Plain) -> Result<Outcome, Failure> {
-    let answer = ask(&find(&arguments.which)?, &Request::Status)?;
+    let answer = ask(&find(&arguments.which)?, &Request::Status, LEISURE)?;
     let status = answer.status.with_context(|| answer.text.clone())?;
     if arguments.which.json {
         say(serde_json::to_string_pretty(&status).map_err(anyhow::Error::from)?);
@@ -170,8 +179,24 @@ pub fn status(arguments: &Plain) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// Disarms, whatever of the instance may hang, within a second.
+///
+/// # Errors
+/// As [`plain`]; the refusal says what stops the valve instead.
+pub fn disarm(arguments: &Plain) -> Result<Outcome, Failure> {
+    let socket = find(&arguments.which)?;
+    tell(supervisor::disarm(socket.parent().unwrap_or(Path::new("/"))), &arguments.which)
+}
+
 fn send(request: &Request, which: &Which) -> Result<Outcome, Failure> {
-    let answer = ask(&find(which)?, request)?;
+    let patience = match request {
+        Request::Status | Request::Mark { .. } | Request::SaveTiming | Request::Inject { .. } => LEISURE,
+        _ => PATIENCE,
+    };
+    tell(ask(&find(which)?, request, patience)?, which)
+}
+
+fn tell(answer: Answer, which: &Which) -> Result<Outcome, Failure> {
     if which.json {
         say(serde_json::to_string(&answer).map_err(anyhow::Error::from)?);
     } else if answer.done {
@@ -189,7 +214,7 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, Failure> {
 fn find(which: &Which) -> Result<PathBuf, Failure> {
     let base = base_folder()?;
     if let Some(name) = &which.instance {
-        let socket = socket_path(&base.join(name));
+        let socket = socket_path(&instance_folder(&base, name));
         return if socket.exists() {
             Ok(socket)
         } else {

@@ -4,7 +4,7 @@ use crate::files::{load_texts, name};
 use crate::say::say;
 use anyhow::{Result, anyhow, bail};
 use closed_loop::ControllerRole;
-use processes::complain;
+use processes::{ORDER_ID_STEP, complain, straight_disarm};
 use recording::{AnyMessage, read_record};
 use signals::{Body, ControlStatus, Feedback, OperatorCommand, Reference, StepCommand};
 use std::collections::BTreeMap;
@@ -78,10 +78,9 @@ impl Seen {
             let feedback = input(&self.feedback, cycle, status.feedback_silent_cycles == 0, "Feedback")?;
             let reference =
                 input(&self.reference, cycle + 2, status.reference_silent_cycles == 0, "Reference")?;
-            let order =
-                input(&self.orders, status.operator_id, status.operator_id != order_id, "OperatorCommand")?;
+            let order = self.order(status.operator_id, status.operator_id != order_id)?;
             order_id = status.operator_id;
-            let output = controller.step(cycle, feedback, reference, order);
+            let output = controller.step(cycle, feedback, reference, order.as_ref());
             compare("ControlStatus", cycle, &output.status, Some(status))?;
             compare("StepCommand", cycle + 1, &output.command, self.commands.get(&(cycle + 1)))?;
             count += 1;
@@ -90,6 +89,14 @@ impl Seen {
             bail!("the record holds no ControlStatus: nothing to replay");
         }
         Ok(count)
+    }
+
+    /// The order of a cycle. One that came straight to the controller was on no bus; its id says what it was.
+    fn order(&self, id: u64, had: bool) -> Result<Option<OperatorCommand>> {
+        if had && !id.is_multiple_of(ORDER_ID_STEP) {
+            return Ok(Some(straight_disarm(id)));
+        }
+        Ok(input(&self.orders, id, had, "OperatorCommand")?.copied())
     }
 
     /// A cycle that the controller itself skipped has no command either; one that it ran but that was not recorded

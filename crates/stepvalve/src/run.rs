@@ -12,7 +12,7 @@ use processes::{Keep, Mode as Pace, complain};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use supervisor::{Ending, Failure, Mission, Outcome};
+use supervisor::{Ending, Failure, InstanceName, Mission, Outcome};
 
 /// What to run.
 #[derive(clap::Args)]
@@ -22,7 +22,7 @@ pub struct Arguments {
     scenario: PathBuf,
     /// Name of the instance: what `stepvalve status --instance NAME` and the others ask for
     #[arg(long, value_name = "NAME")]
-    instance: String,
+    instance: InstanceName,
     /// Folder for the record and the timing of slow cycles
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         timings: loaded.timings(),
         folder: output.folder().to_owned(),
         keep: arguments.record,
-        info: record_info(&loaded, Mode::Realtime, &arguments.instance),
+        info: record_info(&loaded, Mode::Realtime, &arguments.instance.to_string()),
         parts: loaded.parts.without_end(),
         injections: arguments.allow_injection.then(Vec::new),
         require_realtime: arguments.require_realtime,
@@ -75,6 +75,8 @@ struct Stay<'a> {
     generations: u64,
     /// What went wrong for good.
     failure: Option<&'a str>,
+    /// What is not in the record and should be.
+    lost_record: Option<String>,
     /// Messages that the supervisor itself published in the last generation.
     published: u64,
     /// What each process had to say in the last generation.
@@ -87,7 +89,8 @@ struct Stay<'a> {
 /// [`Failure::Failed`] where the processes died too often, or the disk did not take the record.
 pub fn conclude(out: &Path, json: bool, ending: Ending) -> Result<Outcome, Failure> {
     report(out, json, &ending)?;
-    match ending.failure {
+    let lost_record = ending.lost_record().map(|lost| format!("the record is not whole: {lost}"));
+    match ending.failure.or(lost_record) {
         Some(failure) => Err(Failure::Failed(anyhow!("{failure}"))),
         None if ending.terminated => Ok(Outcome::Done),
         None => Ok(Outcome::Interrupted),
@@ -99,6 +102,7 @@ fn report(out: &Path, json: bool, ending: &Ending) -> Result<(), Failure> {
         let stay = Stay {
             generations: ending.generations,
             failure: ending.failure.as_deref(),
+            lost_record: ending.lost_record(),
             published: ending.published,
             processes: by_process(&ending.processes),
         };

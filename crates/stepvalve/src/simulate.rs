@@ -16,7 +16,7 @@ use processes::{Keep, Mode as Pace, complain};
 use realtime::now_ns;
 use recording::read_record;
 use std::path::PathBuf;
-use supervisor::{Ending, Failure, Interruption, Mission, Outcome};
+use supervisor::{Ending, Failure, InstanceName, Interruption, Mission, Outcome};
 
 /// What to run, how, and where to.
 #[derive(clap::Args)]
@@ -32,7 +32,7 @@ pub struct Arguments {
     out: PathBuf,
     /// Name of the instance; two of one name can't run at once [default: one of this process's own]
     #[arg(long, value_name = "NAME")]
-    instance: Option<String>,
+    instance: Option<InstanceName>,
     /// What to record: `all`, or `none` (no run.h5 either) to see how fast it goes
     #[arg(long, value_name = "none|all", default_value = "all", value_parser = parse_keep)]
     record: Keep,
@@ -109,14 +109,19 @@ fn supervised(
     injections: Vec<Injection>,
     simulation: Simulation,
 ) -> Result<Outcome, Failure> {
-    let name = arguments.instance.clone().unwrap_or_else(|| format!("simulate-{}", std::process::id()));
+    let own = || format!("simulate-{}", std::process::id()).parse();
+    let name = arguments
+        .instance
+        .clone()
+        .map_or_else(own, Ok)
+        .map_err(|error| Failure::Input(anyhow!("{error}")))?;
     let mission = Mission {
         mode: pace,
         stays: false,
         timings: loaded.timings(),
         folder: arguments.out.clone(),
         keep: arguments.record,
-        info: record_info(&loaded, arguments.mode, &name),
+        info: record_info(&loaded, arguments.mode, &name.to_string()),
         parts: loaded.parts,
         injections: arguments.allow_injection.then_some(injections),
         require_realtime: arguments.require_realtime,
@@ -133,6 +138,9 @@ fn supervised(
 pub fn conclude(simulation: &Simulation, ending: Ending) -> Result<Outcome, Failure> {
     let mut summary = Summary::new(simulation);
     summary.processes = by_process(&ending.processes);
+    if ending.recorder_given_up {
+        summary.record_flaws.extend(ending.lost_record());
+    }
     summary.failure = ending.failure;
     summary.recorder_restarts = ending.recorder_restarts;
     tell(simulation, summary, &Output::of_instance(&simulation.out)?, !ending.interrupted)

@@ -1,17 +1,18 @@
-//! The control socket: what an operator may ask of a running instance, and how it is carried there and back.
+//! The control socket: how requests of operators come to the supervisor, and answers back.
 //!
 //! One connection carries one request and one answer, each a line of JSON. A client that dies, says nothing or talks
-//! nonsense costs a thread for a few seconds and nothing else.
+//! nonsense costs a thread for a few seconds and nothing else. Where too many are connected, those that have said nothing
+//! yet have to go, the oldest first, so that idle clients keep nobody out.
 
+use crate::clients::{Client, Clients};
 use crate::news::{Asked, News};
-use crate::request::{Answer, Request};
+use crate::request::{Answer, Ask, Request};
 use anyhow::{Context, Result, bail};
-use nix::sys::socket::{getsockopt, sockopt::PeerCredentials};
+use realtime::now_ns;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
@@ -21,8 +22,6 @@ const MAX_REQUEST: u64 = 8192;
 const CLIENT_PATIENCE: Duration = Duration::from_secs(5);
 /// The longest that an answer may take: a disarm waits for the valve to stand.
 const ANSWER_PATIENCE: Duration = Duration::from_secs(60);
-/// More clients at once are turned away.
-const MAX_CLIENTS: usize = 32;
 
 /// The socket in an instance's folder.
 pub fn socket_path(folder: &Path) -> PathBuf {
@@ -38,51 +37,42 @@ pub fn serve(folder: &Path, news: Sender<News>) -> Result<()> {
     // The instance's lock is held: a socket that is there was left by a crash.
     let _ = std::fs::remove_file(&path);
     let listener = UnixListener::bind(&path).with_context(|| path.display().to_string())?;
-    let clients = Arc::new(AtomicUsize::new(0));
     std::thread::spawn(move || {
-        for client in listener.incoming().flatten() {
-            if clients.fetch_add(1, Ordering::Relaxed) >= MAX_CLIENTS {
-                clients.fetch_sub(1, Ordering::Relaxed);
-                continue;
-            }
-            let (news, clients) = (news.clone(), Arc::clone(&clients));
+        let clients = Clients::default();
+        for stream in listener.incoming().flatten() {
+            let Some(client) = clients.welcome(stream) else { continue };
+            let (news, clients) = (news.clone(), clients.clone());
             std::thread::spawn(move || {
                 // What goes wrong with a client is the client's loss.
                 let _ = attend(&client, &news);
-                clients.fetch_sub(1, Ordering::Relaxed);
+                clients.farewell(&client);
             });
         }
     });
     Ok(())
 }
 
-fn attend(client: &UnixStream, news: &Sender<News>) -> Result<()> {
-    client.set_read_timeout(Some(CLIENT_PATIENCE))?;
-    client.set_write_timeout(Some(CLIENT_PATIENCE))?;
-    let peer = getsockopt(client, PeerCredentials)?.uid();
-    let own = nix::unistd::getuid().as_raw();
-    let answer = if peer == own || peer == 0 {
-        forward(client, news)
-    } else {
-        Answer::refused(format!("user {peer} may not control this instance of user {own}"))
-    };
+fn attend(client: &Arc<Client>, news: &Sender<News>) -> Result<()> {
+    client.stream.set_read_timeout(Some(CLIENT_PATIENCE))?;
+    client.stream.set_write_timeout(Some(CLIENT_PATIENCE))?;
+    let answer = forward(client, news);
     let mut line = serde_json::to_vec(&answer)?;
     line.push(b'\n');
-    let mut client = client;
-    Ok(client.write_all(&line)?)
+    Ok((&client.stream).write_all(&line)?)
 }
 
-fn forward(client: &UnixStream, news: &Sender<News>) -> Answer {
+fn forward(client: &Arc<Client>, news: &Sender<News>) -> Answer {
     let mut line = String::new();
-    if let Err(error) = BufReader::new(client.take(MAX_REQUEST)).read_line(&mut line) {
+    if let Err(error) = BufReader::new((&client.stream).take(MAX_REQUEST)).read_line(&mut line) {
         return Answer::refused(format!("no request: {error}"));
     }
-    let request = match serde_json::from_str(&line) {
-        Ok(request) => request,
+    client.has_spoken();
+    let Ask { request, until_ns } = match serde_json::from_str(&line) {
+        Ok(ask) => ask,
         Err(error) => return Answer::refused(format!("not a request: {error}")),
     };
     let (answer, answers) = channel();
-    if news.send(News::Asked(Asked { request, answer })).is_err() {
+    if news.send(News::Asked(Asked { request, until_ns, answer, client: Arc::clone(client) })).is_err() {
         return Answer::refused("the instance is ending");
     }
     answers
@@ -90,14 +80,30 @@ fn forward(client: &UnixStream, news: &Sender<News>) -> Answer {
         .unwrap_or_else(|_| Answer::refused("no answer: the instance is ending"))
 }
 
-/// Asks a running instance.
+/// Asks a running instance, and waits for its answer as long as `patience`. The request tells how long that is: what
+/// could not be done by then is not done later.
 ///
 /// # Errors
-/// Where nobody listens on the socket, or it ends without an answer.
-pub fn ask(socket: &Path, request: &Request) -> Result<Answer> {
+/// Where nobody listens on the socket, or no answer comes in time.
+pub fn ask(socket: &Path, request: &Request, patience: Duration) -> Result<Answer> {
+    let (answer, answers) = channel();
+    let (socket, request) = (socket.to_owned(), request.clone());
+    let shown = socket.display().to_string();
+    // In a thread, since connecting waits too while a supervisor that is stopped has many clients waiting.
+    std::thread::spawn(move || answer.send(ask_patiently(&socket, request, patience)));
+    match answers.recv_timeout(patience + GRACE) {
+        Ok(answer) => answer,
+        Err(_) => bail!("{shown}: the supervisor does not answer within {:.1} s", patience.as_secs_f64()),
+    }
+}
+
+/// What an answer may come later than the request was worth something.
+const GRACE: Duration = Duration::from_millis(100);
+
+fn ask_patiently(socket: &Path, request: Request, patience: Duration) -> Result<Answer> {
+    let until_ns = now_ns() + u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX);
     let mut stream = UnixStream::connect(socket).with_context(|| socket.display().to_string())?;
-    stream.set_read_timeout(Some(ANSWER_PATIENCE + CLIENT_PATIENCE))?;
-    let mut line = serde_json::to_vec(request)?;
+    let mut line = serde_json::to_vec(&Ask { request, until_ns: Some(until_ns) })?;
     line.push(b'\n');
     stream.write_all(&line)?;
     let mut answer = String::new();

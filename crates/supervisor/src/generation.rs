@@ -1,18 +1,21 @@
 //! One generation of processes, from its services to its end.
 
 use crate::child::Child;
-use crate::instance::Instance;
+use crate::disarm::disarm_path;
+use crate::instance::{Instance, Whereabouts};
 use crate::interruption::Interruption;
 use crate::mission::{Ending, Mission, ProcessEnding};
 use crate::news::{Asked, Channel, Event, News};
 use crate::notify::Pulse;
 use crate::progress::Progress;
+use crate::recorder_keeper::RecorderKeeper;
 use crate::watch::Watch;
 use anyhow::{Context, Result, bail};
 use closed_loop::Parts;
 use injection::Injection;
 use processes::{
-    ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, ToChild, complain, segments_in,
+    ChildSummary, FromChild, Keep, Membership, Mode, ORDER_ID_STEP, Part, RecorderPart, Task, ToChild,
+    complain, segments_in,
 };
 use realtime::Obtained;
 use recording::RecordInfo;
@@ -34,8 +37,6 @@ const LOOK_AROUND: Duration = Duration::from_millis(2);
 const END_PATIENCE: Duration = Duration::from_secs(10);
 /// Beyond the time that the ramp takes, how long the plant may take to stop.
 const STOP_MARGIN: Duration = Duration::from_secs(1);
-/// A recorder that dies more often than this is not replaced any more.
-const MAX_RECORDER_RESTARTS: u32 = 20;
 
 const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller];
 
@@ -63,13 +64,17 @@ pub struct Generation<'a> {
     place: Place,
     children: BTreeMap<Source, Child>,
     started: u32,
-    recorder_restarts: u32,
+    recorders: RecorderKeeper,
     obtained: BTreeMap<Source, Obtained>,
     summaries: BTreeMap<Source, ChildSummary>,
     asked: VecDeque<Asked>,
     saved: Option<Result<PathBuf, String>>,
+    /// How long the client that is attended to waits.
+    pub(crate) patience: Duration,
+    /// When cycle 0 begins, on CLOCK_MONOTONIC.
+    epoch_ns: u64,
     /// What is seen of the loop.
-    pub(super) watch: Watch,
+    pub(crate) watch: Watch,
     orders: Writer<OperatorCommand>,
     set_points: Writer<SetPoint>,
     progress: Progress,
@@ -88,19 +93,22 @@ impl<'a> Generation<'a> {
     /// Where one can't be started, fails, or doesn't get the scheduling that is required.
     pub fn start(setup: &'a Setup<'a>, channel: &'a Channel, started: u32) -> Result<Self> {
         let generation = setup.generation;
-        let place = setup.instance.place(generation);
+        let place = setup.instance.place(generation)?;
         let bus = Bus::create(&place, generation)?;
+        setup.instance.announce(&Whereabouts { place: place.clone(), generation })?;
         let mut this = Self {
             setup,
             channel,
             place,
             children: BTreeMap::new(),
             started,
-            recorder_restarts: 0,
+            recorders: RecorderKeeper::default(),
             obtained: BTreeMap::new(),
             summaries: BTreeMap::new(),
             asked: VecDeque::new(),
             saved: None,
+            patience: Duration::ZERO,
+            epoch_ns: 0,
             watch: Watch::open(&bus, setup.mission.mode)?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
@@ -159,22 +167,41 @@ impl<'a> Generation<'a> {
         self.saved.take()
     }
 
+    /// Whether nothing is recorded any more.
+    pub fn recorder_given_up(&self) -> bool {
+        self.recorders.given_up()
+    }
+
     /// Instance, generation, recorder restarts.
     pub fn names(&self) -> (String, u64, u32) {
-        (self.setup.mission.name.clone(), self.setup.generation, self.recorder_restarts)
+        (self.setup.mission.name.to_string(), self.setup.generation, self.recorders.restarts())
+    }
+
+    /// The run.
+    pub fn mission(&self) -> &Mission {
+        self.setup.mission
+    }
+
+    /// The cycle that begins after so long, in real time.
+    fn cycle_after(&self, time: Duration) -> u64 {
+        let since_epoch_ns = realtime::now_ns().saturating_sub(self.epoch_ns) + time.as_nanos() as u64;
+        since_epoch_ns / self.setup.mission.parts.timeline.period_ns
     }
 
     /// Publishes an order; its id.
     pub fn give_order(&mut self, order: OperatorCommand) -> u64 {
-        let id = self.orders.published() + 1;
-        self.orders.write(0, realtime::now_ns(), OperatorCommand { id, ..order });
+        let id = (self.orders.published() + 1) * ORDER_ID_STEP;
+        let order = OperatorCommand { id, ..order };
+        self.orders.write(0, realtime::now_ns(), order);
         id
     }
 
-    /// Publishes a set-point; its id.
+    /// Publishes a set-point, which holds as long as its operator waits; its id.
     pub fn give_set_point(&mut self, set_point: SetPoint) -> u64 {
         let id = self.set_points.published() + 1;
-        self.set_points.write(0, realtime::now_ns(), SetPoint { id, ..set_point });
+        let valid_until_cycle = self.cycle_after(self.patience);
+        let set_point = SetPoint { id, valid_until_cycle, ..set_point };
+        self.set_points.write(0, realtime::now_ns(), set_point);
         id
     }
 
@@ -212,6 +239,7 @@ impl<'a> Generation<'a> {
         self.orders.connect();
         self.set_points.connect();
         let epoch_ns = realtime::now_ns() + EPOCH_AHEAD_NS;
+        self.epoch_ns = epoch_ns;
         for (source, child) in &mut self.children {
             child.tell(&ToChild::Go { epoch_ns }).map_err(|_| DiedAtStart(*source))?;
         }
@@ -237,6 +265,8 @@ impl<'a> Generation<'a> {
             timeline: self.setup.mission.parts.timeline,
             timing: self.setup.mission.timings.of(source),
             injections: self.setup.mission.injections.as_ref().map(|all| injections_within(all, source)),
+            disarm_socket: (self.setup.mission.stays && source == Source::Controller)
+                .then(|| disarm_path(self.setup.instance.folder())),
             task,
         };
         self.started += 1;
@@ -247,10 +277,11 @@ impl<'a> Generation<'a> {
     }
 
     fn start_recorder(&mut self) -> Result<()> {
+        self.recorders.started(Instant::now());
         self.start_child(Task::Recorder(Box::new(RecorderPart {
             folder: self.setup.mission.folder.clone(),
             segment: segments_in(&self.setup.mission.folder).last().map_or(1, |name| name.number + 1),
-            first: self.recorder_restarts == 0,
+            first: self.recorders.restarts() == 0,
             keep: self.setup.mission.keep,
             info: RecordInfo { generation: self.setup.generation, ..self.setup.mission.info.clone() },
         })))
@@ -316,6 +347,7 @@ impl<'a> Generation<'a> {
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
         }
         self.watch.listen();
+        self.replace_recorder();
         if let Some(status) = self.watch.status() {
             self.progress.set(status.header.cycle);
         }
@@ -357,16 +389,31 @@ impl<'a> Generation<'a> {
             Some(Ok(status)) => status.to_string(),
             _ => "unknown".to_owned(),
         };
-        let replaceable =
-            self.setup.mission.mode == Mode::Realtime && self.recorder_restarts < MAX_RECORDER_RESTARTS;
-        if source == Source::Recorder && replaceable {
-            complain(format_args!("{source} died ({how}); another takes over with the next segment"));
-            self.recorder_restarts += 1;
-            if let Err(error) = self.start_recorder() {
-                self.fail(format!("{error:#}"));
+        if source != Source::Recorder || self.setup.mission.mode == Mode::Lockstep {
+            return self.fail(format!("{source} died ({how})"));
+        }
+        match self.recorders.died(Instant::now()) {
+            Some(pause) if pause.is_zero() => {
+                complain(format_args!("{source} died ({how}); another takes over with the next segment"));
             }
-        } else {
-            self.fail(format!("{source} died ({how})"));
+            Some(pause) => complain(format_args!(
+                "{source} died ({how}); another takes over in {} ms with the next segment",
+                pause.as_millis()
+            )),
+            None => complain(format_args!(
+                "{source} died ({how}) again and again: NOTHING IS RECORDED ANY MORE, the loop goes on"
+            )),
+        }
+        self.replace_recorder();
+    }
+
+    /// Starts a successor of a recorder that died, when its time has come.
+    fn replace_recorder(&mut self) {
+        if self.recorders.take_due(Instant::now())
+            && let Err(error) = self.start_recorder()
+        {
+            complain(format_args!("{error:#}"));
+            self.recorders.died(Instant::now());
         }
     }
 
@@ -473,7 +520,8 @@ impl<'a> Generation<'a> {
             interrupted: self.interrupted,
             terminated: false,
             failure: self.failure.clone(),
-            recorder_restarts: self.recorder_restarts,
+            recorder_restarts: self.recorders.restarts(),
+            recorder_given_up: self.recorders.given_up(),
         }
     }
 }

@@ -1,52 +1,73 @@
 //! An instance: its name, its folder, and the locks that say who is alive.
 //!
-//! `$RUNTIME_DIRECTORY` or `$XDG_RUNTIME_DIR`, then `stepvalve/NAME/`:
+//! In `stepvalve/NAME/` of the runtime folder:
 //! - `supervisor.lock`: held by the supervisor. A second start with the name is refused.
 //! - `members.lock`: shared by every process of the generation. While anybody holds it, nothing is wiped.
+//! - `control.sock`, `place.json`: how operators speak to it, and where its generation's services are to be found.
 //! - `generation-N/`: iceoryx2's files.
 //!
-//! Both locks go with their processes, however these end, so what a crash left can be told from what lives.
+//! Locks go with their processes, however these end, so what a crash left can be told from what lives. A third lock lies
+//! beside the shared memory: it says that the instance lives when somebody has removed its folder.
 
 use crate::exit::Failure;
-use anyhow::{Context, anyhow, bail};
+use crate::lock::{lock, open_lock};
+use crate::runtime_folder::{InstanceName, base_folder, instance_folder, make_private};
+use anyhow::{Context, Result, anyhow, bail};
+use serde::{Deserialize, Serialize};
 use signal_bus::Place;
-use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::fs::File;
+use std::io::Read;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// How long the processes of a supervisor that died may take to stop the valve and end.
 const PATIENCE: Duration = Duration::from_secs(15);
 
+/// Where POSIX shared memory appears as files.
+const SHARED_MEMORY: &str = "/dev/shm";
+
 /// An instance that this process supervises. Dropped, it leaves nothing behind.
 pub struct Instance {
     folder: PathBuf,
+    // In the order in which they are let go.
     _supervisor: File,
+    name: Option<File>,
+}
+
+/// Where a running instance's services are to be found, as its folder tells.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Whereabouts {
+    /// Root folder and prefix.
+    pub place: Place,
+    /// The generation that its messages carry.
+    pub generation: u64,
 }
 
 impl Instance {
     /// Takes the name, and cleans up what an earlier supervisor of this name, or of any other that is gone, left.
     ///
     /// # Errors
-    /// [`Failure::Input`] for a bad name or one that is taken; [`Failure::Failed`] where the folder can't be used.
-    pub fn acquire(instance: &str) -> Result<Self, Failure> {
-        let good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if instance.is_empty() || instance.len() > 32 || !instance.chars().all(good) {
-            return Err(Failure::Input(anyhow!(
-                "instance name \"{instance}\": expected 1 to 32 letters, digits, '-' or '_'"
-            )));
-        }
-        let base = base_folder()?;
-        sweep(&base, instance);
-        let folder = base.join(instance);
-        let Some(supervisor) = lock_folder(&folder)? else {
-            return Err(Failure::Input(anyhow!(
-                "instance \"{instance}\" is running already; --instance gives another name"
-            )));
+    /// [`Failure::Input`] for a name that is taken; [`Failure::Failed`] where the folder can't be used.
+    pub fn acquire(instance: &InstanceName) -> Result<Self, Failure> {
+        let taken = |how: &str| {
+            Failure::Input(anyhow!(
+                "instance \"{instance}\" is running already{how}; --instance gives another name"
+            ))
         };
+        let base = base_folder()?;
+        let folder = instance_folder(&base, instance);
+        sweep(&base, &folder);
+        make_private(&folder)?;
+        let supervisor = lock(&folder.join("supervisor.lock"))?.ok_or_else(|| taken(""))?;
+        let name = match lock_beside_memory(&folder) {
+            Some(path) => Some(lock(&path)?.ok_or_else(|| taken(", though its runtime folder was removed"))?),
+            None => None,
+        };
+        open_lock(&folder.join("members.lock"))?;
         wait_for_members(&folder)?;
         wipe_generations(&folder)?;
-        Ok(Self { folder, _supervisor: supervisor })
+        Ok(Self { folder, _supervisor: supervisor, name })
     }
 
     /// The file that every process of the generation shares a lock on.
@@ -59,12 +80,39 @@ impl Instance {
         &self.folder
     }
 
-    /// A fresh place for a generation.
-    pub fn place(&self, generation: u64) -> Place {
-        Place {
+    /// A fresh place for a generation. Its names can't be foretold, so nobody can take them before.
+    ///
+    /// # Errors
+    /// Where the system gives no random number.
+    pub fn place(&self, generation: u64) -> Result<Place> {
+        let mut nonce = [0; 4];
+        File::open("/dev/urandom")
+            .and_then(|mut source| source.read_exact(&mut nonce))
+            .context("/dev/urandom")?;
+        Ok(Place {
             root: self.folder.join(format!("generation-{generation}")),
-            prefix: format!("{}{generation}_", prefix(&self.folder)),
-        }
+            prefix: format!("{}{generation}-{:08x}_", prefix(&self.folder), u32::from_le_bytes(nonce)),
+        })
+    }
+
+    /// Removes what a generation has left once its processes have ended.
+    ///
+    /// # Errors
+    /// Where something can't be removed.
+    pub fn wipe_generation(&self, generation: u64) -> Result<()> {
+        let root = self.folder.join(format!("generation-{generation}"));
+        Ok(Place { root, prefix: format!("{}{generation}-", prefix(&self.folder)) }.wipe()?)
+    }
+
+    /// Tells others of this user where the generation's services are.
+    ///
+    /// # Errors
+    /// Where the file can't be written.
+    pub fn announce(&self, whereabouts: &Whereabouts) -> Result<()> {
+        let (path, new) = (self.folder.join("place.json"), self.folder.join("place.json.new"));
+        let text = serde_json::to_vec(whereabouts)?;
+        let written = std::fs::write(&new, text).and_then(|()| std::fs::rename(&new, &path));
+        written.with_context(|| path.display().to_string())
     }
 }
 
@@ -73,83 +121,36 @@ impl Drop for Instance {
         // What can't be removed now is removed by the next start.
         if wait_for_members(&self.folder).is_ok() && wipe_generations(&self.folder).is_ok() {
             let _ = std::fs::remove_dir_all(&self.folder);
+            // Held: so it is ours.
+            let _ = self.name.as_ref().map(|_| std::fs::remove_file(name_lock(&self.folder)));
         }
     }
 }
 
-/// `$RUNTIME_DIRECTORY/stepvalve` or `$XDG_RUNTIME_DIR/stepvalve`, or where neither is set one in the temporary folder
-/// that belongs to this user.
+/// Where the services of a running instance are to be found.
 ///
 /// # Errors
-/// Where it can't be made, or belongs to somebody else.
-pub fn base_folder() -> Result<PathBuf, anyhow::Error> {
-    let base = base_path();
-    let uid = nix::unistd::getuid();
-    make_private(&base)?;
-    let owner = std::fs::metadata(&base).with_context(|| name(&base))?.uid();
-    if owner != uid.as_raw() {
-        bail!(
-            "{} belongs to user {owner}, expected {uid}: set XDG_RUNTIME_DIR to a folder of your own",
-            name(&base)
-        );
-    }
-    Ok(base)
+/// Where no such instance runs.
+pub fn whereabouts(folder: &Path) -> Result<Whereabouts> {
+    let path = folder.join("place.json");
+    let text = std::fs::read(&path).with_context(|| path.display().to_string())?;
+    serde_json::from_slice(&text).with_context(|| path.display().to_string())
 }
 
-/// Where [`base_folder`] is or will be.
-pub fn base_path() -> PathBuf {
-    let from = |variable: &str| {
-        let value = std::env::var(variable).ok()?;
-        // systemd separates several by colons; the first is the service's own.
-        let first = value.split(':').next().filter(|path| path.starts_with('/'))?;
-        Some(PathBuf::from(first).join("stepvalve"))
-    };
-    from("RUNTIME_DIRECTORY")
-        .or_else(|| from("XDG_RUNTIME_DIR"))
-        .unwrap_or_else(|| std::env::temp_dir().join(format!("stepvalve-{}", nix::unistd::getuid())))
+/// The lock that outlives the runtime folder.
+fn name_lock(folder: &Path) -> PathBuf {
+    Path::new(SHARED_MEMORY).join(format!("stepvalve-lock{}", prefix(folder).trim_start_matches("stepvalve")))
 }
 
-/// A path as messages show it.
-fn name(path: &Path) -> String {
-    path.display().to_string()
-}
-
-fn make_private(folder: &Path) -> Result<(), anyhow::Error> {
-    DirBuilder::new().recursive(true).mode(0o700).create(folder).with_context(|| name(folder))
-}
-
-/// Makes the folder and locks it for its supervisor; `None` where another holds the lock.
-fn lock_folder(folder: &Path) -> Result<Option<File>, anyhow::Error> {
-    let path = folder.join("supervisor.lock");
-    loop {
-        make_private(folder)?;
-        let Ok(file) = open_lock(&path) else { continue };
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Ok(None),
-            Err(TryLockError::Error(error)) => return Err(error).with_context(|| name(&path)),
-        }
-        // Its last owner may have removed the file between opening and locking: then it locks nothing.
-        let same = |found: std::fs::Metadata| file.metadata().is_ok_and(|ours| ours.ino() == found.ino());
-        if std::fs::metadata(&path).is_ok_and(same) {
-            open_lock(&folder.join("members.lock"))?;
-            return Ok(Some(file));
-        }
-    }
-}
-
-fn open_lock(path: &Path) -> Result<File, anyhow::Error> {
-    OpenOptions::new()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .read(true)
-        .open(path)
-        .with_context(|| name(path))
+/// The same where it is this user's; somebody else's file in its place must keep nobody from starting.
+fn lock_beside_memory(folder: &Path) -> Option<PathBuf> {
+    let path = name_lock(folder);
+    let found = open_lock(&path).ok()?.metadata().ok()?;
+    (found.uid() == nix::unistd::geteuid().as_raw()).then_some(path)
 }
 
 /// Waits until no process of an earlier generation is left.
-fn wait_for_members(folder: &Path) -> Result<(), anyhow::Error> {
+fn wait_for_members(folder: &Path) -> Result<()> {
     let path = folder.join("members.lock");
     let file = open_lock(&path)?;
     let begun = Instant::now();
@@ -157,7 +158,7 @@ fn wait_for_members(folder: &Path) -> Result<(), anyhow::Error> {
         if begun.elapsed() > PATIENCE {
             bail!(
                 "{}: processes of an earlier run still hold it after {} s",
-                name(&path),
+                path.display(),
                 PATIENCE.as_secs()
             );
         }
@@ -167,10 +168,11 @@ fn wait_for_members(folder: &Path) -> Result<(), anyhow::Error> {
 }
 
 /// Removes what instances left whose supervisor and processes are all gone.
-fn sweep(base: &Path, except: &str) {
+fn sweep(base: &Path, except: &Path) {
     for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
         let folder = entry.path();
-        if entry.file_name().to_string_lossy() == except || !folder.is_dir() {
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if folder == except || !is_folder {
             continue;
         }
         let free = |file: &str| open_lock(&folder.join(file)).ok().filter(|lock| lock.try_lock().is_ok());
@@ -178,15 +180,16 @@ fn sweep(base: &Path, except: &str) {
             && wipe_generations(&folder).is_ok()
         {
             let _ = std::fs::remove_dir_all(&folder);
+            let _ = lock_beside_memory(&folder).map(std::fs::remove_file);
         }
     }
 }
 
 /// Removes every generation's files and shared memory.
-fn wipe_generations(folder: &Path) -> Result<(), anyhow::Error> {
+fn wipe_generations(folder: &Path) -> Result<()> {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with("generation-") {
-            std::fs::remove_dir_all(entry.path()).with_context(|| name(&entry.path()))?;
+            std::fs::remove_dir_all(entry.path()).with_context(|| entry.path().display().to_string())?;
         }
     }
     // By prefix, so that shared memory is found even where the folder was lost.
@@ -197,16 +200,4 @@ fn wipe_generations(folder: &Path) -> Result<(), anyhow::Error> {
 pub fn prefix(folder: &Path) -> String {
     let hash = crc32c::crc32c(folder.as_os_str().as_encoded_bytes());
     format!("stepvalve_{}_{hash:08x}_", nix::unistd::getuid())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_checked() {
-        for bad in ["", "a/b", "..", "a b", &"x".repeat(33)] {
-            assert!(matches!(Instance::acquire(bad), Err(Failure::Input(_))), "{bad:?}");
-        }
-    }
 }

@@ -1,7 +1,8 @@
-//! SIGINT and SIGTERM as flags that the supervisor looks at.
+//! SIGINT, SIGTERM and SIGHUP as flags that the supervisor looks at: each of them is a clean stop.
 
 use anyhow::{Context, Result};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::os::raw::c_int;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,19 +14,23 @@ pub struct Interruption {
 }
 
 impl Interruption {
-    /// Looks for both signals from now on.
+    /// Looks for the signals from now on. A hang-up that this process was told to ignore (nohup) stays ignored.
     ///
     /// # Errors
     /// Where the system refuses a handler.
     pub fn watch() -> Result<Self> {
         let this = Self::default();
-        for (signal, flag) in [(SIGINT, &this.any), (SIGTERM, &this.any), (SIGTERM, &this.terminated)] {
+        let mut wanted = vec![(SIGINT, &this.any), (SIGTERM, &this.any), (SIGTERM, &this.terminated)];
+        if !is_ignored(SIGHUP) {
+            wanted.push((SIGHUP, &this.any));
+        }
+        for (signal, flag) in wanted {
             signal_hook::flag::register(signal, Arc::clone(flag)).context("signal handler")?;
         }
         Ok(this)
     }
 
-    /// Either signal came.
+    /// One of the signals came.
     pub fn wanted(&self) -> bool {
         self.any.load(Ordering::Relaxed)
     }
@@ -34,4 +39,12 @@ impl Interruption {
     pub fn terminated(&self) -> bool {
         self.terminated.load(Ordering::Relaxed)
     }
+}
+
+/// Whether this process ignores a signal, as the kernel tells.
+fn is_ignored(signal: c_int) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    mask & (1 << (signal - 1)) != 0
 }

@@ -14,30 +14,38 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod child;
+mod clients;
 mod control;
+mod disarm;
 mod exit;
 mod generation;
 mod handover;
 mod inject;
 mod instance;
 mod interruption;
+mod lock;
 mod mission;
 mod news;
 mod notify;
 mod operate;
 mod progress;
+mod recorder_keeper;
 mod request;
+mod runtime_folder;
+mod set_points;
 mod status;
 mod stay;
 mod watch;
 
 pub use control::{ask, socket_path};
+pub use disarm::disarm;
 pub use exit::{Failure, Outcome};
 pub use handover::{CONCLUDE, begin, conclude, received};
-pub use instance::{base_folder, base_path, prefix};
+pub use instance::{Whereabouts, prefix, whereabouts};
 pub use interruption::Interruption;
 pub use mission::{Conclusion, Ending, Mission, ProcessEnding, Timings};
 pub use progress::Progress;
-pub use request::{Answer, Request, SetKind};
+pub use request::{Answer, Request};
+pub use runtime_folder::{InstanceName, base_folder, base_path, instance_folder};
 pub use status::{ProcessStatus, Status};
 pub use stay::supervise;

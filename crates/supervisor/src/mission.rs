@@ -1,5 +1,6 @@
 //! What the command line has read and checked and hands over to the supervisor, and how that ended.
 
+use crate::runtime_folder::InstanceName;
 use closed_loop::Parts;
 use injection::Injection;
 use processes::{ChildSummary, Keep, Mode, TaskTiming};
@@ -14,7 +15,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mission {
     /// The instance's name.
-    pub name: String,
+    pub name: InstanceName,
     /// Real time or lockstep.
     pub mode: Mode,
     /// Whether it goes on until somebody ends it: then operators are answered, and processes that died are started again.
@@ -79,6 +80,21 @@ pub struct Ending {
     pub failure: Option<String>,
     /// How often the recorder had to be replaced.
     pub recorder_restarts: u32,
+    /// Whether it was not replaced any more in the end.
+    pub recorder_given_up: bool,
+}
+
+impl Ending {
+    /// What is not in the record and should be; `None` for a whole one.
+    pub fn lost_record(&self) -> Option<String> {
+        if self.recorder_given_up {
+            return Some(format!("the recorder died {} times and was given up", self.recorder_restarts + 1));
+        }
+        self.processes.iter().find_map(|(name, process)| {
+            let reason = process.counts.as_ref()?.recording_error.as_ref()?;
+            Some(format!("{name}: {reason}"))
+        })
+    }
 }
 
 /// How a process ended.

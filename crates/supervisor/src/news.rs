@@ -1,8 +1,10 @@
 //! What the supervisor waits for: words and deaths of its children, wishes of operators.
 
+use crate::clients::Client;
 use crate::request::{Answer, Request};
 use processes::FromChild;
 use signals::Source;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// Something that a child said, or its end.
@@ -27,8 +29,12 @@ pub enum News {
 pub struct Asked {
     /// What is asked.
     pub request: Request,
+    /// Until when the client waits for an effect, on CLOCK_MONOTONIC, ns; `None` for as long as it takes.
+    pub until_ns: Option<u64>,
     /// Where the answer goes; a client that is gone doesn't take it.
     pub answer: Sender<Answer>,
+    /// Who asks: what nobody waits for any more is not done.
+    pub(crate) client: Arc<Client>,
 }
 
 /// Where children and operators are heard.

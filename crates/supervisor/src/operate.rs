@@ -1,17 +1,25 @@
 //! What operators ask for, carried out one after the other, each answered when its effect is seen on the bus.
 
 use crate::generation::Generation;
-use crate::request::{Answer, Request, SetKind};
+use crate::request::{Answer, Request};
+use crate::set_points::beyond;
 use crate::status::Status;
 use processes::ToChild;
+use realtime::now_ns;
 use signals::{
-    ControlParameter, ControllerState, FaultCode, OperatorCommand, OperatorKind, OperatorResult, SetPoint,
-    SetPointKind, SetPointRefusal, Source, validity,
+    ControlParameter, ControlStatus, ControllerState, FaultCode, OperatorCommand, OperatorKind,
+    OperatorResult, Source, validity,
 };
 use std::time::{Duration, Instant};
 
 /// How long the loop may take to show an effect.
 const EFFECT_PATIENCE: Duration = Duration::from_secs(1);
+
+/// How long a client that waits until then is still there, at most as long as the loop may take.
+fn patience(until_ns: Option<u64>) -> Duration {
+    let left = until_ns.map(|until_ns| Duration::from_nanos(until_ns.saturating_sub(now_ns())));
+    left.map_or(EFFECT_PATIENCE, |left| left.min(EFFECT_PATIENCE))
+}
 
 /// An order that says nothing but its kind.
 fn order_of(kind: OperatorKind) -> OperatorCommand {
@@ -22,8 +30,16 @@ impl Generation<'_> {
     /// Answers everything that was asked meanwhile.
     pub fn answer_waiting(&mut self) {
         while let Some(asked) = self.next_asked() {
-            let answer = self.carry_out(&asked.request);
-            // A client that is gone does no harm: what it asked for is done all the same.
+            // Nobody is there to hear that it was done: then it is not done.
+            if asked.client.is_gone() {
+                continue;
+            }
+            self.patience = patience(asked.until_ns);
+            let answer = if self.patience.is_zero() {
+                Answer::refused("it came too late")
+            } else {
+                self.carry_out(&asked.request)
+            };
             let _ = asked.answer.send(answer);
         }
     }
@@ -35,7 +51,7 @@ impl Generation<'_> {
             Request::Reset => self.order(order_of(OperatorKind::Reset), "reset: disarmed"),
             Request::Set { kind, value, pressure_drop_pa } => self.set(*kind, *value, *pressure_drop_pa),
             Request::Parameter { name, value } => self.set_parameter(name, *value),
-            Request::Hold => self.send(SetPoint { kind: SetPointKind::Hold.code(), ..SetPoint::default() }),
+            Request::Hold => self.hold(),
             Request::Status => self.status(),
             Request::Mark { text } => self.tell_recorder(ToChild::Mark(text.clone()), "noted"),
             Request::SaveTiming => self.save_timing(),
@@ -56,7 +72,7 @@ impl Generation<'_> {
 
     fn disarm(&mut self) -> Answer {
         let answer = self.order(order_of(OperatorKind::Disarm), "disarmed: the valve stands");
-        if answer.done && !self.wait(self.stop_patience(), |this| this.watch.at_rest()) {
+        if answer.done && !self.wait(self.stop_patience().min(self.patience), |this| this.watch.at_rest()) {
             return Answer::refused("disarming, but the valve does not stand yet");
         }
         answer
@@ -66,17 +82,19 @@ impl Generation<'_> {
     fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
         let id = self.give_order(order);
         let mut result = None;
-        self.wait(EFFECT_PATIENCE, |this| {
+        self.wait(self.patience, |this| {
             let answered = this.watch.status().filter(|status| status.body.operator_id >= id);
-            result =
-                answered.map(|status| (status.body.operator_result, status.body.state, status.body.fault));
+            result = answered.map(|status| status.body);
             result.is_some()
         });
-        let Some((result, state, fault)) = result else {
-            return Answer::refused("the controller does not answer");
+        let Some(ControlStatus { operator_id, operator_result, state, fault, .. }) = result else {
+            return Answer::refused(self.unanswered());
         };
+        if operator_id != id {
+            return Answer::refused("a disarm came in between");
+        }
         let state = ControllerState::from_code(state).map_or("unknown", ControllerState::name);
-        match OperatorResult::from_code(result) {
+        match OperatorResult::from_code(operator_result) {
             Some(OperatorResult::Done) => Answer::done(done),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
@@ -85,6 +103,20 @@ impl Generation<'_> {
             }
             None => Answer::refused("the controller's answer means nothing"),
         }
+    }
+
+    /// What is known of a controller that does not answer.
+    fn unanswered(&mut self) -> String {
+        let feedback = self.watch.feedback().map_or(0, |feedback| feedback.body.validity);
+        let stopped = validity::STANDSTILL | validity::STOPPED_ITSELF;
+        let drive = if feedback & stopped == stopped {
+            "; the drive has stopped the valve by itself, and it stands"
+        } else if feedback & validity::STOPPED_ITSELF != 0 {
+            "; the drive is stopping the valve by itself"
+        } else {
+            ""
+        };
+        format!("the controller does not answer{drive}")
     }
 
     fn set_parameter(&mut self, name: &str, value: f64) -> Answer {
@@ -99,60 +131,17 @@ impl Generation<'_> {
         }
         let order =
             OperatorCommand { parameter: parameter.code(), value, ..order_of(OperatorKind::SetParameter) };
+        if let Some(refusal) = beyond(&order, "value") {
+            return refusal;
+        }
         self.order(order, &format!("{name} is {value}"))
-    }
-
-    fn set(&mut self, kind: SetKind, value: f64, pressure_drop_pa: Option<f64>) -> Answer {
-        if !value.is_finite() || pressure_drop_pa.is_some_and(|pressure| !pressure.is_finite()) {
-            return Answer::refused("the value is not a number");
-        }
-        let kind = match kind {
-            SetKind::Angle => SetPointKind::Angle,
-            SetKind::Opening => SetPointKind::Opening,
-            SetKind::Flow => SetPointKind::Flow,
-            SetKind::Speed => SetPointKind::Speed,
-        };
-        self.send(SetPoint {
-            kind: kind.code(),
-            value,
-            pressure_drop_pa: pressure_drop_pa.unwrap_or(0.0),
-            pressure_given: u64::from(pressure_drop_pa.is_some()),
-            ..SetPoint::default()
-        })
-    }
-
-    /// Sends a set-point, and waits until the reference follows it or refuses it.
-    fn send(&mut self, set_point: SetPoint) -> Answer {
-        let id = self.give_set_point(set_point);
-        let mut outcome = None;
-        self.wait(EFFECT_PATIENCE, |this| {
-            let reference = this.watch.reference().map(|message| message.body);
-            outcome =
-                reference.filter(|reference| reference.set_point_id == id || reference.refused_id == id);
-            outcome.is_some()
-        });
-        match outcome {
-            None => Answer::refused("the trajectory does not answer"),
-            Some(reference) if reference.refused_id == id => {
-                let why = SetPointRefusal::from_code(reference.refusal)
-                    .map_or("unknown reason", SetPointRefusal::name);
-                Answer::refused(why)
-            }
-            Some(reference) => {
-                let target = reference.target_angle_rad.to_degrees();
-                let kind = SetPointKind::from_code(reference.set_point_kind).map_or("", SetPointKind::name);
-                Answer::done(if kind == SetPointKind::Speed.name() {
-                    format!("set-point {id}: {kind}")
-                } else {
-                    format!("set-point {id}: {kind}, to {target:.3}°")
-                })
-            }
-        }
     }
 
     fn status(&mut self) -> Answer {
         let (instance, generation, recorder_restarts) = self.names();
-        let status = Status { instance, generation, recorder_restarts, ..self.watch.describe() };
+        let recorder_given_up = self.recorder_given_up();
+        let seen = self.watch.describe();
+        let status = Status { instance, generation, recorder_restarts, recorder_given_up, ..seen };
         match serde_json::to_value(status) {
             Ok(value) => Answer { status: Some(value), ..Answer::done("status") },
             Err(error) => Answer::refused(error.to_string()),
@@ -172,7 +161,7 @@ impl Generation<'_> {
             return told;
         }
         let mut saved = None;
-        self.wait(EFFECT_PATIENCE, |this| {
+        self.wait(self.patience, |this| {
             saved = this.take_saved();
             saved.is_some()
         });
@@ -184,7 +173,7 @@ impl Generation<'_> {
     }
 
     /// Waits for a condition while the processes are watched; whether it came.
-    fn wait(&mut self, patience: Duration, mut condition: impl FnMut(&mut Self) -> bool) -> bool {
+    pub(crate) fn wait(&mut self, patience: Duration, mut condition: impl FnMut(&mut Self) -> bool) -> bool {
         let begun = Instant::now();
         while !condition(self) {
             if begun.elapsed() > patience || self.failed() {

@@ -2,19 +2,17 @@
 
 use injection::Injection;
 use serde::{Deserialize, Serialize};
+use signals::SetPointKind;
 
-/// A set-point's kind, as an operator says it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SetKind {
-    /// Go to an angle: 17deg
-    Angle,
-    /// Go to an opening from 0 to 1: 0.5
-    Opening,
-    /// Hold a flow at the measured pressure drop: 40L/min
-    Flow,
-    /// Turn without end: 60rpm
-    Speed,
+/// A request and how long it is worth something.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Ask {
+    /// What is asked.
+    #[serde(flatten)]
+    pub(crate) request: Request,
+    /// Until when the client waits, on CLOCK_MONOTONIC, ns; without, it waits for as long as it takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) until_ns: Option<u64>,
 }
 
 /// What can be asked.
@@ -29,8 +27,9 @@ pub enum Request {
     Reset,
     /// A set-point.
     Set {
-        /// What kind.
-        kind: SetKind,
+        /// What kind: an angle, an opening, a flow or a speed.
+        #[serde(with = "kind_by_name")]
+        kind: SetPointKind,
         /// Its value in SI, units taken off by the client.
         value: f64,
         /// For a flow: the pressure drop that it is meant at, Pa; `None` for the measured one.
@@ -82,5 +81,26 @@ impl Answer {
     /// Refused.
     pub fn refused(text: impl Into<String>) -> Self {
         Self { done: false, text: text.into(), status: None }
+    }
+}
+
+/// A set-point's kind in JSON: by the name that records have for it.
+mod kind_by_name {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+    use signals::SetPointKind;
+
+    const KINDS: [SetPointKind; 4] =
+        [SetPointKind::Angle, SetPointKind::Opening, SetPointKind::Flow, SetPointKind::Speed];
+
+    pub fn serialize<S: Serializer>(kind: &SetPointKind, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(kind.name())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<SetPointKind, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let expected =
+            || D::Error::custom(format!("kind \"{name}\", expected angle, opening, flow or speed"));
+        KINDS.into_iter().find(|kind| kind.name() == name).ok_or_else(expected)
     }
 }

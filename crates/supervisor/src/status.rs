@@ -69,6 +69,8 @@ pub struct Status {
     pub recorder_silent: bool,
     /// How often the recorder was replaced in this generation.
     pub recorder_restarts: u32,
+    /// Whether it died so often that nothing is recorded any more.
+    pub recorder_given_up: bool,
 }
 
 impl Status {
@@ -117,7 +119,11 @@ impl fmt::Display for Status {
                 writeln!(f, "{label:<16} {}", names.join(", "))?;
             }
         }
-        let disk = if self.recorder_healthy { "" } else { "; THE DISK DOES NOT TAKE IT" };
+        let disk = match (self.recorder_given_up, self.recorder_healthy) {
+            (true, _) => "; LOST: NOTHING IS RECORDED ANY MORE",
+            (false, false) => "; LOST: THE DISK DOES NOT TAKE IT",
+            (false, true) => "",
+        };
         write!(
             f,
             "record           {} messages, {} missed, recorder replaced {} times{disk}",

@@ -62,7 +62,7 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
     loop {
         let ending = generation(&setup, channel, &mut started)?;
         // What a killed process left in shared memory goes now, not at the instance's end.
-        setup.instance.place(setup.generation).wipe()?;
+        setup.instance.wipe_generation(setup.generation)?;
         let Some(failure) = ending.failure.clone() else { return Ok(ending) };
         complain(&failure);
         deaths.push_back(Instant::now());

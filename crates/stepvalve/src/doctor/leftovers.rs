@@ -29,7 +29,9 @@ pub fn look(root: &Root) -> Finding {
     let Some(used) = mapped(root) else {
         return LEFTOVERS.unknown("no process's memory map can be read", "");
     };
-    let live_prefixes: Vec<_> = alive.iter().map(|folder| prefix(folder)).collect();
+    let mut live_prefixes: Vec<_> = alive.iter().map(|folder| prefix(folder)).collect();
+    // The runtime folder of a live instance may be elsewhere: then what it maps says that it lives.
+    live_prefixes.extend(used.lines().filter_map(prefix_mapped));
     let orphans = orphans(root, &used, &live_prefixes);
     if dead.is_empty() && orphans.is_empty() {
         let names: Vec<_> = alive.iter().filter_map(|folder| folder.file_name()).collect();
@@ -113,6 +115,12 @@ fn orphans(root: &Root, used: &str, live_prefixes: &[String]) -> Vec<Orphan> {
         orphan.bytes += metadata.blocks() * 512;
     }
     found.into_values().collect()
+}
+
+/// The prefix of the shared memory that a line of a memory map shows.
+fn prefix_mapped(line: &str) -> Option<String> {
+    let name = line.split_once(&format!("{SHARED_MEMORY}/"))?.1;
+    prefix_of(name)
 }
 
 /// "stepvalve_1000_89abcdef_" of a name that begins with it.

@@ -1,0 +1,242 @@
+//! Tried as an attacker, or a clumsy user, would: files in the wrong places, names that lead elsewhere, clients that say
+//! nothing, values beyond all limits, folders removed under a live instance.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use std::os::unix::fs::{PermissionsExt, chown, symlink};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+use stepvalve_tests::{Finished, TestPlace};
+use test_needs::skip_on_this_machine;
+
+const NAME: &str = "victim";
+
+/// A scenario whose processes bear with a busy test machine.
+fn scenario(place: &TestPlace) -> PathBuf {
+    place.scenario("step-sequence.toml", &[("silence_cycles", "silence_cycles = 500")])
+}
+
+fn spawn(place: &TestPlace, scenario: &Path, out: &str) -> Child {
+    let mut command = place.command("stepvalve");
+    command.args(["run", "--instance", NAME, "--out"]).arg(place.path(out)).arg(scenario);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn status(place: &TestPlace) -> Option<Value> {
+    serde_json::from_str(&place.stepvalve(&["status", "--json"]).stdout).ok()
+}
+
+/// Starts the instance and waits until its controller has said something.
+fn start(place: &TestPlace) -> Child {
+    let run = spawn(place, &scenario(place), "out");
+    place.wait_for("the instance", || {
+        status(place)?["processes"]["step-controller"]["cycle"].as_u64().filter(|cycle| *cycle > 0)
+    });
+    run
+}
+
+fn end(run: Child, signal: Signal) -> Finished {
+    kill(Pid::from_raw(run.id().cast_signed()), signal).unwrap();
+    run.wait_with_output().unwrap().into()
+}
+
+/// The test user is root here or not; root alone can make files of other users.
+fn is_root() -> bool {
+    nix::unistd::geteuid().is_root()
+}
+
+/// The user that others' files belong to.
+const NOBODY: u32 = 65534;
+
+#[test]
+fn a_name_that_leads_elsewhere_is_refused_everywhere() {
+    let place = TestPlace::new();
+    let scenario = scenario(&place);
+    let file = scenario.to_str().unwrap();
+    let out = place.path("out");
+    let out = out.to_str().unwrap();
+    for command in [
+        &["run", file, "--out", out][..],
+        &["simulate", file, "--out", out],
+        &["arm"],
+        &["disarm"],
+        &["reset"],
+        &["status"],
+        &["mark", "x"],
+        &["save-timing"],
+        &["set", "angle", "1deg"],
+        &["inject", "silence", "step-controller"],
+    ] {
+        for name in ["../../evil", "", "a/b", "."] {
+            let all = [command, &["--instance", name]].concat();
+            let refused = place.stepvalve(&all).expect_code(2);
+            assert!(refused.stderr.contains("32 letters"), "{all:?}: {}", refused.stderr);
+        }
+    }
+    assert!(!place.path("runtime/evil").exists() && !place.path("out").exists());
+}
+
+#[test]
+fn a_runtime_folder_that_is_not_ours_alone_is_refused() {
+    let place = TestPlace::new();
+    let base = place.path("runtime/stepvalve");
+    let refused = |says: &str| {
+        let finished = place.stepvalve(&["status"]);
+        assert!(finished.code != Some(0) && finished.stderr.contains(says), "{says}: {}", finished.stderr);
+        let run = Finished::from(spawn(&place, &scenario(&place), "out").wait_with_output().unwrap());
+        assert!(run.code != Some(0) && run.stderr.contains(says), "{says}: {}", run.stderr);
+    };
+    std::fs::create_dir(&base).unwrap();
+    std::fs::set_permissions(&base, PermissionsExt::from_mode(0o770)).unwrap();
+    refused("open to other users (mode 770)");
+    std::fs::remove_dir(&base).unwrap();
+    std::fs::create_dir(place.path("elsewhere")).unwrap();
+    symlink(place.path("elsewhere"), &base).unwrap();
+    refused("is a link");
+    std::fs::remove_file(&base).unwrap();
+    if is_root() {
+        std::fs::create_dir(&base).unwrap();
+        std::fs::set_permissions(&base, PermissionsExt::from_mode(0o700)).unwrap();
+        chown(&base, Some(NOBODY), None).unwrap();
+        refused("belongs to user 65534");
+    }
+}
+
+#[test]
+fn files_of_other_users_keep_nothing_from_starting() {
+    if !is_root() {
+        skip_on_this_machine("only root can make files of other users");
+        return;
+    }
+    let place = TestPlace::new();
+    let folder = place.path("runtime/stepvalve").join(NAME);
+    let prefix = stepvalve_tests::shared_memory_prefix(&folder);
+    let theirs = [
+        format!("/dev/shm/{prefix}1_in_the_way"),
+        format!("/dev/shm/{}", prefix.replacen("stepvalve", "stepvalve-lock", 1)),
+    ];
+    for path in &theirs {
+        std::fs::write(path, "").unwrap();
+        chown(path, Some(NOBODY), None).unwrap();
+    }
+    let run = start(&place);
+    end(run, Signal::SIGTERM).expect_code(0);
+    for path in &theirs {
+        assert!(Path::new(path).exists(), "{path} is not ours to remove");
+        std::fs::remove_file(path).unwrap();
+    }
+    place.assert_nothing_left(&[NAME]);
+}
+
+#[test]
+fn doctor_spares_an_instance_whose_runtime_folder_is_elsewhere() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    let files = place.shared_memory_of(NAME);
+    assert!(!files.is_empty());
+    let mut command = place.command("stepvalve");
+    command.env("XDG_RUNTIME_DIR", place.path("other")).args(["doctor", "--json", "--measure", "0s"]);
+    let report = Finished::from(command.output().unwrap()).summary();
+    let findings = report["findings"].as_array().unwrap();
+    let leftovers = findings.iter().find(|finding| finding["id"] == "leftovers").unwrap().to_string();
+    let prefix = stepvalve_tests::shared_memory_prefix(&place.path("runtime/stepvalve").join(NAME));
+    assert!(!leftovers.contains(&prefix), "{leftovers}");
+    end(run, Signal::SIGTERM).expect_code(0);
+}
+
+#[test]
+fn a_removed_runtime_folder_lets_no_second_supervisor_start() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    std::fs::remove_dir_all(place.path("runtime/stepvalve").join(NAME)).unwrap();
+    let second = Finished::from(spawn(&place, &scenario(&place), "second").wait_with_output().unwrap());
+    let second = second.expect_code(2);
+    assert!(
+        second.stderr.contains("running already, though its runtime folder was removed"),
+        "{}",
+        second.stderr
+    );
+    // The first goes on, and can be ended.
+    end(run, Signal::SIGTERM);
+    place.assert_nothing_left(&[NAME]);
+}
+
+#[test]
+fn a_hang_up_is_a_clean_stop_unless_it_is_ignored() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    place.stepvalve(&["arm"]).expect_code(0);
+    end(run, Signal::SIGHUP).expect_code(130);
+    place.assert_nothing_left(&[NAME]);
+
+    let mut nohup = std::process::Command::new("nohup");
+    nohup.arg(stepvalve_tests::program("stepvalve")).args(["run", "--instance", NAME, "--out"]);
+    nohup.arg(place.path("out")).arg(scenario(&place));
+    let run = place.within(nohup).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    place.wait_for("the instance", || status(&place));
+    kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGHUP).unwrap();
+    std::thread::sleep(Duration::from_millis(200));
+    assert!(status(&place).is_some(), "nohup: it goes on");
+    end(run, Signal::SIGTERM).expect_code(0);
+}
+
+#[test]
+fn idle_clients_keep_nobody_out() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    let socket = place.path("runtime/stepvalve").join(NAME).join("control.sock");
+    let idle: Vec<_> = (0..32).map(|_| UnixStream::connect(&socket).unwrap()).collect();
+    let begun = Instant::now();
+    place.stepvalve(&["status"]).expect_code(0);
+    place.stepvalve(&["arm"]).expect_code(0);
+    place.stepvalve(&["disarm"]).expect_code(0);
+    // The idle ones would be sent away after five seconds each.
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    drop(idle);
+    end(run, Signal::SIGTERM).expect_code(0);
+}
+
+#[test]
+fn refusals_give_the_limit() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    place.stepvalve(&["arm"]).expect_code(0);
+    for (words, says) in [
+        (&["set", "flow", "1e300L/min"][..], "expected"),
+        (&["set", "flow", "4000L/min"], "at most"),
+        (&["set", "angle", "1e200rad"], "expected"),
+        (&["set", "angle", "400deg"], "expected"),
+        (&["set", "opening", "1.5"], "expected 0 to 1"),
+        (&["set", "parameter", "observer-bandwidth", "1e30"], "expected"),
+        (&["set", "flow", "10L/min", "--pressure-drop", "1e300Pa"], "expected"),
+    ] {
+        let refused = place.stepvalve(words).expect_code(1);
+        assert!(refused.stderr.contains(says), "{words:?}: {}", refused.stderr);
+        assert!(!refused.stderr.contains("does not answer"), "{words:?}: {}", refused.stderr);
+    }
+    end(run, Signal::SIGTERM).expect_code(0);
+}
+
+#[test]
+fn a_recorder_that_dies_again_and_again_is_given_up_and_the_loss_is_told() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    place.wait_for("the end of its successors", || {
+        if let Some(recorder) = place.child_of(run.id(), "run-recorder") {
+            let _ = kill(recorder, Signal::SIGKILL);
+        }
+        status(&place)?["recorder_given_up"].as_bool().filter(|given_up| *given_up)
+    });
+    let told = place.stepvalve(&["status"]).expect_code(0).stdout;
+    assert!(told.contains("NOTHING IS RECORDED ANY MORE"), "{told}");
+    // The valve turns without.
+    place.stepvalve(&["arm"]).expect_code(0);
+    place.stepvalve(&["set", "angle", "5deg"]).expect_code(0);
+    let ended = end(run, Signal::SIGTERM).expect_code(1);
+    assert!(ended.stderr.contains("the record is not whole"), "{}", ended.stderr);
+    place.assert_nothing_left(&[NAME]);
+}
