@@ -62,6 +62,12 @@ impl State {
         Self { energised: true, energise_wanted: true, ..Self::at_rest(accepted_microsteps) }
     }
 
+    /// Stands elsewhere, at rest, with or without current: for a drive whose position is told by its bus. The mode stays.
+    pub fn rebase(&mut self, accepted_microsteps: i64, energised: bool) {
+        let (mode, missed, command_cycle) = (self.mode, self.missed, self.command_cycle);
+        *self = Self { mode, missed, command_cycle, energised, ..Self::at_rest(accepted_microsteps) };
+    }
+
     /// Where the command stands now, in whole micro-steps (Feedback's `accepted_microsteps`).
     pub fn accepted_microsteps(&self) -> i64 {
         self.accepted

@@ -17,6 +17,7 @@ pub use alloc_count::{CountingAllocator, allocations_of_this_thread};
 pub use clock::now_ns;
 pub use cyclic_timer::{CyclicTimer, Wake};
 pub use dma_latency::CpuDmaLatency;
+pub use embassy_time::{tell_time, told_time};
 pub use loop_stats::{LoopStats, LoopSummary, Percentiles};
 pub use machine::machine_facts;
 pub use memory::{PageFaults, lock_memory, page_faults_of_this_thread, prefault_stack};

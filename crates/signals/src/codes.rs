@@ -94,6 +94,12 @@ codes! {
         ReferenceLimit = 7, "reference beyond limits";
         /// The accepted position is not the one commanded.
         CommandMismatch = 8, "command not accepted";
+        /// No good reply on the drive's bus for `silence_cycles`.
+        BusLost = 9, "bus lost";
+        /// The drive left operation by itself, or did not come to it.
+        DriveLeftOperation = 10, "drive left operation";
+        /// The cycle is not on the bus's clock.
+        NotSynchronised = 11, "not synchronised to the bus";
     }
 }
 

@@ -1,0 +1,375 @@
+//! The bridge: StepCommand k in, Feedback k out, one frame a cycle, and the bus brought up again when it was lost.
+
+use crate::bring_up::{BroughtUp, Wanted, bring_up};
+use crate::error::{BringUpError, Step};
+use crate::exchange::{Back, Wire};
+use crate::link::Link;
+use crate::main_device::{self, Grid};
+use crate::pump::Pump;
+use core::future::Future;
+use core::pin::Pin;
+use core::task::Poll;
+use ethercrab::MainDevice;
+use fieldbus::{Axis, AxisParams, Clock, ClockParams, DriveFile, Exchange, Outcome, Outputs, Plan};
+use signals::{Feedback, StepCommand};
+
+/// Locked means so near, ns, for so many cycles.
+const LOCK_WINDOW_NS: i64 = 50_000;
+const LOCK_CYCLES: u64 = 200;
+/// Locking, and coming to OP, take no longer, ns.
+const LOCK_LIMIT_NS: u64 = 10_000_000_000;
+const START_LIMIT_NS: u64 = 3_000_000_000;
+/// A bring-up takes no longer, ns; after a failure it is tried again after this time.
+const BRING_UP_LIMIT_NS: u64 = 10_000_000_000;
+const RETRY_NS: u64 = 1_000_000_000;
+/// OP, with the acknowledgement of an error.
+const OP: u16 = 0x08;
+
+/// What a bridge is set to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BridgeParams {
+    /// The drive.
+    pub file: DriveFile,
+    /// The axis.
+    pub axis: AxisParams,
+    /// The cycle, ns.
+    pub period_ns: u32,
+    /// Where the frame goes out after the beginning of the cycle, ns.
+    pub place_ns: u32,
+    /// Until when after the beginning of the cycle its reply is awaited, ns.
+    pub reply_until_ns: u32,
+}
+
+/// What the bus is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusPhase {
+    /// Waits for the next attempt.
+    Wait,
+    /// From INIT to SAFE-OP.
+    BringUp,
+    /// The cycle comes onto the bus's clock.
+    Lock,
+    /// OP is asked for.
+    Start,
+    /// In operation.
+    Operate,
+}
+
+/// Numbers of the bus, for the record and for people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BusReport {
+    /// What it is doing.
+    pub phase: BusPhase,
+    /// Working counter of the process data in the last reply.
+    pub working_counter: u16,
+    /// From sending to the last reply, ns.
+    pub round_trip_ns: u64,
+    /// Deviation of the frame's place in the bus's cycle, ns.
+    pub clock_error_ns: i64,
+    /// Frames in operation without a good reply.
+    pub lost: u64,
+    /// Replies that came after their cycle.
+    pub late: u64,
+    /// Bring-ups so far.
+    pub bring_ups: u64,
+}
+
+type BringUp = Pin<Box<dyn Future<Output = Result<BroughtUp, BringUpError>>>>;
+
+enum State {
+    Wait { until_ns: u64 },
+    BringUp { future: BringUp, until_ns: u64 },
+    Lock { wire: Wire, clock: Clock, locked: u64, until_ns: u64 },
+    Start { wire: Wire, clock: Clock, until_ns: u64 },
+    Operate { wire: Wire, clock: Clock },
+}
+
+/// A drive behind a link.
+pub struct Bridge<L> {
+    link: L,
+    main: &'static MainDevice<'static>,
+    pump: Pump,
+    params: BridgeParams,
+    plan: Plan,
+    axis: Axis,
+    state: State,
+    report: BusReport,
+    correction_ns: i64,
+    error: Option<BringUpError>,
+}
+
+impl<L> core::fmt::Debug for Bridge<L> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Bridge").field("report", &self.report).finish_non_exhaustive()
+    }
+}
+
+impl<L: Link> Bridge<L> {
+    /// A bridge that has sent nothing yet.
+    pub fn new(link: L, params: BridgeParams) -> Self {
+        let (main, pump) = main_device::make();
+        let drive = &params.axis.drive;
+        // `as` saturates.
+        let plan = Plan::new(&params.file, params.period_ns, drive.quick_stop_deceleration_hz_per_s as u32);
+        let report = BusReport {
+            phase: BusPhase::Wait,
+            working_counter: 0,
+            round_trip_ns: 0,
+            clock_error_ns: 0,
+            lost: 0,
+            late: 0,
+            bring_ups: 0,
+        };
+        Self {
+            axis: Axis::new(params.axis),
+            state: State::Wait { until_ns: 0 },
+            correction_ns: 0,
+            error: None,
+            link,
+            main,
+            pump,
+            params,
+            plan,
+            report,
+        }
+    }
+
+    /// Makes sure, before the first cycle, that the right drive is there and takes its settings.
+    ///
+    /// # Errors
+    /// [`BringUpError`] says what is not as it should be.
+    pub fn check(&mut self) -> Result<(), BringUpError> {
+        let now_ns = self.link.now_ns();
+        let mut future = self.begin(now_ns);
+        let until_ns = now_ns + BRING_UP_LIMIT_NS;
+        match self.pump.poll_until(future.as_mut(), &mut self.link, until_ns) {
+            Poll::Ready(result) => result.map(|_| ()),
+            Poll::Pending => Err(BringUpError::Timeout { limit_ns: BRING_UP_LIMIT_NS }),
+        }
+    }
+
+    /// What our deadlines are to be shifted by, ns.
+    pub fn correction_ns(&self) -> i64 {
+        self.correction_ns
+    }
+
+    /// The numbers of the bus.
+    pub fn report(&self) -> BusReport {
+        self.report
+    }
+
+    /// Why the last bring-up failed, where it did.
+    pub fn error(&self) -> Option<BringUpError> {
+        self.error
+    }
+
+    /// Whether the drive follows commands.
+    pub fn enabled(&self) -> bool {
+        self.axis.enabled()
+    }
+
+    /// The link.
+    pub fn link(&mut self) -> &mut L {
+        &mut self.link
+    }
+
+    /// Does cycle `cycle`, which began at `begin_ns` on the link's clock (shifted by the correction): Feedback `cycle`, `None`
+    /// where nothing is known of it. `reset` is the operator's, once.
+    pub fn cycle(
+        &mut self,
+        cycle: u64,
+        begin_ns: u64,
+        command: Option<&StepCommand>,
+        reset: bool,
+    ) -> Option<Feedback> {
+        let until_ns = begin_ns + u64::from(self.params.reply_until_ns);
+        let state = core::mem::replace(&mut self.state, State::Wait { until_ns: 0 });
+        let (state, feedback) = match state {
+            State::Operate { wire, clock } => {
+                self.operate(wire, clock, (cycle, begin_ns, until_ns), command, reset)
+            }
+            other => {
+                // The controller is heard meanwhile, and hears that nothing moves.
+                let _ = self.axis.send(cycle, command, reset);
+                (self.come_up(other, begin_ns, until_ns), Some(self.axis.down(cycle)))
+            }
+        };
+        self.report.phase = phase(&state);
+        self.report.lost = self.axis.lost_frames();
+        self.state = state;
+        feedback
+    }
+
+    fn begin(&mut self, origin_ns: u64) -> BringUp {
+        self.report.bring_ups += 1;
+        let period_ns = self.params.period_ns;
+        let silence_ns = (self.params.file.bus_lost_cycles + 2) * u64::from(period_ns);
+        let wanted = Wanted {
+            file: self.params.file.clone(),
+            plan: self.plan.clone(),
+            grid: Grid { origin_ns, period_ns },
+            watchdog_ns: silence_ns,
+        };
+        Box::pin(bring_up(self.main, wanted))
+    }
+
+    /// A cycle on the way to operation.
+    fn come_up(&mut self, state: State, begin_ns: u64, until_ns: u64) -> State {
+        match state {
+            State::Wait { until_ns: at } if begin_ns >= at => {
+                let future = self.begin(begin_ns);
+                State::BringUp { future, until_ns: begin_ns + BRING_UP_LIMIT_NS }
+            }
+            State::BringUp { mut future, until_ns: limit } => {
+                match self.pump.poll_until(future.as_mut(), &mut self.link, until_ns) {
+                    Poll::Ready(Ok(device)) => self.lock_onto(&device, begin_ns),
+                    Poll::Ready(Err(error)) => self.failed(error, begin_ns),
+                    Poll::Pending if begin_ns > limit => {
+                        self.failed(BringUpError::Timeout { limit_ns: BRING_UP_LIMIT_NS }, begin_ns)
+                    }
+                    Poll::Pending => State::BringUp { future, until_ns: limit },
+                }
+            }
+            State::Lock { wire, clock, locked, until_ns: limit } => {
+                self.lock(wire, clock, locked, limit, (begin_ns, until_ns))
+            }
+            State::Start { wire, clock, until_ns: limit } => {
+                self.start(wire, clock, limit, (begin_ns, until_ns))
+            }
+            other => other,
+        }
+    }
+
+    fn failed(&mut self, error: BringUpError, now_ns: u64) -> State {
+        self.error = Some(error);
+        State::Wait { until_ns: now_ns + RETRY_NS }
+    }
+
+    fn lock_onto(&mut self, device: &BroughtUp, begin_ns: u64) -> State {
+        let Some(wire) = Wire::new(device.station, self.params.file.profile) else {
+            let (found, _) = self.params.file.profile.sizes();
+            return self.failed(BringUpError::Size { what: "outputs", found, expected: 0 }, begin_ns);
+        };
+        let params =
+            ClockParams { period_ns: self.params.period_ns.into(), place_ns: self.params.place_ns.into() };
+        // A faster clock on the bus draws our deadlines forward.
+        let rate_ns = -device.rate * f64::from(self.params.period_ns);
+        let clock = Clock::new(params, device.sync0_ns, self.correction_ns, rate_ns);
+        State::Lock { wire, clock, locked: 0, until_ns: begin_ns + LOCK_LIMIT_NS }
+    }
+
+    /// Exchanges a frame, and lets the clock follow it.
+    fn exchange(
+        &mut self,
+        wire: &mut Wire,
+        clock: &mut Clock,
+        outputs: &Outputs,
+        al_request: Option<u16>,
+        until_ns: u64,
+    ) -> Back {
+        let back = wire.exchange(&mut self.link, outputs, al_request, until_ns);
+        match back {
+            Back::Reply { system_time_ns, working_counter, round_trip_ns, .. } => {
+                let error_ns = clock.error_ns(system_time_ns);
+                self.correction_ns = clock.follow(error_ns);
+                self.report.clock_error_ns = error_ns;
+                self.report.working_counter = working_counter;
+                self.report.round_trip_ns = round_trip_ns;
+            }
+            Back::Nothing | Back::NotSent => self.correction_ns = clock.coast(),
+        }
+        self.report.late += core::mem::take(&mut wire.late);
+        back
+    }
+
+    fn lock(
+        &mut self,
+        mut wire: Wire,
+        mut clock: Clock,
+        locked: u64,
+        limit: u64,
+        (begin_ns, until_ns): (u64, u64),
+    ) -> State {
+        let back = self.exchange(&mut wire, &mut clock, &Outputs::default(), None, until_ns);
+        let near = self.report.clock_error_ns.abs() <= LOCK_WINDOW_NS;
+        let locked = match back {
+            Back::Reply { exchanged: true, .. } if near => locked + 1,
+            // A frame that was lost says nothing about the clock.
+            Back::Nothing | Back::NotSent => locked,
+            Back::Reply { .. } => 0,
+        };
+        if locked >= LOCK_CYCLES {
+            return State::Start { wire, clock, until_ns: begin_ns + START_LIMIT_NS };
+        }
+        if begin_ns > limit {
+            let error_ns = self.report.clock_error_ns;
+            return self.failed(BringUpError::NotLocked { error_ns, expected_ns: LOCK_WINDOW_NS }, begin_ns);
+        }
+        State::Lock { wire, clock, locked, until_ns: limit }
+    }
+
+    fn start(
+        &mut self,
+        mut wire: Wire,
+        mut clock: Clock,
+        limit: u64,
+        (begin_ns, until_ns): (u64, u64),
+    ) -> State {
+        let back = self.exchange(&mut wire, &mut clock, &Outputs::default(), Some(OP), until_ns);
+        match back {
+            Back::Reply { al_status, exchanged: true, .. } if al_status & 0x1F == OP => {
+                self.axis.brought_up();
+                self.error = None;
+                State::Operate { wire, clock }
+            }
+            Back::Reply { al_status, al_code, .. } if al_status & 0x10 != 0 || begin_ns > limit => {
+                self.failed(BringUpError::State { step: Step::Op, al_status, al_code }, begin_ns)
+            }
+            _ if begin_ns > limit => {
+                self.failed(BringUpError::Timeout { limit_ns: START_LIMIT_NS }, begin_ns)
+            }
+            _ => State::Start { wire, clock, until_ns: limit },
+        }
+    }
+
+    fn operate(
+        &mut self,
+        mut wire: Wire,
+        mut clock: Clock,
+        (cycle, begin_ns, until_ns): (u64, u64, u64),
+        command: Option<&StepCommand>,
+        reset: bool,
+    ) -> (State, Option<Feedback>) {
+        let sent = self.axis.send(cycle, command, reset);
+        let back = self.exchange(&mut wire, &mut clock, &sent.outputs, None, until_ns);
+        let (outcome, inputs) = match back {
+            Back::Reply { exchanged: true, al_status, al_code, inputs, .. } => {
+                let clock_error_ns = self.report.clock_error_ns;
+                (Outcome::Answered { al_status, al_code, clock_error_ns }, inputs)
+            }
+            Back::Reply { working_counter, .. } => (Outcome::WorkingCounter { found: working_counter }, None),
+            Back::Nothing => (Outcome::Missing, None),
+            Back::NotSent => (Outcome::NotSent, None),
+        };
+        let exchange = Exchange { outcome, inputs, phase_correction_ns: self.correction_ns };
+        let feedback = self.axis.receive(cycle, &exchange);
+        if self.axis.needs_bring_up() {
+            // The drive's own ramp first: a bring-up would take its current away.
+            let drive = &self.params.axis.drive;
+            let cycles = drive::stop_cycles_bound(drive) + self.params.file.bus_lost_cycles + 2;
+            let ramp_ns = cycles * u64::from(self.params.period_ns);
+            return (State::Wait { until_ns: begin_ns + ramp_ns }, feedback);
+        }
+        (State::Operate { wire, clock }, feedback)
+    }
+}
+
+fn phase(state: &State) -> BusPhase {
+    match state {
+        State::Wait { .. } => BusPhase::Wait,
+        State::BringUp { .. } => BusPhase::BringUp,
+        State::Lock { .. } => BusPhase::Lock,
+        State::Start { .. } => BusPhase::Start,
+        State::Operate { .. } => BusPhase::Operate,
+    }
+}

@@ -1,0 +1,78 @@
+//! Who is on the bus: identities, mailbox, clock, for people.
+
+use crate::bring_up::init;
+use crate::error::{BringUpError, Step};
+use crate::link::Link;
+use crate::main_device;
+use core::pin::pin;
+use core::task::Poll;
+use ethercrab::MainDevice;
+
+/// A scan takes no longer, ns.
+const LIMIT_NS: u64 = 10_000_000_000;
+
+/// A device that was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Its name in SII.
+    pub name: String,
+    /// Vendor id.
+    pub vendor: u32,
+    /// Product code.
+    pub product: u32,
+    /// Revision.
+    pub revision: u32,
+    /// Serial number.
+    pub serial: u32,
+    /// Whether it has a distributed clock.
+    pub clock: bool,
+    /// 0x1000, the device type; `None` without CoE.
+    pub device_type: Option<u32>,
+    /// 0x6502, the supported modes of a CiA 402 drive.
+    pub modes: Option<u32>,
+    /// 0x1C32:05, the shortest cycle, ns.
+    pub minimum_cycle_ns: Option<u32>,
+    /// 0x6092:01, or 0x608F:01: position units of a revolution.
+    pub units_per_rev: Option<u32>,
+}
+
+/// Looks who is there, and leaves all of them in PRE-OP. Nothing is written but what a bring-up needs.
+///
+/// # Errors
+/// [`BringUpError`], where they don't come to PRE-OP.
+pub fn scan(link: &mut impl Link) -> Result<Vec<Found>, BringUpError> {
+    let (main, mut pump) = main_device::make();
+    let until = link.now_ns() + LIMIT_NS;
+    match pump.poll_until(pin!(look(main)), link, until) {
+        Poll::Ready(found) => found,
+        Poll::Pending => Err(BringUpError::Timeout { limit_ns: LIMIT_NS }),
+    }
+}
+
+async fn look(main: &'static MainDevice<'static>) -> Result<Vec<Found>, BringUpError> {
+    let group = init(main, |_| Ok(())).await?;
+    let mut all = Vec::new();
+    for index in 0..group.len() {
+        let device =
+            group.subdevice(main, index).map_err(|error| BringUpError::Bus { step: Step::Init, error })?;
+        let identity = device.identity();
+        let number = async |index: u16, sub: u8| device.sdo_read::<u32>(index, sub).await.ok();
+        let units = match number(0x6092, 1).await {
+            Some(units) => Some(units),
+            None => number(0x608F, 1).await,
+        };
+        all.push(Found {
+            name: device.name().to_owned(),
+            vendor: identity.vendor_id,
+            product: identity.product_id,
+            revision: identity.revision,
+            serial: identity.serial,
+            clock: device.dc_support().any(),
+            device_type: number(0x1000, 0).await,
+            modes: number(0x6502, 0).await,
+            minimum_cycle_ns: number(0x1C32, 5).await,
+            units_per_rev: units,
+        });
+    }
+    Ok(all)
+}

@@ -1,0 +1,214 @@
+//! The bridge and the simulated drive in one thread, on a cable in memory with a clock of its own.
+#![allow(dead_code, reason = "each test uses a part")]
+
+use ethercat_link::{Bridge, BridgeParams, BusPhase, Link, LinkError};
+use fieldbus::{AxisParams, DriveFile, Homing, JudgeParams, Profile};
+use signals::{Feedback, StepCommand};
+use subdevice::{Bus, Device, Hurt, Settings, SyncRow, Valve};
+
+pub const PERIOD_NS: u32 = 1_000_000;
+pub const SILENCE_CYCLES: u64 = 3;
+/// From the main device to the drive, and back, ns.
+const ONE_WAY_NS: u64 = 10_000;
+
+/// A cable in memory.
+pub struct Cable {
+    pub bus: Bus,
+    pub now_ns: u64,
+    /// The interface takes no frames.
+    pub down: bool,
+    pub sent: u64,
+}
+
+impl Link for Cable {
+    fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
+        if self.down {
+            return Err(LinkError::Down);
+        }
+        self.sent += 1;
+        self.now_ns += ONE_WAY_NS;
+        self.bus.send(frame, self.now_ns);
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], until_ns: u64) -> Result<Option<usize>, LinkError> {
+        if self.down {
+            self.now_ns = self.now_ns.max(until_ns);
+            self.bus.advance(self.now_ns);
+            return Err(LinkError::Down);
+        }
+        loop {
+            if let Some(reply) = self.bus.receive(self.now_ns) {
+                self.now_ns += ONE_WAY_NS;
+                buffer[..reply.len()].copy_from_slice(&reply);
+                return Ok(Some(reply.len()));
+            }
+            if self.now_ns >= until_ns {
+                return Ok(None);
+            }
+            let next = self.bus.next_event_ns().unwrap_or(u64::MAX).max(self.now_ns + 1);
+            self.now_ns = next.min(until_ns);
+            self.bus.advance(self.now_ns);
+        }
+    }
+}
+
+pub fn drive_file() -> DriveFile {
+    DriveFile {
+        name: "simulated".to_owned(),
+        profile: Profile::Cia402Csp,
+        vendor: 0x5356,
+        product: 0x0402,
+        revision_min: 0x0001_0000,
+        units_per_rev: 112_500,
+        reversed: false,
+        position_is_measured: true,
+        sync_shift_ns: 0,
+        bus_lost_cycles: SILENCE_CYCLES,
+        enable_timeout_ns: 2_000_000_000,
+        homing: Homing::Absolute { offset: 0 },
+        absent: Vec::new(),
+        sdos: Vec::new(),
+    }
+}
+
+pub fn guard() -> drive::Params {
+    drive::Params {
+        period_s: 1e-3,
+        microstep_angle_rad: std::f64::consts::TAU / 112_500.0,
+        max_pulse_rate_hz: 600e3,
+        max_pulse_acceleration_hz_per_s: 40e6,
+        quick_stop_deceleration_hz_per_s: 20e6,
+        after_stop: drive::AfterStop::Hold,
+        silence_cycles: SILENCE_CYCLES,
+    }
+}
+
+pub fn valve() -> Valve {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rt-config/models/rig.toml");
+    let model = config::parse_model(&std::fs::read_to_string(path).unwrap(), path).unwrap();
+    Valve::new(&model, 0.0).unwrap()
+}
+
+pub fn params(file: DriveFile) -> BridgeParams {
+    let axis = AxisParams {
+        drive: guard(),
+        profile: file.profile,
+        direction: file.direction(),
+        position_is_measured: file.position_is_measured,
+        homing: file.homing,
+        enable_cycles: file.enable_timeout_ns / u64::from(PERIOD_NS),
+        judge: JudgeParams {
+            bus_lost_cycles: file.bus_lost_cycles,
+            clock_window_ns: i64::from(PERIOD_NS) / 5,
+            clock_cycles: 10,
+        },
+    };
+    BridgeParams {
+        file,
+        axis,
+        period_ns: PERIOD_NS,
+        place_ns: PERIOD_NS / 10,
+        reply_until_ns: PERIOD_NS * 4 / 10,
+    }
+}
+
+/// A bridge and its drive, cycle by cycle.
+pub struct Rig {
+    pub bridge: Bridge<Cable>,
+    pub cycle: u64,
+    epoch_ns: u64,
+}
+
+impl Rig {
+    pub fn new(settings: Settings, file: DriveFile) -> Self {
+        Self::with(vec![Device::new(settings, valve(), 1_000)], file)
+    }
+
+    pub fn with(devices: Vec<Device>, file: DriveFile) -> Self {
+        let epoch_ns = 5_000_000;
+        let cable = Cable { bus: Bus::new(devices), now_ns: epoch_ns, down: false, sent: 0 };
+        Self { bridge: Bridge::new(cable, params(file)), cycle: 0, epoch_ns }
+    }
+
+    pub fn cable(&mut self) -> &mut Cable {
+        self.bridge.link()
+    }
+
+    pub fn hurt(&mut self, hurt: Hurt) {
+        let now_ns = self.cable().now_ns;
+        self.cable().bus.hurt(hurt, now_ns);
+    }
+
+    pub fn device(&mut self) -> &mut Device {
+        &mut self.cable().bus.devices()[0]
+    }
+
+    pub fn rows(&mut self) -> Vec<SyncRow> {
+        self.device().take_rows()
+    }
+
+    /// The next cycle.
+    pub fn step(&mut self, command: Option<&StepCommand>, reset: bool) -> Option<Feedback> {
+        let begin = self.epoch_ns + self.cycle * u64::from(PERIOD_NS);
+        let begin = begin.saturating_add_signed(self.bridge.correction_ns());
+        let wake = begin + u64::from(PERIOD_NS) / 10;
+        let cable = self.cable();
+        while cable.now_ns < wake {
+            // Frames that come while nobody waits are there later.
+            let next = cable.bus.next_event_ns().unwrap_or(u64::MAX).max(cable.now_ns + 1);
+            cable.now_ns = next.min(wake);
+            cable.bus.advance(cable.now_ns);
+        }
+        let feedback = self.bridge.cycle(self.cycle, begin, command, reset);
+        self.cycle += 1;
+        feedback
+    }
+
+    /// Cycles with one command until the bus operates; how many.
+    pub fn operate(&mut self, command: Option<&StepCommand>) -> u64 {
+        for cycles in 0..20_000 {
+            if self.bridge.report().phase == BusPhase::Operate {
+                return cycles;
+            }
+            self.step(command, false);
+        }
+        panic!("not in operation: {:?} {:?}", self.bridge.report(), self.bridge.error());
+    }
+
+    /// In operation, and enabled; the last Feedback.
+    pub fn enabled(&mut self) -> Feedback {
+        self.operate(Some(&off()));
+        let mut feedback = None;
+        for _ in 0..3000 {
+            feedback = self.step(Some(&arming()), false).or(feedback);
+            if self.bridge.enabled() {
+                return feedback.unwrap();
+            }
+        }
+        panic!("not enabled: {feedback:?}");
+    }
+}
+
+pub fn off() -> StepCommand {
+    StepCommand::default()
+}
+
+pub fn arming() -> StepCommand {
+    StepCommand { energise: 1, ..StepCommand::default() }
+}
+
+pub fn go(position: f64, rate_hz: f64) -> StepCommand {
+    StepCommand {
+        position_microsteps: position.round() as i64,
+        position_unrounded: position,
+        pulse_rate_hz: rate_hz,
+        follow: 1,
+        energise: 1,
+        ..StepCommand::default()
+    }
+}

@@ -1,0 +1,342 @@
+//! A drive as the plant of the loop: StepCommand k into the frame that is active from t_k+1, the inputs of t_k into Feedback k.
+//!
+//! The guard (`drive::step`) is the last before the wire, and it advances on confirmed frames alone: where a reply is missing, it
+//! goes back to where it was, so a gap never becomes a leap of the absolute target.
+//!
+//! ```text
+//!            energise 1                 0x27, mode 8, bit 12
+//!  Off ────────────────▶ Enabling ───────────────────────────▶ Enabled
+//!   ▲  ◀───────────────     │                                     │
+//!   │     energise 0        │ too long, fault, bus lost           │ left 0x27, fault, bus lost
+//!   │                       ▼                                     ▼
+//!   └──── released ──── Failed ◀──────────────────────────────────┘
+//! ```
+//! Failed is latched. It is released by an operator's reset, or by a controller that wants no current; never by itself.
+
+mod report;
+
+use crate::cia402::{Cia402, DriveState, Order};
+use crate::counter::Counter;
+use crate::drive_file::{Homing, Profile};
+use crate::judge::{BusFault, Judge, JudgeParams, Outcome};
+use crate::process_data::{Inputs, Outputs};
+use report::Moved;
+use signals::{FaultCode, Feedback, StepCommand};
+
+/// Bit 12 of the status word in cyclic synchronous position: the drive follows the command value.
+const FOLLOWS: u16 = 1 << 12;
+const CSP: i8 = 8;
+
+/// What an axis is set to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisParams {
+    /// The guard's limits and reactions.
+    pub drive: drive::Params,
+    /// How the drive is spoken to.
+    pub profile: Profile,
+    /// 1, or −1 where the drive's counts go the other way than the valve's angle.
+    pub direction: i64,
+    /// Whether the position on the bus is measured; else it is the command.
+    pub position_is_measured: bool,
+    /// How the zero is found.
+    pub homing: Homing,
+    /// How long enabling may take, cycles.
+    pub enable_cycles: u64,
+    /// When the bus is lost.
+    pub judge: JudgeParams,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Off,
+    Enabling { cycles: u64 },
+    Enabled,
+    Failed { at_cycle: u64 },
+}
+
+/// What a cycle's frame carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sent {
+    /// The process data.
+    pub outputs: Outputs,
+}
+
+/// What became of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exchange {
+    /// The reply.
+    pub outcome: Outcome,
+    /// The inputs, where there was one with good process data.
+    pub inputs: Option<Inputs>,
+    /// What our clock is shifted by, ns.
+    pub phase_correction_ns: i64,
+}
+
+/// The axis between two cycles.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    params: AxisParams,
+    judge: Judge,
+    cia402: Cia402,
+    phase: Phase,
+    fault: FaultCode,
+    guard: drive::State,
+    /// The guard before this cycle's frame, until the frame is confirmed.
+    unconfirmed: Option<(drive::State, Moved)>,
+    /// Motions under way: of the frame before, and of the one before that.
+    moved: [Moved; 2],
+    /// The position on the bus; `None` until the first inputs.
+    counter: Option<Counter>,
+    inputs: Inputs,
+    al: (u16, u16),
+    last_target: i64,
+    /// Cycles in a row without a command, and what the last one said.
+    silent_cycles: u64,
+    energise: bool,
+    phase_correction_ns: i64,
+}
+
+impl Axis {
+    /// An axis whose drive has not been heard yet.
+    pub fn new(params: AxisParams) -> Self {
+        Self {
+            judge: Judge::new(params.judge),
+            cia402: Cia402::default(),
+            phase: Phase::Off,
+            fault: FaultCode::None,
+            guard: drive::State::at_rest(0),
+            unconfirmed: None,
+            moved: [Moved::at_rest(0); 2],
+            counter: None,
+            inputs: Inputs::default(),
+            al: (0, 0),
+            last_target: 0,
+            silent_cycles: 0,
+            energise: false,
+            phase_correction_ns: 0,
+            params,
+        }
+    }
+
+    /// The bus was brought up again: the drive is off, and its position is read anew. A fault stays until it is released.
+    pub fn brought_up(&mut self) {
+        let latched = (self.phase, self.fault);
+        let lost = self.judge;
+        *self = Self { judge: lost, moved: self.moved, ..Self::new(self.params) };
+        self.judge.clear();
+        if matches!(latched.0, Phase::Failed { .. }) {
+            (self.phase, self.fault) = latched;
+        }
+    }
+
+    /// Whether the bus is lost or the device out of operation, so that only a bring-up helps.
+    pub fn needs_bring_up(&self) -> bool {
+        matches!(self.fault, FaultCode::BusLost) || self.al.0 != 0 && self.al.0 & 0x1F != 0x08
+    }
+
+    /// Whether the drive follows the guard.
+    pub fn enabled(&self) -> bool {
+        self.phase == Phase::Enabled
+    }
+
+    /// Frames without a good reply so far.
+    pub fn lost_frames(&self) -> u64 {
+        self.judge.lost_frames()
+    }
+
+    /// Makes the process data of cycle `cycle` with StepCommand `cycle`. `reset` is the operator's, once.
+    pub fn send(&mut self, cycle: u64, command: Option<&StepCommand>, reset: bool) -> Sent {
+        self.hear(command, reset);
+        let before = self.guard;
+        let output = if self.phase == Phase::Enabled {
+            drive::step(&self.params.drive, &mut self.guard, cycle + 1, command)
+        } else {
+            // It moves nothing, but it goes on hearing commands, and stands where the drive stands.
+            let idle = command.map(|command| StepCommand { follow: 0, energise: 0, ..*command });
+            self.guard.rebase(self.count(), false);
+            drive::step(&self.params.drive, &mut self.guard, cycle + 1, idle.as_ref())
+        };
+        let moved = Moved::new(output, self.guard.command_cycle());
+        self.unconfirmed = Some((before, moved));
+        let target =
+            if self.phase == Phase::Enabled { self.guard.accepted_microsteps() } else { self.count() };
+        self.last_target = target;
+        let control = self.control(self.guard.energised());
+        Sent { outputs: self.outputs(control, target, output.pulse_rate_hz) }
+    }
+
+    /// Takes the outcome of cycle `cycle`: Feedback `cycle`, `None` where nothing is known of it.
+    pub fn receive(&mut self, cycle: u64, exchange: &Exchange) -> Option<Feedback> {
+        self.phase_correction_ns = exchange.phase_correction_ns;
+        let verdict = self.judge.judge(exchange.outcome);
+        if let Outcome::Answered { al_status, al_code, .. } = exchange.outcome {
+            self.al = (al_status, al_code);
+        }
+        let inputs = exchange.inputs.filter(|_| verdict.good);
+        let arrived = self.settle(inputs.is_some());
+        if let Some(inputs) = inputs {
+            self.note_inputs(inputs);
+            self.note_state(cycle);
+        }
+        if let Some(fault) = verdict.fault {
+            self.fail(cycle, fault_code(fault));
+        }
+        let known = inputs.is_some() || matches!(self.phase, Phase::Failed { .. });
+        known.then(|| self.feedback(cycle, &arrived))
+    }
+
+    /// Feedback while the bus is being brought up: no position to be trusted, no current.
+    pub fn down(&mut self, cycle: u64) -> Feedback {
+        self.unconfirmed = None;
+        let arrived = self.settle(false);
+        self.feedback(cycle, &arrived)
+    }
+
+    /// The count of the position on the bus, in the valve's direction.
+    fn count(&self) -> i64 {
+        self.counter.map_or(0, |counter| counter.count())
+    }
+
+    fn hear(&mut self, command: Option<&StepCommand>, reset: bool) {
+        match command {
+            Some(command) => {
+                self.silent_cycles = 0;
+                self.energise = command.energise == 1;
+            }
+            None => self.silent_cycles = self.silent_cycles.saturating_add(1),
+        }
+        if self.silent_cycles >= self.params.drive.silence_cycles && self.phase != Phase::Enabled {
+            self.energise = false;
+        }
+        if reset {
+            self.cia402.reset();
+        }
+        let wants_none = command.is_some_and(|command| command.energise == 0);
+        let healthy = !self.needs_bring_up() && !DriveState::of(self.inputs.status).faulty();
+        match self.phase {
+            Phase::Failed { .. } if (reset || wants_none) && healthy => {
+                (self.phase, self.fault) = (Phase::Off, FaultCode::None);
+                self.judge.clear();
+                // What the controller says from now on counts, not what it said before.
+                self.energise = self.energise && !reset;
+            }
+            Phase::Off if self.energise && self.counter.is_some() => {
+                self.phase = Phase::Enabling { cycles: 0 }
+            }
+            Phase::Enabling { .. } if !self.energise => self.phase = Phase::Off,
+            _ => {}
+        }
+    }
+
+    fn control(&mut self, guard_energised: bool) -> u16 {
+        let order = match self.phase {
+            Phase::Enabling { .. } => Order::On,
+            Phase::Enabled if guard_energised => Order::On,
+            Phase::Failed { .. } => Order::QuickStop,
+            Phase::Enabled | Phase::Off => Order::Off,
+        };
+        if self.params.profile == Profile::El2522 {
+            // The terminal has one bit: go.
+            return u16::from(order == Order::On);
+        }
+        self.cia402.control(DriveState::of(self.inputs.status), order)
+    }
+
+    fn outputs(&self, control: u16, target: i64, pulse_rate_hz: f64) -> Outputs {
+        let wire = self.counter.map_or(0, |counter| counter.to_wire(target));
+        let enabled = self.phase == Phase::Enabled;
+        let rate = if enabled { pulse_rate_hz * self.params.direction as f64 } else { 0.0 };
+        Outputs {
+            control,
+            target: self.bus_sign(wire),
+            mode: CSP,
+            // `as` saturates.
+            velocity_offset: rate.round() as i32,
+        }
+    }
+
+    fn bus_sign(&self, wire: i32) -> i32 {
+        if self.params.direction < 0 { wire.wrapping_neg() } else { wire }
+    }
+
+    /// Confirms this cycle's motion, or takes it back; gives the motion that ended at t_k.
+    fn settle(&mut self, confirmed: bool) -> Moved {
+        let [newer, arrived] = self.moved;
+        let next = match self.unconfirmed.take() {
+            Some((_, moved)) if confirmed => moved,
+            Some((before, moved)) => {
+                self.guard = before;
+                moved.not_done(before.accepted_microsteps())
+            }
+            None => newer.not_done(newer.end()),
+        };
+        self.moved = [next, newer];
+        arrived
+    }
+
+    fn note_inputs(&mut self, inputs: Inputs) {
+        let wire = self.bus_sign(inputs.position);
+        match &mut self.counter {
+            Some(counter) => _ = counter.follow(wire),
+            None => {
+                let zero = match self.params.homing {
+                    Homing::Absolute { offset } => offset * self.params.direction,
+                    Homing::None => 0,
+                };
+                let counter = Counter::begin(wire, i64::from(wire) - zero);
+                self.guard.rebase(counter.count(), false);
+                self.moved = [Moved::at_rest(counter.count()); 2];
+                self.counter = Some(counter);
+            }
+        }
+        self.inputs = inputs;
+    }
+
+    fn note_state(&mut self, cycle: u64) {
+        if self.params.profile == Profile::El2522 {
+            if matches!(self.phase, Phase::Enabling { .. }) {
+                self.enable();
+            }
+            return;
+        }
+        let state = DriveState::of(self.inputs.status);
+        let follows = state == DriveState::OperationEnabled
+            && self.inputs.mode == CSP
+            && self.inputs.status & FOLLOWS != 0;
+        match self.phase {
+            Phase::Failed { .. } => {}
+            _ if state.faulty() => self.fail(cycle, FaultCode::Drive),
+            Phase::Enabling { .. } if follows => self.enable(),
+            Phase::Enabling { cycles } if cycles >= self.params.enable_cycles => {
+                self.fail(cycle, FaultCode::DriveLeftOperation);
+            }
+            Phase::Enabling { cycles } => self.phase = Phase::Enabling { cycles: cycles + 1 },
+            // It was told to let go, and the guard stands.
+            Phase::Enabled if !self.guard.energised() && !follows => self.phase = Phase::Off,
+            Phase::Enabled if !follows => self.fail(cycle, FaultCode::DriveLeftOperation),
+            Phase::Enabled | Phase::Off => {}
+        }
+    }
+
+    /// From here on the guard leads, from where the drive was last told to be.
+    fn enable(&mut self) {
+        self.phase = Phase::Enabled;
+        self.guard.rebase(self.last_target, true);
+    }
+
+    fn fail(&mut self, cycle: u64, fault: FaultCode) {
+        if !matches!(self.phase, Phase::Failed { .. }) {
+            self.phase = Phase::Failed { at_cycle: cycle };
+            self.fault = fault;
+            self.guard.rebase(self.guard.accepted_microsteps(), false);
+        }
+    }
+}
+
+fn fault_code(fault: BusFault) -> FaultCode {
+    match fault {
+        BusFault::Lost => FaultCode::BusLost,
+        BusFault::LeftOperation { .. } => FaultCode::DriveLeftOperation,
+        BusFault::NotSynchronised { .. } => FaultCode::NotSynchronised,
+    }
+}

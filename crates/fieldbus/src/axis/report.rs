@@ -1,0 +1,110 @@
+//! What the axis says of itself: Feedback, and the motions under way that it speaks of.
+
+use super::{Axis, Phase};
+use crate::cia402::DriveState;
+use crate::drive_file::Homing;
+use signals::{FaultCode, Feedback, validity};
+
+/// A cycle's motion of the guard, on its way through the bus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Moved {
+    end: i64,
+    pulse_rate_hz: f64,
+    flags: u64,
+    fault: FaultCode,
+    command_cycle: u64,
+}
+
+impl Moved {
+    pub(super) fn new(output: drive::Output, command_cycle: u64) -> Self {
+        Self {
+            end: output.end_microsteps as i64,
+            pulse_rate_hz: output.pulse_rate_hz,
+            flags: output.flags,
+            fault: output.fault,
+            command_cycle,
+        }
+    }
+
+    pub(super) fn at_rest(count: i64) -> Self {
+        Self {
+            end: count,
+            pulse_rate_hz: 0.0,
+            flags: validity::STANDSTILL,
+            fault: FaultCode::None,
+            command_cycle: 0,
+        }
+    }
+
+    /// The same after a frame that nobody confirmed: the drive stays where it was.
+    pub(super) fn not_done(self, end: i64) -> Self {
+        Self { end, pulse_rate_hz: 0.0, flags: self.flags | validity::COMMAND_MISSED, ..self }
+    }
+
+    pub(super) fn end(&self) -> i64 {
+        self.end
+    }
+}
+
+impl Axis {
+    /// Feedback k, with the motion that ended at t_k.
+    pub(super) fn feedback(&self, cycle: u64, arrived: &Moved) -> Feedback {
+        let failed = matches!(self.phase, Phase::Failed { .. });
+        let enabled = self.phase == Phase::Enabled;
+        let accepted = if enabled { arrived.end } else { self.count() };
+        let measured = self.params.position_is_measured && self.counter.is_some();
+        let microstep_rad = self.params.drive.microstep_angle_rad;
+        let own = arrived.flags & !(validity::ENERGISED | validity::STANDSTILL);
+        let homed = self.counter.is_some() && !self.needs_bring_up() && self.params.homing != Homing::None;
+        let bits = [
+            (validity::ENCODER, measured && !self.needs_bring_up()),
+            (validity::HOMED, homed),
+            (validity::ENERGISED, enabled && arrived.flags & validity::ENERGISED != 0),
+            (validity::STANDSTILL, self.stands(cycle, arrived)),
+            (validity::STOPPED_ITSELF, failed),
+        ];
+        let flags = bits.iter().filter(|(_, set)| *set).fold(own, |flags, (bit, _)| flags | bit);
+        Feedback {
+            encoder_counts: if measured { self.count() } else { 0 },
+            angle_rad: if measured { self.count() } else { accepted } as f64 * microstep_rad,
+            accepted_microsteps: accepted,
+            pulse_rate_hz: if enabled { arrived.pulse_rate_hz } else { 0.0 },
+            validity: flags,
+            drive_fault: if failed { self.fault } else { arrived.fault }.code(),
+            status_word: self.status_word(),
+            digital_inputs: u64::from(self.inputs.digital_inputs),
+            command_cycle: arrived.command_cycle,
+            phase_correction_ns: self.phase_correction_ns,
+            ..Feedback::default()
+        }
+    }
+
+    /// Bits 0 to 15: status word; 16 to 31: error code; 32 to 39: mode; 40 to 47: AL status; 48 to 63: AL code.
+    fn status_word(&self) -> u64 {
+        let (al_status, al_code) = self.al;
+        u64::from(self.inputs.status)
+            | u64::from(self.inputs.error_code) << 16
+            | u64::from(self.inputs.mode.cast_unsigned()) << 32
+            | u64::from(al_status & 0xFF) << 40
+            | u64::from(al_code) << 48
+    }
+
+    /// Whether the drive stands. One that can't be heard stands once its own ramp must be over.
+    fn stands(&self, cycle: u64, arrived: &Moved) -> bool {
+        match self.phase {
+            Phase::Failed { at_cycle } => {
+                let ramp =
+                    drive::stop_cycles_bound(&self.params.drive) + self.params.judge.bus_lost_cycles + 2;
+                let ramps = matches!(
+                    DriveState::of(self.inputs.status),
+                    DriveState::OperationEnabled
+                        | DriveState::QuickStopActive
+                        | DriveState::FaultReactionActive
+                );
+                cycle.saturating_sub(at_cycle) > ramp || !ramps && self.judge.missing_cycles() == 0
+            }
+            Phase::Enabled => arrived.flags & validity::STANDSTILL != 0,
+            Phase::Off | Phase::Enabling { .. } => true,
+        }
+    }
+}
