@@ -189,9 +189,8 @@ impl<L: Link> Bridge<L> {
                 self.operate(wire, clock, (cycle, begin_ns, until_ns), command, reset)
             }
             other => {
-                // The controller is heard meanwhile, and hears that nothing moves.
-                let _ = self.axis.send(cycle, command, reset);
-                (self.come_up(other, begin_ns, until_ns), Some(self.axis.down(cycle)))
+                let feedback = self.axis.down(cycle, command);
+                (self.come_up(other, begin_ns, until_ns), Some(feedback))
             }
         };
         self.report.phase = phase(&state);

@@ -179,27 +179,44 @@ async fn read<S: core::ops::Deref<Target = SubDevice>>(
     found.map_err(|error| BringUpError::Sdo { object, write, expected: like.number(), error })
 }
 
+/// A look at the bus's clock: our time and the bus's, and how long the look took.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    trip_ns: u64,
+    pair: (u64, u64),
+}
+
+/// How much faster the bus's clock runs than ours, and the surest pair. A look that took long was interrupted somewhere, and says
+/// little.
+fn compare(samples: &[Sample]) -> Option<(f64, (u64, u64))> {
+    /// Looks longer by this than the shortest don't count, ns.
+    const SLACK_NS: u64 = 20_000;
+    /// No crystal on a bus is off by more.
+    const MAX_RATE: f64 = 500e-6;
+    let surest = samples.iter().rev().min_by_key(|sample| sample.trip_ns)?;
+    let pairs: Vec<_> = samples
+        .iter()
+        .filter(|sample| sample.trip_ns <= surest.trip_ns + SLACK_NS)
+        .map(|sample| sample.pair)
+        .collect();
+    Some((fit_rate(&pairs).clamp(-MAX_RATE, MAX_RATE), surest.pair))
+}
+
 /// Compares the clocks, and starts SYNC0 where our cycles begin: the bus's time at a SYNC0, and the rate of its clock.
 async fn start_sync0<S>(
     device: &SubDeviceRef<'_, S>,
     wanted: &Wanted,
 ) -> Result<(u64, f64), ethercrab::error::Error> {
     device.register_write(register::SYNC_ACTIVATION, 0_u8).await?;
-    let mut pairs = Vec::new();
-    let mut nearest: Option<(u64, (u64, u64))> = None;
+    let mut samples: Vec<Sample> = Vec::new();
     let began = told_time();
-    while told_time() < began + COMPARE_NS && pairs.len() < 1000 {
+    while told_time() < began + COMPARE_NS && samples.len() < 1000 {
         let before = told_time();
         let system: u64 = device.register_read(register::SYSTEM_TIME).await?;
-        let trip = told_time() - before;
-        let pair = (before + trip / 2, system);
-        pairs.push(pair);
-        if nearest.is_none_or(|(shortest, _)| trip <= shortest) {
-            nearest = Some((trip, pair));
-        }
+        let trip_ns = told_time() - before;
+        samples.push(Sample { trip_ns, pair: (before + trip_ns / 2, system) });
     }
-    let rate = fit_rate(&pairs);
-    let (_, (ours, system)) = nearest.unwrap_or((0, (began, began)));
+    let (rate, (ours, system)) = compare(&samples).unwrap_or((0.0, (began, began)));
     let begin = wanted.grid.next(told_time() + SYNC_LEAD_NS);
     let ahead = begin.saturating_sub(ours) as f64 * (1.0 + rate);
     let sync0_ns = system + ahead.round() as u64 + u64::from(wanted.file.sync_shift_ns);

@@ -36,11 +36,11 @@ impl Clock {
         self.local_ns(now_ns) + i128::from(self.offset_ns)
     }
 
-    /// The test's time at a system time.
+    /// The test's time at a system time, rounded up.
     fn host_ns(&self, system_ns: i128) -> u64 {
         let passed = (system_ns - i128::from(self.offset_ns) - self.start_ns) * 1_000_000_000
             / (1_000_000_000 + i128::from(self.drift_ppb));
-        u64::try_from(i128::from(self.power_on_ns) + passed).unwrap_or(0)
+        u64::try_from(i128::from(self.power_on_ns) + passed + 1).unwrap_or(0)
     }
 
     /// Another drift from now on, the time unbroken.

@@ -192,13 +192,14 @@ impl Device {
         [self.esc.clock.next_sync0_host_ns(), watchdog].into_iter().flatten().min()
     }
 
-    /// Lets everything happen that was due by `now_ns`.
+    /// Lets everything happen that was due by `now_ns`, each at its time.
     pub(crate) fn advance(&mut self, now_ns: u64) {
-        while self.esc.clock.take_sync0(now_ns).is_some() {
-            self.sync(now_ns);
-        }
-        if self.esc.al.state == AlState::Op && !self.esc.watchdog.alive(now_ns) {
-            self.fall(AlState::SafeOp, code::WATCHDOG);
+        while let Some(at_ns) = self.next_event_ns().filter(|at| *at <= now_ns) {
+            if self.esc.clock.take_sync0(at_ns).is_some() {
+                self.sync(at_ns);
+            } else {
+                self.fall(AlState::SafeOp, code::WATCHDOG);
+            }
         }
     }
 

@@ -15,7 +15,7 @@
 
 mod report;
 
-use crate::cia402::{Cia402, DriveState, Order};
+use crate::cia402::{Cia402, DriveState, Order, control};
 use crate::counter::Counter;
 use crate::drive_file::{Homing, Profile};
 use crate::judge::{BusFault, Judge, JudgeParams, Outcome};
@@ -89,10 +89,14 @@ pub struct Axis {
     counter: Option<Counter>,
     inputs: Inputs,
     al: (u16, u16),
+    /// The bus is lost, or the device out of operation: only a bring-up helps.
+    bus_down: bool,
     last_target: i64,
     /// Cycles in a row without a command, and what the last one said.
     silent_cycles: u64,
     energise: bool,
+    /// The operator's reset, until it has released the fault.
+    release: bool,
     phase_correction_ns: i64,
 }
 
@@ -110,9 +114,11 @@ impl Axis {
             counter: None,
             inputs: Inputs::default(),
             al: (0, 0),
+            bus_down: false,
             last_target: 0,
             silent_cycles: 0,
             energise: false,
+            release: false,
             phase_correction_ns: 0,
             params,
         }
@@ -131,7 +137,7 @@ impl Axis {
 
     /// Whether the bus is lost or the device out of operation, so that only a bring-up helps.
     pub fn needs_bring_up(&self) -> bool {
-        matches!(self.fault, FaultCode::BusLost) || self.al.0 != 0 && self.al.0 & 0x1F != 0x08
+        self.bus_down
     }
 
     /// Whether the drive follows the guard.
@@ -179,14 +185,17 @@ impl Axis {
             self.note_state(cycle);
         }
         if let Some(fault) = verdict.fault {
+            self.bus_down |= !matches!(fault, BusFault::NotSynchronised { .. });
             self.fail(cycle, fault_code(fault));
         }
         let known = inputs.is_some() || matches!(self.phase, Phase::Failed { .. });
         known.then(|| self.feedback(cycle, &arrived))
     }
 
-    /// Feedback while the bus is being brought up: no position to be trusted, no current.
-    pub fn down(&mut self, cycle: u64) -> Feedback {
+    /// A cycle while the bus is being brought up: the command is heard, and Feedback says that no position is to be trusted and no
+    /// current flows. A reset has no effect then.
+    pub fn down(&mut self, cycle: u64, command: Option<&StepCommand>) -> Feedback {
+        self.hear(command, false);
         self.unconfirmed = None;
         let arrived = self.settle(false);
         self.feedback(cycle, &arrived)
@@ -210,16 +219,22 @@ impl Axis {
         }
         if reset {
             self.cia402.reset();
+            self.release = true;
         }
         let wants_none = command.is_some_and(|command| command.energise == 0);
-        let healthy = !self.needs_bring_up() && !DriveState::of(self.inputs.status).faulty();
+        // A drive that has not been heard yet may be in a fault.
+        let heard = self.counter.is_some();
+        let healthy = heard && !self.needs_bring_up() && !DriveState::of(self.inputs.status).faulty();
         match self.phase {
-            Phase::Failed { .. } if (reset || wants_none) && healthy => {
+            Phase::Failed { .. } if (self.release || wants_none) && healthy => {
                 (self.phase, self.fault) = (Phase::Off, FaultCode::None);
                 self.judge.clear();
-                // What the controller says from now on counts, not what it said before.
-                self.energise = self.energise && !reset;
+                self.release = false;
+                // What the controller says from the next cycle on counts.
+                self.energise = false;
             }
+            Phase::Failed { .. } => {}
+            _ if self.release => self.release = false,
             Phase::Off if self.energise && self.counter.is_some() => {
                 self.phase = Phase::Enabling { cycles: 0 }
             }
@@ -238,6 +253,9 @@ impl Axis {
         if self.params.profile == Profile::El2522 {
             // The terminal has one bit: go.
             return u16::from(order == Order::On);
+        }
+        if self.counter.is_none() {
+            return control::SHUTDOWN;
         }
         self.cia402.control(DriveState::of(self.inputs.status), order)
     }
