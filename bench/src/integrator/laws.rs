@@ -121,15 +121,7 @@ pub fn all() -> Vec<Contact> {
 
 /// σ0 = 1000, ω_s = 0.05.
 pub fn soft() -> LuGreParams {
-    LuGreParams {
-        coulomb_torque_nm: 1.5,
-        static_torque_nm: 3.0,
-        stribeck_velocity_rad_per_s: 0.05,
-        stribeck_exponent: 2.0,
-        bristle_stiffness_nm_per_rad: 1000.0,
-        bristle_damping_nm_s_per_rad: 1.0,
-        viscous_nm_s_per_rad: 2e-4,
-    }
+    LuGreParams::BENCH_RIG
 }
 
 /// Table 1's bristles, with torques and viscosity at which the motor can turn.
@@ -143,21 +135,7 @@ pub fn table_1() -> LuGreParams {
 }
 
 fn motor() -> MotorParams {
-    MotorParams {
-        phases: 5,
-        rotor_teeth: 50,
-        full_steps_per_rev: 500,
-        microsteps_per_full_step: 225,
-        holding_torque_nm: 6.0,
-        rotor_inertia_kg_m2: 4e-4,
-        damping_nm_s_per_rad: 0.02,
-        max_pulse_rate_hz: 600e3,
-        supply_voltage_v: None,
-        phase_resistance_ohm: None,
-        phase_inductance_h: None,
-        rated_current_a: None,
-        torque_constant_nm_per_a: None,
-    }
+    MotorParams::BENCH_RIG
 }
 
 fn model(friction: FrictionParams) -> Model {

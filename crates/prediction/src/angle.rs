@@ -6,7 +6,7 @@ use crate::sides::{SIDES, clearer};
 use crate::smoothing::motion_at;
 use crate::{Noise, Past, Predicted, PredictionError, Start};
 use log_data::{Channel, Run};
-use valve_model::{ContactPast, Model, Motion, ParamError, ValveInput, ValveParams, ValveState, step};
+use valve_model::{ContactPast, Model, MotionSample, ParamError, ValveInput, ValveParams, ValveState, step};
 
 /// The longest step that the integrator is asked for, s.
 const LONGEST_S: f64 = 5e-3;
@@ -76,7 +76,7 @@ struct Course<'a> {
     command_rad: &'a [f64],
     conditions: Conditions<'a>,
     params: &'a ValveParams,
-    first: Motion,
+    first: MotionSample,
     past: &'a Past,
 }
 

@@ -9,6 +9,7 @@ mod angle;
 mod conditions;
 mod delay;
 mod error;
+mod median;
 mod noise;
 mod penalty;
 mod sides;
@@ -18,6 +19,7 @@ mod torque;
 pub use angle::encoder_angle_after;
 pub use delay::delay;
 pub use error::PredictionError;
+pub use median::median;
 pub use noise::Noise;
 pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
 

@@ -1,5 +1,7 @@
 //! What an encoder adds to an angle: its step, and noise.
 
+use crate::median::median;
+
 /// How far a measured angle is from the true one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -49,8 +51,7 @@ fn block_deviation(angles: &[f64]) -> f64 {
     };
     let mut variances: Vec<f64> =
         angles.chunks(BLOCK).map(variance).filter(|variance| *variance > 0.0).collect();
-    let middle = variances.len() / 2;
-    if variances.is_empty() { 0.0 } else { variances.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt() }
+    median(&mut variances).unwrap_or(0.0).sqrt()
 }
 
 /// The greatest step that all differences are whole multiples of; 0 where there is none beyond rounding.

@@ -4,10 +4,11 @@
 //! strengths each sample takes the strongest whose residuals, nearby, are no larger than the encoder's noise. A rest or
 //! a slow loop is then averaged over hundreds of samples, and a slip next to it keeps its edges.
 
+use crate::median::median;
 use crate::noise::Noise;
 use crate::penalty::{Differences, Solver};
 use std::ops::Range;
-use valve_model::Motion;
+use valve_model::MotionSample;
 
 /// Strengths λ of smoothing, from the strongest; the width that is averaged over goes with λ^(1/6) samples.
 const STRENGTHS: [f64; 10] = [1e12, 1e11, 1e10, 1e9, 1e8, 1e7, 1e6, 3e4, 1e3, 10.0];
@@ -43,7 +44,7 @@ pub struct Smoother<'a> {
     work: Work,
     /// The block's first sample and the motions from there on.
     first: usize,
-    motions: Vec<Motion>,
+    motions: Vec<MotionSample>,
     /// The angle after which the present one is drawn, with a play of `play_rad` either way.
     drawn_rad: f64,
     play_rad: f64,
@@ -62,12 +63,12 @@ struct Work {
 
 /// The motion at one sample (0 is the run's first), from as many around it as bear on it. Where those next to it are at
 /// rest, that is a rest, however soon a motion follows: a speed that noise makes there would break a rotor away that holds.
-pub fn motion_at(time_s: &[f64], angle_rad: &[f64], noise: Noise, index: usize) -> Motion {
+pub fn motion_at(time_s: &[f64], angle_rad: &[f64], noise: Noise, index: usize) -> MotionSample {
     let around = |reach: usize| index.saturating_sub(reach)..(index + reach).min(time_s.len());
     let next = angle_rad.get(around(MOMENT_REACH)).unwrap_or_default();
     if next.len() >= MOMENT_REACH && is_still(next, still_spread_rad(noise)) {
         let angle_rad = next.iter().sum::<f64>() / next.len() as f64;
-        return Motion { angle_rad, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+        return MotionSample { angle_rad, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
     }
     let range = around(MARGIN);
     let (times, angles) = (time_s.get(range.clone()), angle_rad.get(range.clone()));
@@ -103,18 +104,18 @@ impl<'a> Smoother<'a> {
     }
 
     /// The motion at sample `index`. To be asked from the first sample on, one after the other.
-    pub fn motion(&mut self, index: usize) -> Motion {
+    pub fn motion(&mut self, index: usize) -> MotionSample {
         let first = index - index % BLOCK;
         if self.motions.is_empty() || self.first != first {
             self.smooth(first);
         }
         let angle_rad = self.angle_rad.get(index).copied().unwrap_or(f64::NAN);
-        let unknown = Motion { angle_rad, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+        let unknown = MotionSample { angle_rad, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
         self.motions.get(index - first).copied().unwrap_or(unknown)
     }
 
     /// The motion at sample `index` with a sharper speed, but at the ends of the run and of a block.
-    pub fn sharp_motion(&mut self, index: usize) -> Motion {
+    pub fn sharp_motion(&mut self, index: usize) -> MotionSample {
         let motion = self.motion(index);
         let place = index - self.first;
         let beside = |place: Option<usize>| place.and_then(|place| self.motions.get(place));
@@ -318,19 +319,23 @@ fn usual_step_s(time_s: &[f64]) -> f64 {
     let times = time_s.get(..4096).unwrap_or(time_s);
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before)).collect();
-    let middle = steps.len() / 2;
-    if steps.is_empty() { 1.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    median(&mut steps).unwrap_or(1.0)
 }
 
 /// The motion with what its speed, a difference over the two samples beside it, `length_s` apart, lacks of the third
 /// derivative; their accelerations tell that.
-pub fn sharper(before: &Motion, at: &Motion, after: &Motion, length_s: f64) -> Motion {
+pub fn sharper(
+    before: &MotionSample,
+    at: &MotionSample,
+    after: &MotionSample,
+    length_s: f64,
+) -> MotionSample {
     let rise = after.acceleration_rad_per_s2 - before.acceleration_rad_per_s2;
-    Motion { speed_rad_per_s: at.speed_rad_per_s - rise * length_s / 24.0, ..*at }
+    MotionSample { speed_rad_per_s: at.speed_rad_per_s - rise * length_s / 24.0, ..*at }
 }
 
 /// Speed and acceleration from three samples; one-sided at the ends.
-fn motion(time_s: &[f64], angles: &[f64], index: usize) -> Motion {
+fn motion(time_s: &[f64], angles: &[f64], index: usize) -> MotionSample {
     let at = |index: usize| time_s.get(index).copied().zip(angles.get(index).copied());
     let angle_rad = angles.get(index).copied().unwrap_or(f64::NAN);
     let here = at(index);
@@ -350,5 +355,5 @@ fn motion(time_s: &[f64], angles: &[f64], index: usize) -> Motion {
         (Some(one), None) | (None, Some(one)) => (one, 0.0),
         (None, None) => (0.0, 0.0),
     };
-    Motion { angle_rad, speed_rad_per_s, acceleration_rad_per_s2 }
+    MotionSample { angle_rad, speed_rad_per_s, acceleration_rad_per_s2 }
 }

@@ -6,7 +6,7 @@ use crate::sides::{SIDES, clearer};
 use crate::{Noise, Past, Predicted, PredictionError, Smoother, Start};
 use log_data::{Channel, Run};
 use valve_model::{
-    ContactPast, Model, Motion, MotionInput, MotionParams, MotionState, ParamError, motion_step,
+    ContactPast, Model, MotionInput, MotionParams, MotionSample, MotionState, ParamError, motion_step,
 };
 
 /// Samples, at most, from which the bristle's deflection at a run's start is estimated.
@@ -81,7 +81,7 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    fn motion(&mut self, index: usize) -> Motion {
+    fn motion(&mut self, index: usize) -> MotionSample {
         if self.params.is_behind_a_spring() {
             self.smoother.sharp_motion(index)
         } else {
@@ -90,7 +90,12 @@ impl Path<'_> {
     }
 
     /// Moves the contact from the sample before `index`, whose motion is `start`, to it, whose motion is `end`; the torque there.
-    fn step(&self, state: &mut MotionState, (start, end): (&Motion, &Motion), index: usize) -> f64 {
+    fn step(
+        &self,
+        state: &mut MotionState,
+        (start, end): (&MotionSample, &MotionSample),
+        index: usize,
+    ) -> f64 {
         let at = |index: usize| self.time_s.get(index).copied().unwrap_or(f64::NAN);
         let dt_s = if index == 0 { MOMENT_S } else { at(index) - at(index - 1) };
         let (pressure_drop_pa, oil_temperature_c) = self.conditions.before(index);
@@ -138,8 +143,8 @@ impl Path<'_> {
 /// A search for the start of a run, over its first samples.
 struct StartSearch<'a> {
     path: &'a Path<'a>,
-    first: Motion,
-    motions: Vec<Motion>,
+    first: MotionSample,
+    motions: Vec<MotionSample>,
     measured_nm: &'a [f64],
     past: &'a Past,
     /// Break-away deflection, rad.

@@ -7,34 +7,13 @@ use prediction::{Noise, Past, Smoother, motion_at, predict};
 use rand::prelude::*;
 use rand_distr::Normal;
 use std::f64::consts::TAU;
-use valve_model::{
-    FrictionParams, LoadParams, LuGreParams, Model, Motion, MotionInput, MotionParams, motion_step,
-};
+use valve_model::{Model, MotionInput, MotionParams, MotionSample, motion_step};
 
 const STEP_RAD: f64 = TAU / 131_072.0;
 const TRANSDUCER_NM: f64 = 0.02;
 
 fn rig() -> Model {
-    let friction = LuGreParams {
-        coulomb_torque_nm: 1.5,
-        static_torque_nm: 3.0,
-        stribeck_velocity_rad_per_s: 0.05,
-        stribeck_exponent: 2.0,
-        bristle_stiffness_nm_per_rad: 1000.0,
-        bristle_damping_nm_s_per_rad: 1.0,
-        viscous_nm_s_per_rad: 2e-4,
-    };
-    Model {
-        name: "rig".into(),
-        motor: None,
-        load: Some(LoadParams { inertia_kg_m2: 1e-4 }),
-        friction: FrictionParams::LuGre(friction),
-        orifice: None,
-        oil: None,
-        clearance: None,
-        seals: None,
-        effects: vec![],
-    }
+    Model { motor: None, ..Model::bench_rig() }
 }
 
 /// A motion known exactly, and its torque: sampled at 1 kHz, integrated at 10 kHz.
@@ -44,7 +23,7 @@ fn exact(duration_s: f64, angle: impl Fn(f64) -> f64) -> Run {
     let motion = |time_s: f64| {
         let (before, now, after) =
             (angle(time_s - DIFFERENCE_S), angle(time_s), angle(time_s + DIFFERENCE_S));
-        Motion {
+        MotionSample {
             angle_rad: now,
             speed_rad_per_s: (after - before) / (2.0 * DIFFERENCE_S),
             acceleration_rad_per_s2: (after - 2.0 * now + before) / (DIFFERENCE_S * DIFFERENCE_S),
@@ -155,7 +134,7 @@ fn a_block_begins_where_the_last_one_ended() {
         .map(|t| (truth(*t) / STEP_RAD + noise.sample(&mut generator)).round() * STEP_RAD)
         .collect();
     let mut smoother = Smoother::new(&time_s, &angles, Noise::of(&angles));
-    let motions: Vec<Motion> = (0..time_s.len()).map(|index| smoother.motion(index)).collect();
+    let motions: Vec<MotionSample> = (0..time_s.len()).map(|index| smoother.motion(index)).collect();
     for (pair, time) in motions.windows(2).zip(&time_s) {
         let jump = (pair[1].angle_rad - pair[0].angle_rad).abs();
         assert!(jump < 1e-5, "a jump of {jump} rad at {time} s");

@@ -7,7 +7,7 @@ use crate::params::{Compensation, Params};
 use drive::Microsteps;
 use signals::Kinematics;
 use std::f64::consts::TAU;
-use valve_model::{FrictionState, Motion, MotionInput, MotionState, motion_step};
+use valve_model::{FrictionState, MotionInput, MotionSample, MotionState, motion_step};
 
 /// Below this speed Coulomb friction is faded in linearly, rad/s: its sign has no meaning at rest.
 const COULOMB_FADE_RAD_PER_S: f64 = 0.02;
@@ -116,7 +116,7 @@ fn with_effects_nm(
     before: &Kinematics,
     after: &Kinematics,
 ) -> f64 {
-    let motion = |reference: &Kinematics| Motion {
+    let motion = |reference: &Kinematics| MotionSample {
         angle_rad: reference.angle_rad,
         speed_rad_per_s: reference.speed_rad_per_s,
         acceleration_rad_per_s2: reference.acceleration_rad_per_s2,

@@ -13,15 +13,7 @@ fn speed_rad_per_s(sample: u32) -> f64 {
 }
 
 fn main() {
-    let soft = LuGreParams {
-        coulomb_torque_nm: 1.5,
-        static_torque_nm: 3.0,
-        stribeck_velocity_rad_per_s: 0.05,
-        stribeck_exponent: 2.0,
-        bristle_stiffness_nm_per_rad: 1000.0,
-        bristle_damping_nm_s_per_rad: 1.0,
-        viscous_nm_s_per_rad: 2e-4,
-    };
+    let soft = LuGreParams::BENCH_RIG;
     let table1 = LuGreParams {
         stribeck_velocity_rad_per_s: 0.001,
         bristle_stiffness_nm_per_rad: 1e5,

@@ -4,6 +4,7 @@
 //! socket, thread or heap. SI units and radians throughout.
 #![forbid(unsafe_code)]
 
+mod bench_rig;
 mod clearance;
 mod effect;
 mod error;
@@ -33,7 +34,7 @@ pub use oil::OilParams;
 pub use orifice::{OrificeError, OrificeParams};
 pub use seals::SealParams;
 pub use valve::{
-    Motion, MotionInput, MotionOutput, MotionParams, MotionState, ValveInput, ValveOutput, ValveParams,
+    MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, ValveInput, ValveOutput, ValveParams,
     ValveState, motion_step, step,
 };
 pub use window::{Window, WindowTable};

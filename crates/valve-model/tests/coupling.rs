@@ -21,12 +21,12 @@ fn free(effects: Vec<Effect>) -> Model {
 fn a_spring_between_rotor_and_spool_is_softer_presliding() {
     let stiffness = |effects: Vec<Effect>| {
         let params = MotionParams::new(&with(effects)).unwrap();
-        let motion = |k: i32| Motion {
+        let motion = |k: i32| MotionSample {
             angle_rad: f64::from(k) * 1e-7,
             speed_rad_per_s: 1e-4,
             acceleration_rad_per_s2: 0.0,
         };
-        let rest = Motion { speed_rad_per_s: 0.0, ..motion(0) };
+        let rest = MotionSample { speed_rad_per_s: 0.0, ..motion(0) };
         along(&params, &rest, motion, 2000).last().unwrap().load_torque_nm / 2e-4
     };
     let rigid = stiffness(Vec::new());
@@ -92,7 +92,7 @@ fn a_driven_spool_behind_a_damped_spring_takes_the_torque_of_its_transfer_functi
         let omega = TAU * hertz;
         let motion = |k: i32| {
             let turned = omega * f64::from(k) * 1e-3;
-            Motion {
+            MotionSample {
                 angle_rad: 0.01 * turned.sin(),
                 speed_rad_per_s: 0.01 * omega * turned.cos(),
                 acceleration_rad_per_s2: -0.01 * omega * omega * turned.sin(),

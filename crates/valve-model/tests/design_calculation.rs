@@ -99,7 +99,8 @@ fn sections_stand_in_place_of_numbers() {
     model.effects = vec![Effect::from_parts("pressure-dependent-friction", &parts).unwrap()];
     let params = MotionParams::new(&model).unwrap();
     let torque = |pressure_drop_pa: f64| {
-        let motion = |angle_rad| Motion { angle_rad, speed_rad_per_s: 1.0, acceleration_rad_per_s2: 0.0 };
+        let motion =
+            |angle_rad| MotionSample { angle_rad, speed_rad_per_s: 1.0, acceleration_rad_per_s2: 0.0 };
         let mut state = params.at_start(&motion(0.0));
         let input =
             MotionInput { start: motion(0.0), end: motion(0.2), pressure_drop_pa, oil_temperature_c: 40.0 };

@@ -190,7 +190,7 @@ fn presliding_hysteresis_takes_the_place_of_the_bristle() {
 /// A steady motion's torque, N·m, at a pressure (MPa), a temperature, from an angle on.
 fn steady(model: &Model, speed: f64, pressure_mpa: f64, temperature_c: f64, angle: f64) -> MotionOutput {
     let params = MotionParams::new(model).unwrap();
-    let motion = |angle_rad| Motion { angle_rad, speed_rad_per_s: speed, acceleration_rad_per_s2: 0.0 };
+    let motion = |angle_rad| MotionSample { angle_rad, speed_rad_per_s: speed, acceleration_rad_per_s2: 0.0 };
     let dt_s = 1e-3;
     let first = angle - 300.0 * dt_s * speed;
     let mut state = params.at_start(&motion(first));
@@ -252,8 +252,11 @@ fn other_torques_load_the_spool_alike_in_both_directions() {
 /// The greatest friction torque when a contact moves off at 0.02 rad/s after `rest_s` at a pressure (MPa).
 fn after_a_rest(effects: Vec<Effect>, rest_s: f64, pressure_mpa: f64) -> f64 {
     let params = MotionParams::new(&with(effects)).unwrap();
-    let motion =
-        |angle_rad, speed_rad_per_s| Motion { angle_rad, speed_rad_per_s, acceleration_rad_per_s2: 0.0 };
+    let motion = |angle_rad, speed_rad_per_s| MotionSample {
+        angle_rad,
+        speed_rad_per_s,
+        acceleration_rad_per_s2: 0.0,
+    };
     let mut state = params.at_start(&motion(0.0, 0.0));
     let mut go = |from: f64, to: f64, dt_s: f64| {
         let speed = (to - from) / dt_s;
@@ -303,7 +306,7 @@ fn friction_lag_delays_the_curve_alone() {
     let torque = |params: &MotionParams| {
         let motion = |k: i32| {
             let t = f64::from(k) * 1e-3;
-            Motion { angle_rad: 10.0 * t * t, speed_rad_per_s: 20.0 * t, acceleration_rad_per_s2: 20.0 }
+            MotionSample { angle_rad: 10.0 * t * t, speed_rad_per_s: 20.0 * t, acceleration_rad_per_s2: 20.0 }
         };
         along(params, &motion(0), motion, 500).last().unwrap().friction_torque_nm
     };

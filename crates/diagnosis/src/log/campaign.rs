@@ -7,10 +7,9 @@ use crate::log::kind::LogKind;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
 use crate::log::piece::{Piece, Ready, check};
-use crate::numerics::statistics::median;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run};
-use prediction::{Noise, predicted_channel};
+use prediction::{Noise, median, predicted_channel};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -159,7 +158,7 @@ fn channel_of(log: &Log) -> Result<Channel, DiagnosisError> {
 
 /// The encoder's deviation in the run in the middle; one that rests on one of its steps shows none.
 fn usual_deviation_rad(noises: &[Noise]) -> f64 {
-    median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>())
+    median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
 /// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
@@ -303,7 +302,7 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
         .flat_map(|piece| piece.driven.time_s().windows(2).take(50))
         .map(|pair| pair.iter().fold(0.0, |a, b| b - a))
         .collect();
-    facts.step_s = if steps.is_empty() { 1e-3 } else { median(&mut steps) };
+    facts.step_s = median(&mut steps).unwrap_or(1e-3);
 }
 
 fn fastest_command(piece: &Piece) -> f64 {
@@ -328,21 +327,7 @@ mod tests {
     const LOST_AT: usize = 4700;
 
     fn with_a_motor() -> Model {
-        let motor = MotorParams {
-            phases: 5,
-            rotor_teeth: 50,
-            full_steps_per_rev: 500,
-            microsteps_per_full_step: 225,
-            holding_torque_nm: 6.0,
-            rotor_inertia_kg_m2: 4e-4,
-            damping_nm_s_per_rad: 0.02,
-            max_pulse_rate_hz: 600e3,
-            supply_voltage_v: None,
-            phase_resistance_ohm: None,
-            phase_inductance_h: None,
-            rated_current_a: None,
-            torque_constant_nm_per_a: None,
-        };
+        let motor = MotorParams::BENCH_RIG;
         Model { motor: Some(motor), ..fixtures::model(Vec::new()) }
     }
 

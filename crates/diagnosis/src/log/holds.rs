@@ -3,7 +3,7 @@
 
 use crate::log::kind::LogKind;
 use crate::log::piece::Piece;
-use crate::numerics::statistics::median;
+use prediction::median;
 
 /// Samples of a hold that are taken together, and how many holds it takes for their median to say anything.
 const LENGTH: usize = 64;
@@ -57,7 +57,7 @@ pub(crate) fn pooled(mut variances: Vec<f64>) -> Option<f64> {
     if variances.len() < REPEATED {
         return None;
     }
-    Some(median(&mut variances))
+    median(&mut variances)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
 
 use crate::log::piece::{Begun, Piece, Ready};
-use crate::numerics::statistics::median;
+use prediction::median;
 
 /// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
 const LEAST: f64 = 0.6;
@@ -16,7 +16,7 @@ pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usiz
     let residual: Vec<f64> =
         piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();
     let tail = residual.get(residual.len().saturating_sub(AFTER.max(residual.len() / 20))..)?;
-    let off = median(&mut tail.to_vec()) / pitch_rad;
+    let off = median(&mut tail.to_vec())? / pitch_rad;
     let teeth = off.round();
     if teeth == 0.0 || (off - teeth).abs() > WHOLE {
         return None;

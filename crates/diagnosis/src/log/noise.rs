@@ -9,8 +9,8 @@ use crate::log::campaign::Campaign;
 use crate::log::holds;
 use crate::log::kind::LogKind;
 use crate::log::piece::{Begun, Piece, Ready};
-use crate::numerics::statistics::median;
 use crate::workers::{Workers, map};
+use prediction::median;
 
 /// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
 const FOURTH: f64 = 70.0;
@@ -56,7 +56,7 @@ pub(crate) fn estimate(
     });
     let pool = |blocks: &mut dyn Iterator<Item = f64>| {
         let mut all: Vec<f64> = blocks.filter(|variance| variance.is_finite()).collect();
-        median(&mut all)
+        median(&mut all).unwrap_or(0.0)
     };
     let fast = pool(&mut found.iter().flat_map(|of| of.fast.iter().copied()));
     let fast_of_motion = pool(&mut found.iter().flat_map(|of| of.fast_of_motion.iter().copied()));

@@ -11,7 +11,8 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 use valve_model::{
-    ContactPast, Model, Motion, MotionInput, MotionParams, ParamError, ValveInput, ValveParams, motion_step,
+    ContactPast, Model, MotionInput, MotionParams, MotionSample, ParamError, ValveInput, ValveParams,
+    motion_step,
 };
 
 /// Samples beyond a piece's ends that its smoothing sees.
@@ -69,7 +70,7 @@ pub(crate) struct Piece {
     pub hold_out: bool,
     pub driven: Driven,
     /// The motion of each sample; of an angle log that of the lead's first alone.
-    pub motions: Vec<Motion>,
+    pub motions: Vec<MotionSample>,
     /// What the model is to predict.
     pub measured: Vec<f64>,
     /// Before its lead.
@@ -179,7 +180,8 @@ impl Piece {
     /// Angle, speed and acceleration at a sample; of the command where that is all there is.
     pub fn kinematics(&self, index: usize) -> (f64, f64, f64) {
         if self.motions.len() == self.len() {
-            let none = Motion { angle_rad: f64::NAN, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
+            let none =
+                MotionSample { angle_rad: f64::NAN, speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0 };
             let motion = self.motions.get(index).copied().unwrap_or(none);
             return (motion.angle_rad, motion.speed_rad_per_s, motion.acceleration_rad_per_s2);
         }
@@ -198,7 +200,7 @@ impl Piece {
         }
     }
 
-    fn torque(&self, params: &MotionParams, motions: &[Motion], start: Begun) -> Vec<f64> {
+    fn torque(&self, params: &MotionParams, motions: &[MotionSample], start: Begun) -> Vec<f64> {
         let Some(first) = motions.first() else { return Vec::new() };
         let law = params.friction_law();
         let came_from_rad = start.side.unwrap_or(self.past.side) * law.break_away_deflection_rad();
@@ -272,7 +274,7 @@ impl Piece {
         Self { motions: self.measured_again(seed), ..self.clone() }
     }
 
-    fn measured_again(&self, seed: u64) -> Vec<Motion> {
+    fn measured_again(&self, seed: u64) -> Vec<MotionSample> {
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
         let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());
         let step_rad = self.noise.step_rad;
@@ -286,7 +288,7 @@ impl Piece {
 }
 
 /// A sample's motion with a sharper speed; `None` at the ends.
-fn sharper_at(motions: &[Motion], time_s: &[f64], index: usize) -> Option<Motion> {
+fn sharper_at(motions: &[MotionSample], time_s: &[f64], index: usize) -> Option<MotionSample> {
     let first = index.checked_sub(1)?;
     let (&[from_s, _, to_s], [before, at, after]) =
         (time_s.get(first..index + 2)?, motions.get(first..index + 2)?)
@@ -296,7 +298,13 @@ fn sharper_at(motions: &[Motion], time_s: &[f64], index: usize) -> Option<Motion
     Some(sharper(before, at, after, to_s - from_s))
 }
 
-fn smoothed(time_s: &[f64], angle_rad: &[f64], noise: Noise, first: usize, count: usize) -> Vec<Motion> {
+fn smoothed(
+    time_s: &[f64],
+    angle_rad: &[f64],
+    noise: Noise,
+    first: usize,
+    count: usize,
+) -> Vec<MotionSample> {
     let mut smoother = Smoother::new(time_s, angle_rad, noise);
     let mut motions = Vec::with_capacity(count);
     for index in 0..first + count {

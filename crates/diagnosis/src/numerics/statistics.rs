@@ -1,10 +1,4 @@
-//! Order statistics, and probabilities corrected for the number of tests.
-
-/// The value in the middle, the upper one of two; 0 of none.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
-}
+//! Probabilities corrected for the number of tests.
 
 /// Corrects probabilities for the number of tests by Holm's method (Scand. J. Stat. 6, 1979), so that any false one is as rare as
 /// a single test's would be.

@@ -4,8 +4,8 @@
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
-use crate::numerics::statistics::median;
 use crate::show::residual::Left;
+use prediction::median;
 use statrs::statistics::Statistics;
 
 /// Slower is at rest, in parts of the fastest.
@@ -50,7 +50,7 @@ fn strokes(campaign: &Campaign, sign: f64) -> Vec<Stroke> {
             if moving.len() < 50 || pressures.is_empty() {
                 return None;
             }
-            let speed_rad_per_s = median(&mut moving);
+            let speed_rad_per_s = median(&mut moving)?;
             let pressure_mpa = pressures.iter().sum::<f64>() / pressures.len() as f64 / 1e6;
             Some(Stroke { pressure_mpa, speed_rad_per_s })
         })

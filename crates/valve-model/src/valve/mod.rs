@@ -17,6 +17,6 @@ mod substeps;
 mod tolerance;
 
 pub use input::ValveInput;
-pub use motion::{Motion, MotionInput, MotionOutput, MotionParams, MotionState, motion_step};
+pub use motion::{MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, motion_step};
 pub use params::ValveParams;
 pub use step::{ValveOutput, ValveState, step};

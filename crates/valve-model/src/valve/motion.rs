@@ -36,7 +36,7 @@ pub struct MotionState {
 
 /// A motion at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
+pub struct MotionSample {
     /// Angle, rad.
     pub angle_rad: f64,
     /// Speed, rad/s.
@@ -49,9 +49,9 @@ pub struct Motion {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MotionInput {
     /// At the beginning.
-    pub start: Motion,
+    pub start: MotionSample,
     /// At the end.
-    pub end: Motion,
+    pub end: MotionSample,
     /// Pressure drop over the orifice, Pa.
     pub pressure_drop_pa: f64,
     /// Oil temperature, °C.
@@ -113,13 +113,13 @@ impl MotionParams {
     }
 
     /// A contact that begins `motion` with its bristles relaxed.
-    pub fn at_start(&self, motion: &Motion) -> MotionState {
+    pub fn at_start(&self, motion: &MotionSample) -> MotionState {
         self.at_start_after(motion, &ContactPast::default())
     }
 
     /// A contact with a past that begins `motion`. Behind a compliant coupling the spool begins where the spring
     /// carries what the bristles do.
-    pub fn at_start_after(&self, motion: &Motion, past: &ContactPast) -> MotionState {
+    pub fn at_start_after(&self, motion: &MotionSample, past: &ContactPast) -> MotionState {
         let friction = FrictionState::after(&self.friction, past, motion.speed_rad_per_s);
         let mut spool = ValveState::at_rest(motion.angle_rad);
         if self.spring.is_some() {

@@ -180,30 +180,8 @@ mod tests {
 
     /// The rig's motor with soft bristles.
     fn valve() -> ValveParams {
-        let friction = FrictionParams::LuGre(LuGreParams {
-            coulomb_torque_nm: 1.5,
-            static_torque_nm: 3.0,
-            stribeck_velocity_rad_per_s: 0.05,
-            stribeck_exponent: 2.0,
-            bristle_stiffness_nm_per_rad: 1000.0,
-            bristle_damping_nm_s_per_rad: 1.0,
-            viscous_nm_s_per_rad: 2e-4,
-        });
-        let motor = MotorParams {
-            phases: 5,
-            rotor_teeth: 50,
-            full_steps_per_rev: 500,
-            microsteps_per_full_step: 225,
-            holding_torque_nm: 6.0,
-            rotor_inertia_kg_m2: 4e-4,
-            damping_nm_s_per_rad: 0.02,
-            max_pulse_rate_hz: 600e3,
-            supply_voltage_v: None,
-            phase_resistance_ohm: None,
-            phase_inductance_h: None,
-            rated_current_a: None,
-            torque_constant_nm_per_a: None,
-        };
+        let friction = FrictionParams::LuGre(LuGreParams::BENCH_RIG);
+        let motor = MotorParams::BENCH_RIG;
         let load = Some(LoadParams { inertia_kg_m2: 1e-4 });
         let effects = Vec::new();
         let (orifice, oil, clearance, seals) = (None, None, None, None);

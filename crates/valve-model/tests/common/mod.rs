@@ -5,15 +5,7 @@ use valve_model::*;
 
 /// The rig's LuGre parameters.
 pub fn soft() -> LuGreParams {
-    LuGreParams {
-        coulomb_torque_nm: 1.5,
-        static_torque_nm: 3.0,
-        stribeck_velocity_rad_per_s: 0.05,
-        stribeck_exponent: 2.0,
-        bristle_stiffness_nm_per_rad: 1000.0,
-        bristle_damping_nm_s_per_rad: 1.0,
-        viscous_nm_s_per_rad: 2e-4,
-    }
+    LuGreParams::BENCH_RIG
 }
 
 /// Table 1's bristles, with torques at which the motor can turn.
@@ -108,21 +100,7 @@ pub fn stiffness(law: &FrictionParams) -> Option<f64> {
 
 /// The rig's motor.
 pub fn motor() -> MotorParams {
-    MotorParams {
-        phases: 5,
-        rotor_teeth: 50,
-        full_steps_per_rev: 500,
-        microsteps_per_full_step: 225,
-        holding_torque_nm: 6.0,
-        rotor_inertia_kg_m2: 4e-4,
-        damping_nm_s_per_rad: 0.02,
-        max_pulse_rate_hz: 600e3,
-        supply_voltage_v: None,
-        phase_resistance_ohm: None,
-        phase_inductance_h: None,
-        rated_current_a: None,
-        torque_constant_nm_per_a: None,
-    }
+    MotorParams::BENCH_RIG
 }
 
 /// The rig with some friction.
@@ -179,8 +157,8 @@ pub fn with(effects: Vec<Effect>) -> Model {
 /// The torques at the end of each of `count` milliseconds of a motion without pressure, begun as `begin` has it.
 pub fn along(
     params: &MotionParams,
-    begin: &Motion,
-    motion: impl Fn(i32) -> Motion,
+    begin: &MotionSample,
+    motion: impl Fn(i32) -> MotionSample,
     count: i32,
 ) -> Vec<MotionOutput> {
     let mut state = params.at_start(begin);
