@@ -1,7 +1,7 @@
-//! Where a fit of angles is near its end: slopes taken over changes as small as the numbers are known by then.
+//! Final fit of an angle log with small finite-difference steps, as small as the numbers' own uncertainty.
 //!
-//! A rotor that sticks and slips answers a change of some percent with slips at other moments, which is no slope; far from the
-//! best such a slope is all there is, near it the fit would end beside the valley that the numbers lie in.
+//! A stick-slip rotor answers a change of some percent with slips at other moments, which gives no usable slope. Far from the
+//! optimum such a slope is the only one there is; near it the fit would stop beside the minimum.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -10,16 +10,16 @@ use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, sum};
 use crate::fit::pattern::ended_poorly;
 use crate::name::selection::Selection;
-use crate::name::threshold::leaves_much_to_pick;
+use crate::name::threshold::hysteresis_keeps_shrinking;
 use crate::name::tried::Tried;
 use crate::numerics::loss::Loss;
 
-/// A change over which a slope is taken changes the prediction by so many times the noise at most, as a root of the sum of squares.
+/// Largest change of the prediction by a finite-difference step, as the root of the sum of squares in parts of the noise.
 const REACH: f64 = 5.0;
 /// Steps of the fit.
 const STEPS: usize = 12;
 
-/// Fits on over small changes, where not so much is left that a small change says nothing.
+/// Continues the fit with small steps, unless the residual is so far above noise that they say nothing.
 pub(crate) fn fit_finely(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     let loss = setting.loss();
     if loss == Loss::Squares || ended_poorly(setting, &state.fitted) {
@@ -31,15 +31,15 @@ pub(crate) fn fit_finely(setting: &Setting<'_>, state: &mut Selection) -> Result
     }
     let begin = Point { hypothesis, ..state.fitted.point.clone() };
     let tried = if_possible(Tried::from(setting, begin, STEPS))?;
-    // What a loose form leaves can be fitted better and better, and tells less and less of other runs.
-    let worse = |tried: &Tried| leaves_much_to_pick(state, loss) && tried.rms > state.rms;
+    // The misfit of presliding-hysteresis can be fitted ever better while the held-out error grows.
+    let worse = |tried: &Tried| hysteresis_keeps_shrinking(state, loss) && tried.rms > state.rms;
     if let Some(tried) = tried.filter(|tried| tried.fitted.loss < state.fitted.loss && !worse(tried)) {
         state.take(tried);
     }
     Ok(())
 }
 
-/// The same hypothesis, its slopes over changes within reach.
+/// The same hypothesis with its finite-difference steps reduced to the largest change.
 fn finer(fitted: &Fitted, loss: Loss) -> Hypothesis {
     let mut hypothesis = fitted.point.hypothesis.clone();
     let total = sum(&loss.weighted(&fitted.groups));

@@ -1,5 +1,5 @@
-//! Two causes that hide each other: more friction and more holding torque leave the lag as it is, and a third cause may look
-//! better than either of two. What one after the other misses is looked for in pairs, all of them linearised at once.
+//! Pairs of causes that hide each other: more friction together with more holding torque leaves the lag unchanged, so a greedy
+//! search sees neither. All pairs are screened with the linearised model, and the best is fitted.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -17,13 +17,13 @@ use crate::show::residual::left;
 use crate::show::whiteness::is_white;
 use valve_model::EffectId;
 
-/// Pairs, by what they cut where they are fitted, that are judged on what they were not fitted on.
+/// How many pairs, by their fitted gain, are judged on held-out groups.
 const SHORT_LIST: usize = 12;
-/// A pair is fitted through the model where its linearised gain is as much as that of any that greed would have come to, and
-/// taken where it leaves no more than this part of what one cause after the other leaves beyond noise.
+/// A pair is fitted if its linearised gain is at least that of any pair that the greedy search could reach. It is accepted if its
+/// mean square beyond noise is at most this part of the greedy result's.
 const HALF: f64 = 0.5;
 
-/// From where the search `begun`, two causes at once, where they leave much less than `found`, one after the other.
+/// Two causes accepted together from the state `begun`; `None` unless their residual is far below the greedy search's (`found`).
 pub(crate) fn hidden_pair(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -51,13 +51,13 @@ pub(crate) fn hidden_pair(
     Ok(Some(state))
 }
 
-/// Whether one RMS, in parts of the noise, leaves much less beyond it than another.
+/// True if `rms` has at most half of the mean square beyond noise that `other` has; both in parts of the noise.
 pub(crate) fn leaves_less(rms: f64, other: f64) -> bool {
     other > 1.0 && rms.powi(2) - 1.0 <= HALF * (other.powi(2) - 1.0)
 }
 
-/// The pair with the greatest linearised gain, where that is more than what the pairs with the cause promise that was found
-/// by itself. All pairs are solved, but of sums over the samples: that costs little beside the screening.
+/// The pair with the largest linearised gain, if that exceeds every pair with the cause that the greedy search accepted. All
+/// pairs are solved from the normal equations, which costs little beside the screening.
 fn best_pair(
     candidates: &[Candidate],
     first: &Screening<'_>,
@@ -96,7 +96,7 @@ fn best_pair(
     Some([member(candidates, one, of_one)?, member(candidates, two, of_two)?])
 }
 
-/// What the columns of these places explain beside those that are in, of the squares as a fit takes them; and their changes.
+/// The weighted sum of squares that the columns of these places explain beside the accepted causes, and their coefficients.
 fn explained(first: &Screening<'_>, places: &[&Place]) -> Option<(f64, Vec<f64>)> {
     let of_places = places.iter().flat_map(|place| &place.columns);
     let columns: Vec<usize> = first.tally.own.iter().chain(of_places).copied().collect();
@@ -108,14 +108,14 @@ fn explained(first: &Screening<'_>, places: &[&Place]) -> Option<(f64, Vec<f64>)
     Some((beta.dot(&by_residual), beta.iter().skip(first.tally.own.len()).copied().collect()))
 }
 
-/// The numbers of both once their columns change by `betas`; `None` where one's are impossible.
+/// The parameters of both for the coefficients `betas`; `None` if they are out of bounds.
 fn numbers(candidates: &[Candidate], [one, two]: [&Place; 2], betas: &[f64]) -> Option<[Vec<f64>; 2]> {
     let (of_one, of_two) = betas.split_at_checked(one.columns.len())?;
     let of = |place: &Place, betas: &[f64]| place.numbers(candidates.get(place.candidate)?, betas);
     Some([of(one, of_one)?, of(two, of_two)?])
 }
 
-/// A place's candidate with these numbers; of a series the place's harmonic alone is fitted.
+/// A place's candidate with these numbers; of a series, only the place's harmonic is free.
 fn member(candidates: &[Candidate], place: &Place, numbers: Vec<f64>) -> Option<Member> {
     let candidate = candidates.get(place.candidate)?;
     let free = if candidate.series {
@@ -144,7 +144,7 @@ fn fit_pair(
     Ok(Some(tried))
 }
 
-/// Each of the two beside the other, as if it were the next cause: its rivals and the twins that it can't be told from.
+/// Judges each of the two beside the other, as a round of the search would: with its rivals and its twins.
 fn judged(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -165,8 +165,8 @@ fn judged(
     Ok(Some(both))
 }
 
-/// The next cause beside what is at `point`, without the member at `index`, where that one is it again. What it is worth is told
-/// from the others fitted alone; its rivals begin beside them as they are in the pair.
+/// Removes the member at `index` from `point` and runs a round; `None` unless that accepts the same effect again. Its gain is
+/// measured against the others fitted alone; its rivals start beside the others as they are in the pair.
 fn beside(
     setting: &Setting<'_>,
     candidates: &[Candidate],

@@ -1,16 +1,16 @@
-//! What a new cause changes for those that were in before: they are fitted once more, and dropped where they no longer pay.
+//! Pruning after a cause is accepted: the earlier causes are fitted again, and dropped if they no longer gain.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Point, Setting};
 use crate::name::selection::Selection;
-use crate::name::threshold::{FLOOR, SHARE, cuts, leaves_much_to_pick};
+use crate::name::threshold::{FLOOR, SHARE, hysteresis_keeps_shrinking, reaches_threshold};
 use crate::name::tried::{NEARLY, Tried};
 use valve_model::EffectId;
 
-/// Where much is left, the causes that were in before the last one came are fitted once more beside it, each by a pattern
-/// search: what an early end of their fit leaves would be picked up by a cause that isn't there.
+/// Where the residual is far above noise, fits each earlier cause again by a pattern search: what an early end of its fit leaves
+/// would be attributed to a cause that is not there.
 pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
         let now = Tried { fitted: state.fitted.clone(), held_out: state.held_out.clone(), rms: state.rms };
@@ -19,7 +19,7 @@ pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> 
     Ok(())
 }
 
-/// An asymmetry whose viscous part pays grows with speed; a torque of one sign that fitted worse is no twin then.
+/// An asymmetry with a viscous part grows with speed. A constant torque that fitted worse is then no twin of it.
 pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
     const VISCOUS: usize = 1;
     let asymmetry = EffectId::DirectionAsymmetry;
@@ -40,7 +40,7 @@ pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
     state.ambiguous.retain(|(_, others)| !others.is_empty());
 }
 
-/// Drops causes that no longer pay beside the others.
+/// Drops causes that no longer gain beside the others.
 pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     while state.fitted.point.hypothesis.members.len() > 1 {
         let mut without = Vec::new();
@@ -63,8 +63,8 @@ pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<
     Ok(())
 }
 
-/// The place of a cause that doesn't pay, and what the others leave without it: the last one where it was picked, or else the
-/// one that is least missed.
+/// The index of a cause to drop, with the fit without it: the last cause if it only fits presliding-hysteresis' misfit, else the
+/// one whose removal costs least, if that is below the threshold.
 fn idle(
     setting: &Setting<'_>,
     state: &Selection,
@@ -74,14 +74,14 @@ fn idle(
     let picked = without.iter().position(|(index, tried)| is_picked(setting, state, *index, tried));
     let of_no_worth = |(_, tried): &&(usize, Tried)| {
         let worth = tried.rms.powi(2) - state.rms.powi(2);
-        tried.rms - state.rms < FLOOR || worth < SHARE * state.forms.open
+        tried.rms - state.rms < FLOOR || worth < SHARE * state.forms.inexact
     };
     let place = picked.or(without.first().filter(of_no_worth).map(|_| 0))?;
     without.into_iter().nth(place)
 }
 
-/// Whether the cause that came last is one of the fits that a loose form leaves to pick from: beside the others as they are
-/// once they have been fitted as long, it cuts less than it would have to.
+/// True if the last cause only fits the misfit of presliding-hysteresis: against the others fitted for as long, it is below the
+/// acceptance threshold.
 fn is_picked(setting: &Setting<'_>, state: &Selection, index: usize, without: &Tried) -> bool {
     let members = &state.fitted.point.hypothesis.members;
     let Some(last) = members.get(index).filter(|_| index + 1 == members.len()) else { return false };
@@ -92,6 +92,6 @@ fn is_picked(setting: &Setting<'_>, state: &Selection, index: usize, without: &T
         ..state.clone()
     };
     let loss = setting.loss();
-    leaves_much_to_pick(&before, loss)
-        && !cuts(&before, (last.candidate.id, state.rms, &state.held_out), 1.0, loss)
+    hysteresis_keeps_shrinking(&before, loss)
+        && !reaches_threshold(&before, (last.candidate.id, state.rms, &state.held_out), 1.0, loss)
 }

@@ -1,4 +1,4 @@
-//! The shape of the cause that was accepted last, where the data ask for another one, and the harmonics of those before it.
+//! Refinement after a cause is accepted: its shape parameters, and the harmonics of every accepted series.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
@@ -14,15 +14,15 @@ use crate::name::tried::Tried;
 use crate::numerics::gram::leave_out;
 use valve_model::EffectId;
 
-/// Steps of a fit with another shape, and after how many of them one that does no better is given up where steps are dear.
+/// Steps of a fit with another shape, and after how many it is given up without gain where steps are expensive.
 const STEPS: usize = 6;
 const FIRST_STEPS: usize = 2;
-/// A shape is freed where it cuts the RMS by so much, in parts of the noise.
+/// A shape parameter is freed if that cuts the held-out RMS by this, in parts of the noise.
 const REFINED: f64 = 0.003;
-/// A harmonic's squares in parts of their variances, both parts together, that chance alone exceeds in one of twenty.
+/// χ² with two degrees of freedom at p = 0.05: a harmonic below it is no more than its own error.
 const CLEAR: f64 = 6.0;
 
-/// The last cause's shape, where the data ask for another; its numbers that don't pay are left at rest.
+/// Frees shape parameters of the last cause that gain, adds and removes harmonics, and drops an asymmetry's part that gains nothing.
 pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
     let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
@@ -33,7 +33,7 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
         }
         free_if_it_pays(setting, state, point)?;
     }
-    // Beside a new cause the series that are in may need other harmonics too: they were chosen without it.
+    // The harmonics of the other series were chosen without the new cause.
     for series in (0..=index).rev() {
         if state.fitted.point.hypothesis.members.get(series).is_some_and(|of| of.candidate.series) {
             more_orders(setting, state, series)?;
@@ -59,8 +59,7 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
     Ok(())
 }
 
-/// Takes a point with one number more, where it pays; where much is left and steps are dear one that first steps leave no
-/// better is given up.
+/// Accepts a point with one more free number if it gains; gives up early where the residual is far above noise and steps are expensive.
 fn free_if_it_pays(setting: &Setting<'_>, state: &mut Selection, point: Point) -> Result<(), DiagnosisError> {
     let begin = (point, state.fitted.progress.undamped());
     let steps = if ended_poorly(setting, &state.fitted) { FIRST_STEPS } else { STEPS };
@@ -74,7 +73,7 @@ fn free_if_it_pays(setting: &Setting<'_>, state: &mut Selection, point: Point) -
     Ok(())
 }
 
-/// Further harmonics of a series that is in already, each where it pays beside those.
+/// Adds harmonics to an accepted series, one at a time, while each gains.
 fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
     let point = state.fitted.point.clone();
     let Some(member) = point.hypothesis.members.get(index) else { return Ok(()) };
@@ -120,12 +119,12 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     take_if(setting, state, wider, |now, then| then < now - REFINED)
 }
 
-/// Harmonics that are no more than their own errors go, where the others do as well without them.
+/// Removes harmonics that are no larger than their standard errors, if the held-out error stays the same.
 fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
     let Some(spread) = spread(&state.fitted, setting.loss()) else { return Ok(()) };
     let mut fewer = state.fitted.point.clone();
     let places = fewer.hypothesis.free();
-    // Its way from neutral, squared, in parts of the variance; 0 where it isn't fitted.
+    // Squared distance from neutral over its variance; 0 for a number that is not fitted.
     let clear = |member: &Member, number: usize| {
         let place = places.iter().position(|free| *free == Free::Number(index, number));
         let variance = place.map(|place| spread.covariance[(place, place)]);

@@ -1,4 +1,4 @@
-//! Rivals: the best of the screening fitted through the model, and how they stand to each other.
+//! Rivals: the most promising candidates of a screening, fitted through the model, and compared with each other.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -7,7 +7,7 @@ use crate::fit::gauss_newton::Fitted;
 use crate::fit::pattern::ended_poorly;
 use crate::name::screen::Screened;
 use crate::name::selection::Selection;
-use crate::name::threshold::{cuts, least_cut, leaves_much_to_pick};
+use crate::name::threshold::{hysteresis_keeps_shrinking, reaches_threshold, rms_threshold};
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::name::twins::are_twins;
 use crate::numerics::gram::HeldOut;
@@ -16,10 +16,10 @@ use valve_model::EffectId;
 
 /// Rivals fitted through the model in a round.
 const SHORT_LIST: usize = 6;
-/// A rival is fitted where its linearised gain is at least this part of what it would have to be.
+/// A candidate is fitted if its linearised gain reaches this part of the acceptance threshold.
 const PROMISING: f64 = 0.3;
-/// After how many steps of its fit one that leaves so many times what the best does is given up; and after how many
-/// one that leaves more than there was without it, where much is left and steps are dear.
+/// A fit is given up after `FIRST_STEPS` if its RMS is `BEHIND` times the best rival's, and after `FIRST_STEP` if it does not improve
+/// on the state without it where the residual is far above noise and steps are expensive.
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
@@ -37,14 +37,14 @@ pub(crate) struct Rival {
     pub rms: f64,
 }
 
-/// Fits the best of the screening.
+/// Fits the most promising candidates of the screening, the leader's twins among them.
 pub(crate) fn fit_rivals(
     setting: &Setting<'_>,
     screened: &[Screened],
     state: &Selection,
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
-    let least = PROMISING * least_cut(state, setting.loss());
+    let least = PROMISING * rms_threshold(state, setting.loss());
     let mut rivals = Vec::new();
     if most < least {
         return Ok(rivals);
@@ -66,8 +66,7 @@ pub(crate) fn fit_rivals(
     Ok(rivals)
 }
 
-/// Fits one of the screening beside the causes that are in; where it is far behind the `best` so far, or does little for
-/// what is left, not to the end.
+/// Fits one candidate beside the accepted causes; stops early if it is far behind the `best` RMS so far, or gains little.
 pub(crate) fn fit_rival(
     setting: &Setting<'_>,
     screened: &Screened,
@@ -78,13 +77,13 @@ pub(crate) fn fit_rival(
         hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
         ..state.fitted.point.clone()
     };
-    let far = ended_poorly(setting, &state.fitted) || leaves_much_to_pick(state, setting.loss());
+    let far = ended_poorly(setting, &state.fitted) || hysteresis_keeps_shrinking(state, setting.loss());
     let mut tried = Tried::from(setting, begin, if far { FIRST_STEP } else { FIRST_STEPS })?;
     if far && tried.rms < state.rms {
         tried = tried.further(setting, FIRST_STEPS - FIRST_STEP)?;
     }
     let id = screened.member.candidate.id;
-    let promises = cuts(state, (id, tried.rms, &tried.held_out), PROMISING, setting.loss());
+    let promises = reaches_threshold(state, (id, tried.rms, &tried.held_out), PROMISING, setting.loss());
     if promises && tried.rms < BEHIND * best {
         tried = tried.further(setting, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;
@@ -94,12 +93,12 @@ pub(crate) fn fit_rival(
     Ok(Rival { id, fitted, held_out, rms })
 }
 
-/// Numbers that a rival's fit moves.
+/// Count of free numbers in a rival's fit.
 pub(crate) fn numbers(rival: &Rival) -> usize {
     rival.fitted.point.hypothesis.free().len()
 }
 
-/// Whether `other` is as good as `best` on what neither was fitted on.
+/// True if `other` has the same held-out error as `best`, within what the groups' scatter allows.
 pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
     let difference = other.rms - best.rms;
     if difference <= EQUAL {
@@ -120,7 +119,7 @@ pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
     difference < NEARLY && mean < DISAGREE * (variance / count).sqrt()
 }
 
-/// The angle between what two hypotheses add to the prediction, degrees; samples weighted as in the fit.
+/// The angle between the changes of the prediction that two hypotheses make, degrees; samples weighted as in the fit.
 pub(crate) fn angle_between(
     setting: &Setting<'_>,
     base: &Point,

@@ -1,5 +1,5 @@
-//! A round of the selection: the best of the screening fitted through the model, and the one taken that is best on what it
-//! was not fitted on.
+//! One round of the forward selection: the most promising candidates are fitted, and the one with the least held-out error is
+//! accepted if it passes the threshold.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -8,16 +8,16 @@ use crate::fit::equations::Setting;
 use crate::name::rivals::{Rival, angle_between, as_good, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
-use crate::name::threshold::{cut_of_squares, cuts};
+use crate::name::threshold::{cut_of_squares, reaches_threshold};
 use crate::name::twins::missing;
 use valve_model::EffectId;
 
-/// A twin that these data can't tell apart is reported beside a cause where it explains this part of what that one does.
+/// A twin that these data can't tell apart is reported beside a cause if it explains this share of what the cause does.
 const SIMILAR: f64 = 0.3;
-/// ... and it is fitted for that where its linearised gain is this part of the best.
+/// A twin is fitted for this if its linearised gain is this share of the best.
 const WORTH: f64 = 0.05;
 
-/// Fits the best of the screening through the model and takes the one that is best on what it was not fitted on.
+/// Fits rivals and accepts the one with the least held-out error; false if none passes the threshold.
 pub(crate) fn next_cause(
     setting: &Setting<'_>,
     screened: &[Screened],
@@ -34,11 +34,13 @@ pub(crate) fn next_cause(
     let facts = &setting.campaign.facts;
     let chosen = rivals.first().and_then(|best| {
         let equal = |rival: &&Rival| as_good(best, rival);
-        // Of equals the one with the fewest numbers, and of those one that could be tested by itself.
+        // Among equals: the fewest free numbers, then one whose own channel varies in these data.
         let order = |rival: &Rival| (numbers(rival), is_confounded(rival.id, facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
     });
-    let pays = |rival: &&Rival| cuts(state, (rival.id, rival.rms, &rival.held_out), 1.0, setting.loss());
+    let pays = |rival: &&Rival| {
+        reaches_threshold(state, (rival.id, rival.rms, &rival.held_out), 1.0, setting.loss())
+    };
     let paying = chosen.filter(pays).cloned();
     let Some(chosen) = paying else {
         state.rounds.push(round);
@@ -66,8 +68,8 @@ pub(crate) fn next_cause(
     Ok(true)
 }
 
-/// The names that can't be told from the one chosen: fitted as well, or twins whose separating data are missing. Twins not
-/// fitted yet are.
+/// The effects that can't be told apart from the chosen one: equal held-out error, or twins whose separating data are missing.
+/// Twins that have not been fitted yet are fitted here.
 fn look_alikes(
     setting: &Setting<'_>,
     screened: &[Screened],

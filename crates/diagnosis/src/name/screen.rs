@@ -1,4 +1,4 @@
-//! Screening: every candidate by what its linearised best cuts on what it was not fitted on.
+//! Screening: ranks every candidate by how much its linearised optimum cuts the held-out error.
 
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Probe};
@@ -12,16 +12,15 @@ use crate::numerics::loss::Loss;
 use nalgebra::DVector;
 use valve_model::EffectId;
 
-/// Harmonics are taken where they cut the RMS by so much, in parts of the noise, and by this share of the series' gain.
+/// Least cut of the held-out RMS by a harmonic, in parts of the noise.
 pub(crate) const ORDER_FLOOR: f64 = 0.004;
 
-/// Where a model of an angle log leaves more than this many times the noise, its slip comes at other moments than the
-/// measured one's, if only in a few runs, and a small change tells little of a large one: secants over so many steps are looked
-/// at too.
+/// Where the residual of an angle log exceeds the noise by this factor, the model slips at other moments than the rotor, and a
+/// small change says little about a large one. Secants over these numbers of steps are then screened too.
 const FAR: f64 = 1.1;
 const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
-/// ... or, of a factor whose steps are no more than this part of it, so many times as much: where a rotor sticks and slips,
-/// three times the stiffness shows nothing of itself at twice.
+/// For a factor with a step of at most `FINE` of it, secants to these multiples: a stick-slip rotor may show a stiffness three
+/// times as large only near that value.
 const FINE: f64 = 0.1;
 const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
 
@@ -51,7 +50,7 @@ impl Screening<'_> {
     }
 }
 
-/// Every candidate by what its linearised best cuts.
+/// Screens every candidate that is not accepted yet.
 pub(crate) fn screen<'a>(
     setting: &Setting<'a>,
     candidates: &[Candidate],
@@ -106,7 +105,7 @@ fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
     }
 }
 
-/// Over how many of its steps a candidate's sensitivity is taken.
+/// The secants of a candidate, in numbers of its finite-difference step.
 fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<f64> {
     let total = sum(&state.groups);
     let far = total.square() > FAR * FAR * total.count;
@@ -143,7 +142,7 @@ fn probe_column(
     Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
 }
 
-/// The equations of all columns, and how they are summed up.
+/// The normal equations of all columns, and the held-out error of any subset of them.
 pub(crate) struct Tally<'a> {
     loss: Loss,
     groups: Vec<Gram>,
@@ -168,7 +167,7 @@ impl<'a> Tally<'a> {
         tally
     }
 
-    /// RMS on what these columns were not fitted on, in parts of the noise.
+    /// Held-out RMS with these columns, in parts of the noise.
     pub fn left(&self, columns: &[usize]) -> Option<f64> {
         leave_out(&self.weighted, &self.groups, self.folds, columns)
             .map(|held| self.loss.rms(held.each(&self.groups)))
@@ -181,7 +180,7 @@ impl<'a> Tally<'a> {
     }
 }
 
-/// Where the columns of a candidate's probe are, and over how many of its steps they are taken.
+/// The columns of a candidate's probe, and the secant that they are taken over.
 pub(crate) struct Place {
     pub candidate: usize,
     pub probe: usize,
@@ -190,8 +189,7 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// The candidate's numbers once its columns change by `betas`, in their order; `None` where that is impossible, or beyond
-    /// what was looked at.
+    /// The candidate's numbers for the coefficients `betas`; `None` if they are out of bounds, or on the other side of the secant.
     pub fn numbers(&self, candidate: &Candidate, betas: &[f64]) -> Option<Vec<f64>> {
         let probe = candidate.probes.get(self.probe)?;
         let mut numbers = probe.shape.clone();
@@ -235,7 +233,7 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
     best
 }
 
-/// The shape that by itself leaves least, if any leaves less than none: nothing is linearised there.
+/// The shape with the least residual as it stands, if any gains: a jump is not linearised.
 fn best_jump(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
     let whole = DVector::from_element(1, 1.0);
     let mut best: Option<(f64, &Probe)> = None;
@@ -251,12 +249,12 @@ fn best_jump(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Opt
     Some((gain, member))
 }
 
-/// Within its bounds, or near enough for a linear estimate.
+/// True if a linear estimate is within its bounds, or near enough.
 fn at_most(wanted: f64, lower: f64, upper: f64, step: f64) -> bool {
     wanted > lower - 0.5 * step && wanted < upper + step.max(0.5 * upper.abs())
 }
 
-/// Harmonics one after the other, each where it pays.
+/// Adds harmonics one at a time while each gains.
 fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
     let mut columns = tally.own.clone();
     let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), tally.base);

@@ -1,5 +1,5 @@
-//! Which causes are accepted: rivals screened by sensitivities, fitted through the model, judged on runs that they were
-//! not fitted on, one after the other; two that hide each other, together.
+//! The search for causes: forward selection with screening, fitting and pruning in each round, then a search for pairs that hide
+//! each other.
 
 use crate::DiagnosisError;
 use crate::extend::candidate::Candidate;
@@ -14,7 +14,7 @@ use crate::name::round::next_cause;
 use crate::name::screen::{Screening, screen};
 use crate::name::selection::Selection;
 use crate::name::simplify::simplify;
-use crate::name::threshold::leaves_much_to_pick;
+use crate::name::threshold::hysteresis_keeps_shrinking;
 use crate::name::tried::{Tried, judge};
 use crate::show::residual::left;
 use crate::show::whiteness::is_white;
@@ -23,10 +23,10 @@ use valve_model::EffectId;
 /// Causes at most.
 const MOST: usize = 6;
 
-/// Who is told a ranking: the effects, and how well each explains the residual.
+/// Receives a ranking: each effect with its linearised gain.
 pub(crate) type Tell<'a> = dyn FnMut(&[(EffectId, f64)]) + 'a;
 
-/// Looks for causes from `begin` on; those of `earlier` are in at first, and stay as far as they pay.
+/// Searches for causes from the fit `begin`; starts with those of `earlier`, which are kept while they gain.
 pub(crate) fn select(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -51,7 +51,7 @@ pub(crate) fn select(
     {
         settle(setting, candidates, &mut pair)?;
         grow_on(setting, candidates, &mut pair)?;
-        // Once all is settled one of the two may have gone.
+        // After pruning, one of the two may have been dropped.
         if leaves_less(pair.rms, state.rms) {
             state = pair;
         }
@@ -78,7 +78,7 @@ fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
     }
 }
 
-/// Takes causes, one after the other, the first from this screening.
+/// Accepts causes one after the other, the first from this screening.
 fn grow(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -92,7 +92,7 @@ fn grow(
     Ok(())
 }
 
-/// Takes further causes, one after the other, as long as something is left and they pay.
+/// Accepts further causes until the residual is white or none passes the threshold.
 fn grow_on(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -110,14 +110,14 @@ fn grow_on(
         }
         settle(setting, candidates, state)?;
         let as_many = state.fitted.point.hypothesis.members.len() <= before;
-        if as_many && leaves_much_to_pick(state, setting.loss()) {
+        if as_many && hysteresis_keeps_shrinking(state, setting.loss()) {
             break;
         }
     }
     Ok(())
 }
 
-/// What a new cause changes, for itself and for the others.
+/// Refines, refits, prunes and simplifies after a cause is accepted.
 fn settle(
     setting: &Setting<'_>,
     candidates: &[Candidate],
@@ -129,11 +129,11 @@ fn settle(
     fit_finely(setting, state)?;
     drop_idle(setting, state)?;
     simplify(setting, candidates, state)?;
-    // Where one has gone.
+    // Again, in case a cause was dropped or replaced.
     fit_finely(setting, state)
 }
 
-/// Begins with causes that were found before, fitted anew.
+/// Starts from causes that an earlier search accepted, fitted again.
 fn take_over(
     setting: &Setting<'_>,
     earlier: &Selection,
@@ -141,9 +141,9 @@ fn take_over(
 ) -> Result<(), DiagnosisError> {
     let tried = Tried::from(setting, earlier.fitted.point.clone(), 8)?;
     let members = &tried.fitted.point.hypothesis.members;
-    if members.iter().any(|member| Forms::is_open(member.candidate.id)) {
-        state.forms.open = earlier.forms.open.min(state.rms.powi(2) - tried.rms.powi(2)).max(0.0);
-        state.forms.loose = earlier.forms.loose;
+    if members.iter().any(|member| Forms::is_inexact(member.candidate.id)) {
+        state.forms.inexact = earlier.forms.inexact.min(state.rms.powi(2) - tried.rms.powi(2)).max(0.0);
+        state.forms.hysteresis = earlier.forms.hysteresis;
     }
     state.take(tried);
     state.ambiguous.clone_from(&earlier.ambiguous);

@@ -7,20 +7,20 @@ use crate::numerics::gram::HeldOut;
 use crate::numerics::loss::Loss;
 use valve_model::EffectId;
 
-/// What came out.
+/// The accepted causes, fitted, and how the search came to them.
 #[derive(Debug, Clone)]
 pub(crate) struct Selection {
     pub fitted: Fitted,
     pub held_out: HeldOut,
     pub rms_first: f64,
     pub rms: f64,
-    /// What was held out at first.
+    /// Held-out squares without any cause.
     pub held_out_first: HeldOut,
     pub forms: Forms,
     pub rounds: Vec<Round>,
-    /// Groups of names of which one is needed; its representative is a member of the hypothesis.
+    /// Groups of effects that these data can't tell apart: the one that is fitted as the group's representative, and the others.
     pub ambiguous: Vec<(EffectId, Vec<EffectId>)>,
-    /// For each pair of names that can't be told apart, the angle between what they change, degrees.
+    /// For each such pair, the angle between the changes that the two make to the prediction, degrees.
     pub angles: Vec<(EffectId, EffectId, f64)>,
     /// Gains of the first screening, best first.
     pub first_ranking: Vec<(EffectId, f64)>,
@@ -28,12 +28,13 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
-    /// Goes on from another hypothesis.
+    /// Takes over another fitted hypothesis.
     pub fn take(&mut self, tried: Tried) {
         (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
     }
 
-    /// A cause that pays beside another can't stand for it, though by itself it did as much.
+    /// Removes accepted causes from the groups of others: one that gains beside another is no stand-in for it, though alone it did
+    /// as well.
     pub fn tell_members_apart(&mut self) {
         let hypothesis = &self.fitted.point.hypothesis;
         self.ambiguous.iter_mut().for_each(|(_, others)| others.retain(|id| !hypothesis.has(*id)));
@@ -45,12 +46,12 @@ impl Selection {
         self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)
     }
 
-    /// What the causes explain on what they were not fitted on, as a mean square in parts of the noise's.
+    /// The held-out mean square that the causes explain, in parts of the noise's.
     pub fn explained(&self) -> f64 {
         (self.held_out_first.total() - self.held_out.total()) / self.samples()
     }
 
-    /// The part of what is beyond noise that the causes explain on what they were not fitted on.
+    /// The share of the held-out residual beyond noise that the causes explain.
     pub fn share_explained(&self, loss: Loss) -> f64 {
         let groups = &self.fitted.groups;
         let first = self.held_out_first.each(groups);
@@ -59,13 +60,13 @@ impl Selection {
     }
 }
 
-/// What was decided in one round.
+/// One round of the search: the candidates fitted, and the decision.
 #[derive(Debug, Clone)]
 pub(crate) struct Round {
     pub rms_before: f64,
     /// Name and held-out RMS of every rival that was fitted, best first.
     pub rivals: Vec<(EffectId, f64)>,
-    /// The names that can't be told apart from the best; empty where it stands alone.
+    /// The effects that can't be told apart from the accepted one.
     pub equals: Vec<EffectId>,
     pub accepted: Option<EffectId>,
 }

@@ -1,4 +1,4 @@
-//! A cause that, once the others are in, does no more than a simpler one gives way to it.
+//! Replaces a cause by its simpler limiting case if that has the same held-out error.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -9,12 +9,12 @@ use crate::name::selection::Selection;
 use crate::name::tried::{EQUAL, Tried};
 use valve_model::EffectId;
 
-/// A cause, and the one with fewer numbers that it becomes at a limit: wear over no distance, a rest of no time. While
-/// another cause is still missing, the number that the simpler one doesn't have picks up some of that.
+/// A cause and its limiting case with fewer numbers: wear over zero distance, stiction after zero rest. While another cause is
+/// still missing, the extra number may fit part of that one.
 const LIMITS: [(EffectId, EffectId); 2] =
     [(EffectId::WearDrift, EffectId::CoulombLevel), (EffectId::DwellStiction, EffectId::StaticLevel)];
 
-/// Replaces causes by their limits where these are as good on what they were not fitted on.
+/// Replaces causes by their limiting cases where the held-out error stays the same.
 pub(crate) fn simplify(
     setting: &Setting<'_>,
     candidates: &[Candidate],

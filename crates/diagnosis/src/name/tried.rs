@@ -1,4 +1,4 @@
-//! A hypothesis fitted, and what it is worth on the groups that it was not fitted on.
+//! A fitted hypothesis with its held-out error, by cross-validation over the folds.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -10,11 +10,11 @@ use crate::numerics::gram::{Gram, HeldOut, leave_out};
 
 /// Steps of a fit through the model.
 pub(crate) const STEPS: usize = 8;
-/// Fits are as good as equal within this RMS, in parts of the noise, or within the second where groups disagree.
+/// Held-out RMS within `EQUAL` (in parts of the noise) counts as equal; within `NEARLY` where the groups disagree.
 pub(crate) const EQUAL: f64 = 0.003;
 pub(crate) const NEARLY: f64 = 0.01;
 
-/// A hypothesis fitted, and what it is worth on what it was not fitted on.
+/// A fitted hypothesis and its error on the groups that each fold leaves out.
 pub(crate) struct Tried {
     pub fitted: Fitted,
     pub held_out: HeldOut,
@@ -28,7 +28,7 @@ impl Tried {
         Ok(Self::judged(setting, fit(setting, begin, &Piece::is_fitted, steps)?))
     }
 
-    /// ... on from where a fit has come.
+    /// Continues a fit from its point and damping.
     pub fn from_progress(
         setting: &Setting<'_>,
         begin: (Point, Progress),
@@ -37,7 +37,7 @@ impl Tried {
         Ok(Self::judged(setting, fit_on(setting, begin, &Piece::is_fitted, steps)?))
     }
 
-    /// So many steps further at most, if it hasn't ended.
+    /// Continues the fit by `steps` at most, unless it has converged.
     pub fn further(self, setting: &Setting<'_>, steps: usize) -> Result<Self, DiagnosisError> {
         if self.fitted.ended {
             return Ok(self);
@@ -51,7 +51,7 @@ impl Tried {
         Self { fitted, held_out, rms }
     }
 
-    /// Fitted on from better numbers of one member, where much is left and a pattern search finds some.
+    /// Refits from better numbers of one member if a pattern search finds some; it is tried where the residual is far above noise.
     pub fn searched(self, setting: &Setting<'_>, member: usize) -> Result<Self, DiagnosisError> {
         let Some(better) = search(setting, &self.fitted, member, &Piece::is_fitted)? else { return Ok(self) };
         let further = if_possible(Self::from(setting, better, STEPS))?;
@@ -59,7 +59,7 @@ impl Tried {
     }
 }
 
-/// Held-out squares at a fit, by one step of the fit without each fold.
+/// Held-out squares of a fit: one Gauss-Newton step without each fold, evaluated on that fold.
 pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
     let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
     let columns: Vec<usize> = (0..width).collect();

@@ -1,23 +1,23 @@
-//! Causes that look alike: which ones, what data tell them apart, and whether a log holds those.
+//! Twins: effects that act alike in the prediction, and the data that tell them apart.
 
 use crate::log::facts::Facts;
 use crate::log::kind::LogKind;
 use valve_model::EffectId;
 
-/// Swings within the bristles' reach from which on presliding shows.
+/// Least number of presliding swings.
 const SWINGS: usize = 12;
-/// Turns from which on both directions are compared.
+/// Least number of reversals.
 const TURNS: usize = 4;
-/// Standard deviations by which a spring's ringing has to stand out.
+/// Least signal of a spring behind the inertia, in standard deviations.
 const RINGING: f64 = 4.0;
-/// Frequencies that tell inertia, delay and lag apart.
+/// Least number of frequencies at which inertia shows.
 const FREQUENCIES: usize = 3;
 /// Samples near the motor's resonance.
 const NEAR_RESONANCE: usize = 200;
-/// A quantity that goes with the distance travelled like this can't be told from wear.
+/// A channel whose correlation with the distance travelled reaches this can't be told from wear.
 const TREND: f64 = 0.85;
 
-/// What data tell causes apart.
+/// Data that tell twins apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Apart {
     Presliding,
@@ -63,7 +63,7 @@ impl Apart {
     }
 }
 
-/// Names, and data any of which tell them apart.
+/// Effects that act alike, and data any of which tells them apart.
 type Twins = (&'static [EffectId], &'static [Apart]);
 
 const TORQUE: [Twins; 11] = [
@@ -92,12 +92,12 @@ const ANGLE: [Twins; 10] = [
     (&[EffectId::WearDrift, EffectId::PressureDependentFriction], &[Apart::PressureOutOfOrder]),
 ];
 
-/// Whether two causes look alike on logs of this kind unless the data hold what tells them apart.
+/// True if two effects are twins in logs of this kind.
 pub(crate) fn are_twins(a: EffectId, b: EffectId, kind: LogKind) -> bool {
     lists(kind).iter().any(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b))
 }
 
-/// What these data lack to tell two causes apart; `None` where they hold something that does.
+/// What these data lack to tell two twins apart; `None` if they are no twins, or the data suffice.
 pub(crate) fn missing(a: EffectId, b: EffectId, facts: &Facts) -> Option<&'static str> {
     let pairs = lists(facts.kind).iter();
     let mut own = pairs.filter(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b));
