@@ -1,4 +1,4 @@
-//! Fits a hypothesis through the model: Gauss-Newton with Levenberg's damping, nuisances eliminated piece by piece.
+//! Fits a hypothesis through the model: Gauss-Newton with Levenberg damping, nuisances eliminated piece by piece.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
@@ -11,38 +11,38 @@ use crate::numerics::gram::{Gram, invert};
 use crate::workers::map;
 use nalgebra::DVector;
 
-/// Steps at most.
+/// Most steps of a fit.
 const STEPS: usize = 12;
-/// A gain below this part of a sample's noise for each sample is little, ...
+/// A fit has converged if a step gains less than this a sample, in parts of the noise's square ...
 const ENOUGH: f64 = 2e-5;
-/// ... and so is one below this part of what is left beyond noise (where the model is wrong the valley's floor is rough),
-/// or a promise below this part where the step that made it was refused.
+/// ... or less than this share of the residual beyond noise (a wrong model has a rough loss), or if a rejected step had promised
+/// less than the second share of it.
 const OF_THE_REST: f64 = 1e-3;
 const OF_THE_REST_REFUSED: f64 = 1e-2;
-/// Where so much is left beyond noise, in parts of it, other starts are tried before a fit ends.
+/// Loss beyond noise, in parts of the noise's, from which on a fit counts as poor: other starts of the pieces are then tried.
 pub(crate) const POOR: f64 = 0.2;
-/// There a step that was better is tried so many times as far.
+/// A successful step of a poor fit is tried at these multiples of its length.
 const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
-/// The damping after a refused step is at least this, which halves it, and so many times the one before; after a better step so
-/// many times less.
+/// Damping after a rejected step: at least `LEAST_DAMPING` (which halves the step) and `MORE_DAMPING` times the last one; after a
+/// successful step `LESS_DAMPING` times the last one.
 const LEAST_DAMPING: f64 = 1.0;
 const MORE_DAMPING: f64 = 10.0;
 const LESS_DAMPING: f64 = 0.1;
-/// Beyond so much of it a step is none.
+/// The fit ends at this damping.
 const MOST_DAMPING: f64 = 1e3;
 
-/// How far a fit has come.
+/// The state of a fit that can be continued.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Progress {
     damping: f64,
-    /// Whether each piece begins as it comes closest to what was measured.
+    /// True once each piece has its best start.
     settled: bool,
 }
 
 impl Progress {
     const NONE: Self = Self { damping: 1e-4, settled: false };
 
-    /// The same starts, as good as they were, for a step of another kind.
+    /// Without damping, for a fit with other free numbers from the same starts.
     pub fn undamped(self) -> Self {
         Self { settled: self.settled, ..Self::NONE }
     }
@@ -58,9 +58,9 @@ pub(crate) struct Fitted {
     pub point: Point,
     /// By group; the columns are what the hypothesis leaves free.
     pub groups: Vec<Gram>,
-    /// Over what was fitted.
+    /// The loss over the fitted pieces.
     pub loss: f64,
-    /// Whether further steps would gain little.
+    /// True if it has converged.
     pub ended: bool,
     pub progress: Progress,
 }
@@ -75,7 +75,7 @@ pub(crate) fn fit(
     fit_on(setting, (begin, Progress::NONE), wanted, steps)
 }
 
-/// ... on from where a fit has come.
+/// As [`fit`], continued from an earlier fit's point and damping.
 pub(crate) fn fit_on(
     setting: &Setting<'_>,
     (begin, mut progress): (Point, Progress),
@@ -121,7 +121,7 @@ pub(crate) fn fit_on(
         if progress.settled && !accepted {
             progress.damp();
         } else if !progress.settled && (little || !accepted) {
-            // What a linear step promises is no better than the starts that it is taken from.
+            // The linear prediction of a step is only as good as the starts that it is taken from.
             let before = here.fitted.loss;
             let point = with_best_starts(setting, &here.fitted.point, wanted)?;
             here = evaluate(setting, point, wanted)?;
@@ -141,15 +141,15 @@ struct Here {
     fitted: Fitted,
 }
 
-/// What became of a step.
+/// The outcome of a step.
 enum Step {
-    /// The model takes no such numbers.
+    /// The model refuses the numbers.
     Refused,
     Worse,
     Better(Box<Here>),
 }
 
-/// A step where little is left: it is mostly better, and its slopes are wanted anyway.
+/// A step of a good fit: it mostly succeeds, so its equations are computed at once.
 fn near(
     setting: &Setting<'_>,
     here: &Here,
@@ -164,9 +164,9 @@ fn near(
     })
 }
 
-/// A step where much is left: over a rough floor a linear one is as long as its bumps, so where it is better it is tried so
-/// many times as far, as long as that is better still. Where the pieces' starts are the best ones they are to be the best of
-/// the step's end too: what they gain is more than a step does.
+/// A step of a poor fit. The loss is rough there and a linear step only as long as its bumps, so a successful one is tried at
+/// multiples of its length. Once the pieces have their best starts, they are searched for again at the step's end, since they
+/// change the loss by more than a step does.
 fn far(
     setting: &Setting<'_>,
     here: &Here,
@@ -247,7 +247,7 @@ fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<
     None
 }
 
-/// Another hypothesis, its pieces begun as at `point`; and its loss.
+/// The point of another hypothesis with the starts of `point`, and its loss.
 pub(crate) fn loss_at(
     setting: &Setting<'_>,
     point: &Point,
@@ -259,7 +259,7 @@ pub(crate) fn loss_at(
     Ok((there, loss))
 }
 
-/// The loss alone, without slopes.
+/// The loss without sensitivities.
 fn loss_of(
     setting: &Setting<'_>,
     point: &Point,
@@ -270,7 +270,7 @@ fn loss_of(
     Ok(setting.loss().total(&groups))
 }
 
-/// The point that a step leads to; a piece whose start does better as it was keeps it.
+/// The point after a step of `beta`; a piece keeps its old start if that has the smaller residual.
 fn moved(
     setting: &Setting<'_>,
     here: &Here,
@@ -293,7 +293,7 @@ fn moved(
     Ok(Point { starts, hypothesis })
 }
 
-/// The same hypothesis, each piece begun as it comes closest to what was measured.
+/// The same hypothesis with the best start of each piece.
 pub(crate) fn with_best_starts(
     setting: &Setting<'_>,
     point: &Point,
@@ -307,8 +307,7 @@ pub(crate) fn with_best_starts(
     Ok(Point { starts, hypothesis })
 }
 
-/// As [`with_best_starts`], for a point that `before` led to, whose starts are the best: only where a piece is left with more
-/// than there another start is looked for far and wide.
+/// As [`with_best_starts`], for a step from `before`, whose starts are the best ones: only pieces whose residual grew are searched.
 fn with_good_starts(
     setting: &Setting<'_>,
     point: &Point,

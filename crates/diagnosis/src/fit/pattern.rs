@@ -1,5 +1,5 @@
-//! A pattern search (Hooke and Jeeves, J. ACM 8, 1961) over the numbers of one cause: on a floor so rough that slopes say
-//! nothing, as where a rotor sticks and slips, what counts is whether a point is better.
+//! A pattern search (Hooke and Jeeves, J. ACM 8, 1961) over the numbers of one cause, for losses so rough that slopes are useless,
+//! as with stick-slip.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -9,21 +9,20 @@ use crate::fit::gauss_newton::{Fitted, POOR, loss_at};
 use crate::log::piece::Piece;
 use crate::numerics::loss::Loss;
 
-/// Sizes of the pattern, in steps of each number.
+/// Pattern sizes, in finite-difference steps of each number.
 const SIZES: [f64; 3] = [8.0, 4.0, 2.0];
-/// A pattern over more numbers than this would take too long.
+/// Most numbers that are searched; more would take too long.
 const MOST: usize = 3;
-/// Moves of one number in a row.
+/// Most successive moves of one number.
 const IN_A_ROW: usize = 4;
 
-/// Whether a fit ended with much left over a rough floor.
+/// True if a fit of an angle log ended far above noise.
 pub(crate) fn ended_poorly(setting: &Setting<'_>, fitted: &Fitted) -> bool {
     let count: f64 = fitted.groups.iter().map(|group| group.count).sum();
     setting.loss() == Loss::OwnNoise && fitted.loss > (1.0 + POOR) * count
 }
 
-/// A point with better numbers of one member than where a fit ended with much left; `None` where there is none, or little is
-/// left.
+/// A point with better numbers of one member than a fit that ended far above noise; `None` if there is none, or the fit is good.
 pub(crate) fn search(
     setting: &Setting<'_>,
     fitted: &Fitted,
@@ -56,7 +55,7 @@ pub(crate) fn search(
     Ok((least < fitted.loss).then_some(best))
 }
 
-/// The hypothesis with one number moved by so many of its steps; `None` where its bound is in the way.
+/// The hypothesis with one number moved by `steps` of its finite-difference step; `None` if it rests on a bound.
 fn moved(point: &Point, free: Free, steps: f64) -> Option<crate::extend::hypothesis::Hypothesis> {
     let mut there = point.hypothesis.clone();
     let at = there.get(free);

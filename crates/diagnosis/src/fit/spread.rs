@@ -24,7 +24,7 @@ pub(crate) struct Spread {
 const AGAIN: u64 = 2;
 
 impl Spread {
-    /// With what the motion's own errors make of the numbers. Measured and smoothed once more, a motion is about as far from the
+    /// Adds the effect of errors in the measured motion. Measured and smoothed once more, a motion is about as far from the
     /// measured one as that is from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994),
     /// and the numbers follow. Angle logs predict from the command, which has no such errors.
     pub fn with_motion(
@@ -48,9 +48,9 @@ impl Spread {
         Ok(self)
     }
 
-    /// With what leaving numbers of the same causes out may have done: a weak harmonic, or another exponent, is left out where
-    /// it doesn't pay, and the others then stand for it too. How far they go where it is let in is added, squared and by the
-    /// weight that the data give to it (Buckland, Burnham and Augustin, Biometrics 53, 1997); of several the greatest.
+    /// Adds the uncertainty of model selection: where a weak harmonic or an exponent was left out, the other numbers absorb it. The
+    /// square of their change when it is let in is added, with Akaike's weight (Buckland, Burnham and Augustin, Biometrics 53,
+    /// 1997); of several, the largest.
     pub fn with_choice(mut self, setting: &Setting<'_>, fitted: &Fitted) -> Result<Self, DiagnosisError> {
         let changes = changes_with_more(setting, fitted)?;
         for place in 0..self.covariance.nrows() {
@@ -61,8 +61,8 @@ impl Spread {
     }
 }
 
-/// How far the numbers go where what was left out is let in, one after the other, in one step of the fit, as far as bounds let
-/// it; and Akaike's weight of it.
+/// The change of the fitted numbers when each left-out one is let in, in one Gauss-Newton step within its bounds; with Akaike's
+/// weight.
 fn changes_with_more(
     setting: &Setting<'_>,
     fitted: &Fitted,
@@ -101,7 +101,7 @@ fn changes_with_more(
     Ok(others.iter().filter_map(with).collect())
 }
 
-/// The part of a change that a number's bounds allow.
+/// The share of a change that a number's bounds allow.
 fn within(hypothesis: &Hypothesis, free: Free, by: f64) -> f64 {
     let at = hypothesis.get(free);
     let mut there = hypothesis.clone();
@@ -109,7 +109,7 @@ fn within(hypothesis: &Hypothesis, free: Free, by: f64) -> f64 {
     if by == 0.0 { 1.0 } else { (there.get(free) - at) / by }
 }
 
-/// How far the numbers go where the motion is measured once more, in one step of the fit.
+/// The change of the fitted numbers when the motion is measured again, in one Gauss-Newton step.
 fn change_with_motion(
     setting: &Setting<'_>,
     fitted: &Fitted,
@@ -125,7 +125,7 @@ fn change_with_motion(
     Ok(invert(a).map(|inverse| inverse * (left_there - left_here)))
 }
 
-/// The spread of a fit's free numbers.
+/// Covariance of a fit's free numbers by the jackknife over groups, at least that of white noise.
 pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
     let groups = loss.weighted(&fitted.groups);
     let total = sum(&groups);

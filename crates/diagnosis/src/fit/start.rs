@@ -1,23 +1,23 @@
-//! How a piece begins, found by itself: the prediction bends too much along it for a linear estimate.
+//! The best start of a piece, by a search of its own: the prediction is too nonlinear in it for a linear estimate.
 
 use crate::fit::equations::Setting;
 use crate::log::piece::{Begun, Piece, Ready};
 
-/// Steps towards the best, and how often one that overshoots is halved.
+/// Most Gauss-Newton steps, and most halvings of one that overshoots.
 const STEPS: usize = 4;
 const HALVINGS: usize = 4;
-/// A step that cuts the sum of squares by less than this ends the search.
+/// The search ends if a step cuts the sum of squares (in parts of the noise) by less.
 const ENOUGH: f64 = 0.5;
-/// Where a piece is left with more than this many times its noise's mean square, other starts are tried first, so many
-/// deviations of a sample's angle away: a rotor that rests at the edge of breaking away slips or holds by less than that.
+/// If a piece's mean square exceeds this, in parts of the noise's, other starts are tried first, at these numbers of the angle's
+/// standard deviation: a rotor close to breaking away slips or holds by less than that.
 const UNSETTLED: f64 = 1.2;
 const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
 
-/// Sides that are tried then, and how far beside the best of them, in turn.
+/// Sides that are tried then, and the refinements beside the best of them.
 const SIDES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const BESIDE: [f64; 2] = [0.25, 0.125];
 
-/// The start near the given ones from which the model comes closest to what was measured; `zero_rad` is the angle's zero.
+/// The start near the given ones with the smallest residual; `zero_rad` is the angle's zero.
 pub(crate) fn best_start(
     setting: &Setting<'_>,
     piece: &Piece,
@@ -45,7 +45,7 @@ struct Search<'a> {
     piece: &'a Piece,
     ready: &'a Ready,
     zero_rad: f64,
-    /// The best so far, and what it leaves.
+    /// The best start so far, and its residual.
     best: (Begun, Vec<f64>),
 }
 
@@ -120,7 +120,7 @@ pub(crate) fn better_start(
     if one == two || left(one) <= left(two) { one } else { two }
 }
 
-/// The sum of squares that a start leaves, in parts of the noise.
+/// The residual's sum of squares from a start, in parts of the noise.
 pub(crate) fn square_left(
     setting: &Setting<'_>,
     piece: &Piece,
@@ -131,7 +131,7 @@ pub(crate) fn square_left(
     square(&left_from(setting, piece, ready, start, zero_rad))
 }
 
-/// What a start leaves; the last value draws one that makes no difference towards none, as in the fit.
+/// The residual from a start; its last value is the prior that draws a start without influence to zero, as in the fit.
 fn left_from(setting: &Setting<'_>, piece: &Piece, ready: &Ready, start: Begun, zero_rad: f64) -> Vec<f64> {
     let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
     left.push(start.shift / piece.start_bound(ready).max(f64::MIN_POSITIVE));

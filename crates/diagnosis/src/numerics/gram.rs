@@ -1,4 +1,4 @@
-//! Normal equations by group of samples: what a fit, its check on other groups and its errors need, samples left behind.
+//! Normal equations by group of samples: all that least squares, cross-validation over groups and the jackknife need.
 //!
 //! Of a piece's columns X (sensitivities, the residual last) only XᵀX is kept. Least squares, leave-groups-out and the
 //! jackknife are then small linear algebra.
@@ -98,7 +98,7 @@ pub(crate) fn invert(mut a: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(inverse)
 }
 
-/// What is left on groups that β was not fitted on.
+/// The residual on groups that β was not fitted on.
 #[derive(Debug, Clone)]
 pub(crate) struct HeldOut {
     /// Sum of squares by group.
@@ -116,7 +116,8 @@ impl HeldOut {
     }
 }
 
-/// Fits on all folds but one, groups as `fitted` has them, and looks at that one, in turn. `fold_of` gives each group's fold.
+/// Cross-validation: for each fold, β from the `fitted` equations of the other folds, and the squares of `groups` in it. `fold_of`
+/// gives each group's fold; `None` if a system can't be solved.
 pub(crate) fn leave_out(
     fitted: &[Gram],
     groups: &[Gram],
@@ -139,7 +140,7 @@ pub(crate) fn leave_out(
             a -= own_a;
             b -= own_b;
         }
-        // Hardly anything known of a column without this fold: leave it be.
+        // A column that only this fold determines stays near zero.
         for i in 0..a.nrows() {
             a[(i, i)] += 1e-6 * a_all[(i, i)];
         }

@@ -1,15 +1,15 @@
-//! What a fit makes small: the sum of squares; of an angle log that of groups whose noise is their own.
+//! The loss of a fit: the sum of squares for torque logs, a likelihood with a variance for each group for angle logs.
 //!
-//! A rotor that sticks and slips a moment earlier or later than the model's leaves a group with many times its noise, and
-//! of a sum of squares such groups would rule all of it. Where a group's error has an unknown variance s of at least the
-//! noise's, its likelihood is best at s = max(1, u), u its mean square in parts of the noise: n·(1 + ln u) beyond u = 1.
+//! A rotor that slips a moment earlier or later than the model leaves a group with many times its noise, and such groups would
+//! dominate a sum of squares. With an unknown variance s of at least the noise's for each group, the likelihood is largest at
+//! s = max(1, u), where u is the group's mean square in parts of the noise; its loss is n·(1 + ln u) for u > 1, else n·u.
 
 use crate::numerics::gram::Gram;
 
-/// A group with less than this part of its noise's mean square was not wrong to begin with.
+/// A group whose mean square is below this, in parts of the noise's, had no misfit to explain.
 const WRONG: f64 = 1.21;
 
-/// How groups count.
+/// How the groups of samples count in a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Loss {
     Squares,
@@ -17,13 +17,13 @@ pub(crate) enum Loss {
 }
 
 impl Loss {
-    /// Over all groups.
+    /// The loss over all groups.
     pub fn total(self, groups: &[Gram]) -> f64 {
         groups.iter().map(|group| self.of_group(group.square(), group.count)).sum()
     }
 
-    /// The root of the mean over all samples of groups with a square and a count each, in parts of the noise: the RMS, but
-    /// that a group far off counts for less.
+    /// The root of the mean loss a sample, in parts of the noise, of groups given by square and count: an RMS in which a group far
+    /// off counts less.
     pub fn rms(self, groups: impl Iterator<Item = (f64, f64)>) -> f64 {
         let (total, all) = groups.fold((0.0, 0.0), |(total, all), (square, count)| {
             (total + self.of_group(square, count), all + count)
@@ -31,15 +31,15 @@ impl Loss {
         f64::sqrt(total / f64::max(all, 1.0))
     }
 
-    /// What a cause must explain of what is left beyond noise beside so many that are in; less is picked from what another one
-    /// leaves. Of logarithms the first of two equal causes takes a sixth, where it takes half of the squares; a third one has
-    /// what the forms of two leave to pick from.
+    /// The share of the residual beyond noise that a cause must explain, beside `causes` accepted ones; less may be the misfit of
+    /// those. Of two equal causes the first explains half of the squares, but a sixth of the logarithms; a third cause competes
+    /// with the misfit of two.
     pub fn least_part(self, causes: usize) -> f64 {
         if self == Self::OwnNoise && causes < 2 { 0.1 } else { 0.25 }
     }
 
-    /// The part of what is beyond noise that has gone, of groups with a square at first, one now, and a count: over all of
-    /// them, or in the group in the middle where that is more and few groups may rule the sum.
+    /// The share of the residual beyond noise that is explained, of groups given by first square, present square and count: over
+    /// all groups, or in the median group if that is more (for angle logs, where few groups may dominate the sum).
     pub fn share_explained(self, groups: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
         let groups: Vec<(f64, f64, f64)> = groups.filter(|(_, _, count)| *count > 0.0).collect();
         let [first, now, count] = groups
@@ -61,7 +61,7 @@ impl Loss {
         middle.map_or(of_all, |(share, _)| of_all.max(*share))
     }
 
-    /// Of what was left, the part that is still left where nothing got better.
+    /// The ratio of residuals from which on a change counts as no improvement.
     pub fn hardly_less(self) -> f64 {
         match self {
             Self::Squares => 0.95,
@@ -76,7 +76,7 @@ impl Loss {
         }
     }
 
-    /// The groups as a step of least squares takes them: by the loss's slope where they stand.
+    /// The groups weighted for a Gauss-Newton step, by the slope of the loss at their present squares.
     pub fn weighted(self, groups: &[Gram]) -> Vec<Gram> {
         let weight = |group: &Gram| match self {
             Self::OwnNoise if group.count > 0.0 => 1.0 / (group.square() / group.count).max(1.0),
