@@ -1,4 +1,4 @@
-//! The four steps, one after the other.
+//! Entry point: log and model in, diagnosis out. Prepares the campaign, fits, searches for causes, and concludes.
 
 use crate::DiagnosisError;
 use crate::conclude::verdict::conclude;
@@ -57,7 +57,7 @@ pub fn diagnose(
     conclude(&judged, &able, &unable)
 }
 
-/// From the first residual to the causes that are accepted.
+/// Fits the given model, searches for causes, and collects what the conclusion needs.
 fn judge<'a>(
     setting: Setting<'a>,
     noise: NoiseLevel,
@@ -88,7 +88,7 @@ fn begin(campaign: &Campaign, ready: &Ready) -> Point {
     Point { hypothesis, starts: campaign.pieces.iter().map(|piece| piece.first_start(ready)).collect() }
 }
 
-/// A model whose numbers run away can't be simulated.
+/// Refuses a model whose prediction is not finite.
 fn check_finite(
     campaign: &Campaign,
     ready: &Ready,

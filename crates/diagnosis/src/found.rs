@@ -4,17 +4,17 @@ use crate::outcome::Diagnosis;
 use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
 
-/// What happens on the way.
+/// Progress of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event<'a> {
     /// The residual of the given model and the noise, RMS in the channel's unit.
     Noise {
         /// Measured less predicted, on the runs that causes are fitted on.
         rms: f64,
-        /// What the measurement scatters by itself.
+        /// Noise of the measurement.
         noise: f64,
     },
-    /// Causes by what they would cut the held-out RMS, in parts of the noise; linearised.
+    /// Effects by their linearised cut of the held-out RMS, in parts of the noise.
     Ranking(&'a [(EffectId, f64)]),
     /// A step of the work.
     Step(&'static str),
@@ -43,9 +43,9 @@ pub struct Shown {
     pub temperature_c: Vec<f64>,
     /// What was measured: torque, N·m, or angle, rad.
     pub measured: Vec<f64>,
-    /// What the given model has for it.
+    /// Prediction of the given model.
     pub before: Vec<f64>,
-    /// What the extended one has.
+    /// Prediction of the extended model.
     pub after: Vec<f64>,
 }
 

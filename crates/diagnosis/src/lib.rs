@@ -1,9 +1,9 @@
 //! Measured data against the model: show what it gets wrong, name the cause, extend the model, measure the gain.
 //!
-//! Pure calculation on runs in memory: no file, clock or thread; who calls lends the threads ([`Workers`]). The way:
-//! runs are cut into pieces whose motion is smoothed once; the noise is estimated; rival causes (the effects of
-//! valve-model) are screened by the sensitivities of the prediction, fitted through the model, compared on runs that
-//! they were not fitted on, and accepted one after the other; what is left is tested for structure.
+//! Pure calculation on runs in memory: no file, clock or thread; the caller lends the threads ([`Workers`]). The
+//! stages, each a folder that uses only those before it: `numerics` (least squares, statistics), `log` (runs cut into
+//! pieces, noise, excitation), `extend` (candidate effects, hypotheses), `fit`, `show` (what a residual shows), `name`
+//! (the search for causes), `measure` (gain and intervals), `conclude` (verdict, reasons, next experiment).
 #![forbid(unsafe_code)]
 
 mod conclude;

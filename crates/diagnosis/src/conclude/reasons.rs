@@ -1,4 +1,5 @@
-//! Why a cause is not named: too little, too much left, a twin, a gear, or harm on runs that nothing was chosen on.
+//! The reasons why a candidate is not named: too little gain, too large a residual, a twin, a gear, or a larger error
+//! on held-out runs.
 
 use crate::extend::candidate::Candidate;
 use crate::log::facts::Facts;
@@ -9,18 +10,18 @@ use crate::show::geared::is_over_the_angle;
 use std::collections::BTreeSet;
 use valve_model::EffectId;
 
-/// What speaks against causes that were selected.
+/// Objections to selected causes.
 pub(crate) struct Against {
-    /// All of them leave too much.
+    /// Together they leave too large a residual.
     pub doubtful: bool,
-    /// Series over the angle that are a gear's, with its order.
+    /// Series over the angle that stand in for a gear, each with the gear's order.
     pub geared: Vec<(EffectId, f64)>,
-    /// Those that make the runs held out worse.
+    /// Causes that increase the error on held-out runs.
     pub harmful: Vec<EffectId>,
 }
 
 impl Against {
-    /// Whether a gear stands behind a cause: it is a series over the angle, and one of those is a gear's.
+    /// True if the effect is a series over the angle, and one of those stands in for a gear.
     pub fn is_geared(&self, id: EffectId) -> bool {
         !self.geared.is_empty() && is_over_the_angle(id)
     }
@@ -38,7 +39,7 @@ pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Fact
     .collect()
 }
 
-/// What the data lack, and the angle between what the causes change.
+/// What the data lack, and the angle between the changes of the prediction.
 fn why_alike(selection: &Selection, best: EffectId, others: &[EffectId], facts: &Facts) -> String {
     let lacking: BTreeSet<&str> = others.iter().filter_map(|other| missing(best, *other, facts)).collect();
     let first = match lacking.into_iter().collect::<Vec<_>>().join(", and ") {
@@ -73,7 +74,7 @@ pub(crate) fn rejected(
         .collect()
 }
 
-/// What speaks against one that was selected.
+/// The objection to a selected candidate.
 fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> Option<String> {
     if let Some((_, order)) = against.geared.iter().find(|(of, _)| *of == id) {
         return Some(format!(
@@ -90,7 +91,7 @@ fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> O
     (against.doubtful && selected).then(|| "fits part of it, but leaves too much to be the cause".to_owned())
 }
 
-/// Why a candidate is not in.
+/// Why a candidate was not selected.
 fn why_not_selected(selection: &Selection, id: EffectId) -> String {
     if let Some((_, reason)) = selection.dropped.iter().find(|(of, _)| *of == id) {
         return reason.clone();

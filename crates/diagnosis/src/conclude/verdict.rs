@@ -1,4 +1,4 @@
-//! From a selection to the verdict, the causes with their numbers, and what to do next.
+//! From the selected causes to the verdict, the accepted causes with their numbers, and the next experiment.
 
 use crate::DiagnosisError;
 use crate::conclude::next_experiment::next_experiment;
@@ -25,18 +25,21 @@ use crate::show::whiteness::whiteness;
 use log_data::Channel;
 use valve_model::{Effect, EffectId};
 
-/// "Noise left": RMS within so many times the noise, and no covariate that explains more than this share.
+/// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than this share of
+/// it.
 const RMS_LEFT: f64 = 1.1;
 const SHARE_LEFT: f64 = 0.02;
-/// What chance may still do, corrected for the number of tests.
+/// Significance level, corrected for the number of tests.
 const CHANCE: f64 = 0.01;
-/// A cause that explains less of what is beyond noise than this doesn't explain it; nor do several that explain less than
-/// that together: they have more to bend.
+/// The share of the residual beyond noise that one cause, or several together, must explain to be accepted. Several
+/// have more free numbers, so more is asked of them.
 const EXPLAINED: f64 = 0.5;
 const EXPLAINED_TOGETHER: f64 = 0.7;
-/// Beyond the misfit of a form, one covariate that explains this part of what is left speaks of another cause.
+/// If the residual exceeds the misfit of the causes' forms, one covariate that explains this share of it points to a
+/// further cause.
 const ANOTHER: f64 = 0.15;
-/// Causes that take any function of what they depend on: alone, they leave no more than this part of what they explain.
+/// Causes whose form is general: they take any function of what they depend on. Alone, their residual is at most
+/// `LITTLE` of what they explain.
 const GENERAL: [EffectId; 5] = [
     EffectId::TorqueOffset,
     EffectId::TorqueGain,
@@ -114,8 +117,8 @@ pub(crate) fn conclude(
     Ok(Found { proposed, ..found(judged, diagnosis, extended, &after) })
 }
 
-/// The best of each group that can't be told apart, told in the group, and as effects: where they are all there is, nothing
-/// speaks against them, and with all of them the RMS on runs held out falls, to `rms_after`.
+/// Puts into each group the effect that fitted best, and returns these effects. Only if no cause is accepted, nothing
+/// is objected to the selection, and with all of these the held-out RMS falls to `rms_after`.
 fn propose(
     judged: &Judgement<'_>,
     causes: &[Cause],
@@ -138,7 +141,7 @@ fn propose(
     Ok(effects)
 }
 
-/// Whether what was selected leaves too much to be the cause.
+/// True if the selected causes leave too large a residual to be the cause.
 fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> bool {
     let selection = &judged.selection;
     if selection.fitted.point.hypothesis.members.is_empty() {
@@ -155,7 +158,7 @@ fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
     no_better || !is_noise(structure) && too_little()
 }
 
-/// The members, by place, that nothing speaks against and that stand alone.
+/// Indices of the members to which nothing is objected and that are in no group of twins.
 fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
     let disputed = |id: EffectId| {
         against.doubtful || selection.ambiguous.iter().any(|(of, _)| *of == id) || against.is_geared(id)
@@ -179,7 +182,7 @@ fn description(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
     }
 }
 
-/// What is to be said beside the causes.
+/// Observations that are no cause.
 fn observations(
     judged: &Judgement<'_>,
     verdict: Verdict,
@@ -200,7 +203,7 @@ fn observations(
     said
 }
 
-/// Accepted series over the angle that are a gear's, with its order.
+/// Selected series over the angle that stand in for a gear, each with the gear's order.
 fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(EffectId, f64)> {
     let members = judged.selection.fitted.point.hypothesis.members.iter();
     let of = |member: &Member| {
@@ -209,7 +212,7 @@ fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(EffectId, f64)> {
     members.filter_map(of).collect()
 }
 
-/// A tone may be as loud at rest, where it counts as the measurement's noise.
+/// The sentence on a tone. The tone may be as loud at rest, where it counts as noise of the measurement.
 fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
     let amplitude = tone.amplitude * judged.noise_where_it_counts();
     let amplitude = match judged.setting.campaign.kind.channel {
@@ -227,7 +230,7 @@ fn least_share(selection: &Selection) -> f64 {
     if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
 }
 
-/// What the causes leave of the RMS on runs that nothing was fitted or chosen on; 0 where there are none.
+/// The ratio of the held-out RMS with the causes to that without; 0 without held-out runs.
 fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
     let held_out = |piece: &Piece| piece.hold_out;
     let rms = |left: &[Left]| rms_as_fitted(&judged.setting, left, &held_out);
@@ -235,7 +238,7 @@ fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
     if before > 0.0 { rms(left) / before } else { 0.0 }
 }
 
-/// Whether much is left, and left in order: the causes then stand in for one that the list doesn't have.
+/// True if the residual is large and structured: the causes then stand in for one that is not on the list.
 fn another_cause(selection: &Selection, structure: &Structure) -> bool {
     let left = structure.rms.powi(2) - 1.0;
     let explained = selection.explained();

@@ -1,21 +1,22 @@
-//! A cause under test: an effect of the model, its parameters as the fit moves them, and where the fit may begin.
+//! A candidate: an effect under test, its parameters in the coordinates that the fit moves, and the points where a fit
+//! may start.
 
 use valve_model::{Effect, EffectId, EffectValue, Model, ParamError};
 
-/// From the number that the fit moves to the one in the model file.
+/// Maps a coordinate of the fit, u, to the parameter in the model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Map {
-    /// The same.
+    /// u
     Plain,
-    /// exp(u): for what is above zero and known by its order of magnitude.
+    /// exp(u): a positive parameter known by its order of magnitude.
     Exp,
     /// 1 + exp(u).
     OnePlusExp,
-    /// 1/u: a stiffness by its compliance.
+    /// 1/u: a stiffness, fitted as its compliance.
     Inverse,
 }
 
-/// The least compliance, rad/(N·m): as good as rigid.
+/// Least compliance, rad/(N·m): practically rigid.
 const RIGID: f64 = 1e-12;
 
 impl Map {
@@ -38,28 +39,28 @@ impl Map {
     }
 }
 
-/// One number of an effect.
+/// One parameter of an effect, in the fit's coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Parameter {
     pub key: &'static str,
-    /// The place in a list, from 0; `None` for a plain number.
+    /// Its index in a list parameter; `None` for a number.
     pub slot: Option<usize>,
     pub map: Map,
     /// Where it changes nothing, or, for a shape, where it begins.
     pub neutral: f64,
     pub lower: f64,
     pub upper: f64,
-    /// A change that shows and is still small.
+    /// Finite-difference step.
     pub step: f64,
 }
 
-/// A beginning for the fit: the shape, and the numbers whose sensitivity is looked at there.
+/// A starting point of the fit, and the sensitivities that the screening takes there.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Probe {
     pub shape: Vec<f64>,
     /// Parameter and step of each column.
     pub columns: Vec<(usize, f64)>,
-    /// The column is the whole way to the shape, not a slope.
+    /// The column is the whole change from neutral to the shape, not a slope.
     pub jump: bool,
 }
 
@@ -69,11 +70,11 @@ pub(crate) struct Candidate {
     pub id: EffectId,
     pub parameters: Vec<Parameter>,
     pub probes: Vec<Probe>,
-    /// Numbers that are fitted from the beginning.
+    /// Parameters that are free from the start.
     pub free: Vec<usize>,
-    /// Numbers that are fitted only where the data ask for it.
+    /// Parameters that are freed only if that cuts the held-out error.
     pub optional: Vec<usize>,
-    /// Harmonics in pairs of cosine and sine: each is taken where it pays.
+    /// The parameters are cosine and sine of harmonics; each harmonic is added only if it cuts the held-out error.
     pub series: bool,
 }
 
@@ -83,7 +84,7 @@ impl Candidate {
         self.parameters.iter().map(|parameter| parameter.neutral).collect()
     }
 
-    /// The effect with these numbers, on top of what `model` says of it already.
+    /// The effect with these parameters, on top of those that `model` already has for it.
     pub fn effect(&self, model: &Model, numbers: &[f64]) -> Result<Effect, ParamError> {
         let mut parts: Vec<(&str, EffectValue)> = Vec::new();
         let present = model.effects.iter().find(|effect| effect.id() == self.id);

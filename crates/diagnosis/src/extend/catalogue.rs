@@ -1,4 +1,4 @@
-//! The rival causes: every effect that a log of this kind could show, and why the others can't be tested.
+//! The catalogue of candidates: every effect that a log of this kind could show, and why the others are untestable.
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
 use crate::log::facts::Facts;
@@ -15,14 +15,14 @@ pub(crate) struct Untestable {
 const POSITION_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
 const FRICTION_ORDERS: usize = 6;
-/// A coupling's damping to begin with, in parts of what a squeal takes, and the least of that, N·m·s/rad.
+/// Initial damping of a coupling, in multiples of what prevents squeal; and the least value of that, N·m·s/rad.
 const QUIET: f64 = 2.0;
 const LEAST_DAMPING: f64 = 1e-3;
-/// Below it a pressure drop is none, MPa.
+/// A pressure drop below this counts as none, MPa.
 const SOME_PRESSURE: f64 = 0.02;
 
-/// Candidates, and what is untestable. An effect may be both: at one constant pressure other than zero it is fitted, as
-/// a rival of its twin, but never accepted.
+/// The candidates, and what is untestable. An effect may be both: at one constant pressure other than zero it is fitted
+/// as a rival of its twin, but never accepted.
 pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<Untestable>) {
     let (mut able, mut unable) = (Vec::new(), Vec::new());
     for &id in EffectId::ALL {
@@ -42,7 +42,7 @@ pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<U
     (able, unable)
 }
 
-/// Whether an effect is fitted as a rival of its twins alone: its channel never changes.
+/// True if an effect is fitted only as a rival of its twins, because its channel is constant.
 pub(crate) fn is_confounded(id: EffectId, facts: &Facts) -> bool {
     needs_pressure(id) && !facts.pressure_varies()
 }
@@ -51,7 +51,7 @@ fn needs_pressure(id: EffectId) -> bool {
     id.spec().needs == Some(Condition::PressureDrop)
 }
 
-/// An effect that the model has already is corrected from there on.
+/// Starts an effect that the model already has from its present parameters.
 fn begin_at(candidate: &mut Candidate, model: &Model) {
     let Some(present) = model.effects.iter().find(|effect| effect.id() == candidate.id) else { return };
     let mut moved = Vec::new();
@@ -369,7 +369,8 @@ fn hysteresis() -> Candidate {
     }
 }
 
-/// A coupling that damps as much as keeps the spool from squealing, twice; how much it does where the data say so.
+/// A compliant coupling. Its damping starts at twice what keeps the spool from squealing, and is freed only if the data
+/// ask for it.
 fn compliance(facts: &Facts) -> Candidate {
     let usual = 1.0 / facts.stiffness.unwrap_or(1e3);
     let compliance = parameter("stiffness_nm_per_rad", Map::Inverse, 0.0, (1e-12, 1.0), 0.02 * usual);
@@ -402,7 +403,7 @@ fn backlash() -> Candidate {
     }
 }
 
-/// In the amplitudes along sine and cosine: amplitude and phase are made from them.
+/// Fitted as sine and cosine parts; amplitude and phase follow from them.
 fn eccentricity() -> Candidate {
     let part = |key| parameter(key, Map::Plain, 0.0, (-0.5, 0.5), 2e-5);
     let probe = Probe { shape: vec![0.0; 2], columns: vec![(0, 2e-5), (1, 2e-5)], jump: false };

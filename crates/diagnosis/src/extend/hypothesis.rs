@@ -1,4 +1,4 @@
-//! What is held to be true: the given model and the causes on top of it, with the numbers that a fit moves.
+//! A hypothesis: the given model with candidate causes, and the numbers that a fit moves.
 
 use crate::extend::candidate::Candidate;
 use valve_model::{EffectId, Model, ParamError};
@@ -8,9 +8,9 @@ use valve_model::{EffectId, Model, ParamError};
 pub(crate) struct Member {
     pub candidate: Candidate,
     pub numbers: Vec<f64>,
-    /// The numbers that the fit moves, by place.
+    /// Indices of the free numbers.
     pub free: Vec<usize>,
-    /// The sensitivity of each number is taken over so many times the usual change.
+    /// Factor on the finite-difference step of each number.
     pub finer: Vec<f64>,
 }
 
@@ -20,7 +20,7 @@ impl Member {
         Self { candidate: candidate.clone(), numbers, free, finer }
     }
 
-    /// The numbers that a fit might move too and doesn't, those together that are freed together: a harmonic's two.
+    /// The numbers that are not free but could be, in groups that are freed together (cosine and sine of a harmonic).
     pub fn left_out(&self) -> Vec<Vec<usize>> {
         let out = |number: &usize| !self.free.contains(number);
         if self.candidate.series {
@@ -36,7 +36,7 @@ impl Member {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Hypothesis {
     pub members: Vec<Member>,
-    /// Angle logs whose runs share a zero: how far it is off, rad.
+    /// Offset of the encoder's zero, rad; for angle logs whose runs share a zero.
     pub zero_rad: Option<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Hypothesis {
         less.with_usual_changes()
     }
 
-    /// Other members have another best, and it may be far.
+    /// Resets the finite-difference steps: with other members the optimum may be far.
     fn with_usual_changes(mut self) -> Self {
         self.members.iter_mut().for_each(|member| member.finer.fill(1.0));
         self
@@ -91,7 +91,7 @@ impl Hypothesis {
         self.members.iter().any(|member| member.candidate.id == id)
     }
 
-    /// Everything that the fit moves, in order.
+    /// All free numbers, in order.
     pub fn free(&self) -> Vec<Free> {
         let zero = self.zero_rad.map(|_| Free::Zero);
         let numbers = self
@@ -125,7 +125,7 @@ impl Hypothesis {
         }
     }
 
-    /// The change by which its sensitivity is taken: within its bounds.
+    /// The finite-difference step of a number, away from its upper bound.
     pub fn step(&self, free: Free) -> f64 {
         let Free::Number(member, number) = free else { return 1e-5 };
         let Some(parameter) = self.members.get(member).and_then(|of| of.candidate.parameters.get(number))
@@ -138,7 +138,7 @@ impl Hypothesis {
         if at + size > parameter.upper { -size } else { size }
     }
 
-    /// Whether a number rests on a bound.
+    /// True if a number is at a bound.
     pub fn on_bound(&self, free: Free) -> bool {
         let Free::Number(member, number) = free else { return false };
         let parameter = self.members.get(member).and_then(|of| of.candidate.parameters.get(number));

@@ -11,7 +11,7 @@ use crate::workers::{Workers, map};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use valve_model::{EffectId, Model};
 
-/// What varies from run to run whatever the cause, and is not reported as one.
+/// Nuisance parameters: they differ from run to run whatever the cause, and are not reported as one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Nuisances {
     /// Standard deviation of the torque's zero from run to run, N·m; 0 where it has none.
@@ -20,7 +20,7 @@ pub(crate) struct Nuisances {
     pub angle_zero: bool,
 }
 
-/// A torque that adds to the others whatever the friction does: its sensitivity needs no simulation.
+/// A torque added to the others independent of friction: its sensitivity needs no simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Additive {
     Constant,
@@ -39,11 +39,11 @@ pub(crate) enum Column {
 /// A piece's equations.
 pub(crate) struct PieceEquations {
     pub gram: Gram,
-    /// How the nuisances follow: change = last column − others·β.
+    /// The nuisances as a function of the other columns: change = last column − others·β.
     pub nuisances: DMatrix<f64>,
 }
 
-/// Where everything stands: a hypothesis and how each piece begins.
+/// A point of the fit: a hypothesis, and the start of each piece.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Point {
     pub hypothesis: Hypothesis,
@@ -128,7 +128,7 @@ impl Setting<'_> {
         self.equations_as_seen(point, columns, wanted, |_| None)
     }
 
-    /// ... of the pieces as `seen` has them, where it has another one.
+    /// As [`Self::equations`], with the pieces replaced where `seen` gives another one.
     pub fn equations_as_seen(
         &self,
         point: &Point,
@@ -261,7 +261,7 @@ pub(crate) fn by_group(
     groups
 }
 
-/// How far the first nuisance, the start, is from its best, once the columns change by β.
+/// The change of a piece's start when the columns change by β.
 pub(crate) fn start_change(equations: &PieceEquations, beta: &DVector<f64>) -> f64 {
     let nuisances = &equations.nuisances;
     if nuisances.nrows() == 0 {

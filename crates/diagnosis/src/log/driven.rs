@@ -1,10 +1,10 @@
-//! What drives a piece of a run, sample by sample: time, command, pressure and temperature, with a lead before the piece.
+//! The inputs of a piece, sample by sample: time, command, pressure and temperature, with a lead before the piece.
 
 use log_data::Run;
 use std::ops::Range;
 
-/// How long before a piece of an angle log its prediction begins, s: speed and bristles are guessed there, and what that
-/// rings is over when the piece begins.
+/// Lead before a piece of an angle log, s: its prediction starts from estimated speed and bristles, and the transient
+/// decays within it.
 const LEAD_S: f64 = 0.3;
 
 /// The channels, the lead's samples first. A channel that the run has not is empty.

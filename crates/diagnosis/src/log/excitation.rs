@@ -1,22 +1,22 @@
-//! What a log's motion excites: turns within the bristles' reach, turns at all, inertia beside springs, frequencies. By it
-//! is judged whether the data that tell twins apart are there.
+//! What a log's motion excites: presliding swings, reversals, inertia behind a spring, frequencies. This decides which
+//! twins the data tell apart.
 
 use crate::log::campaign::Campaign;
 use crate::log::facts::{Excitation, Facts};
 use crate::log::piece::Piece;
 use std::collections::BTreeMap;
 
-/// A swing up to so many times the break-away deflection stays within the bristles, or near enough.
+/// A swing up to this multiple of the break-away deflection counts as presliding.
 const WITHIN: f64 = 6.0;
-/// A turn counts beyond this part of the break-away deflection, and of so many times the noise.
+/// Least swing between reversals, in parts of the break-away deflection, and of the noise.
 const TURN: f64 = 0.1;
 const TURN_NOISE: f64 = 5.0;
-/// Samples over which a frequency is taken.
+/// Window for a frequency, samples.
 const WINDOW: usize = 64;
 /// Frequencies closer than this factor count as one.
 const APART: f64 = 1.5;
 
-/// Looks at a campaign whose noise is known; `noise` is that of the predicted channel.
+/// The excitation of a campaign; `noise` is that of the predicted channel.
 pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     let facts = &campaign.facts;
     let mut found = Excitation::default();
@@ -42,7 +42,7 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     found
 }
 
-/// The motion that is given: the measured one of a torque log, else the command.
+/// The motion that drives a piece: measured in a torque log, commanded in an angle log.
 struct Course {
     angle_rad: Vec<f64>,
     speed: Vec<f64>,
@@ -70,7 +70,7 @@ fn slopes(values: &[f64], time_s: &[f64]) -> Vec<f64> {
     values.windows(2).zip(time_s.windows(2)).map(slope).collect()
 }
 
-/// How far the bristles, and in angle logs the motor, give way before the contact slides, rad.
+/// The deflection of bristles, and in angle logs of the motor, at break-away, rad.
 fn reach_rad(facts: &Facts) -> f64 {
     let static_nm = facts.static_nm.unwrap_or(facts.coulomb_nm);
     let bristles = facts.stiffness.map_or(0.0, |stiffness| static_nm / stiffness);
@@ -78,7 +78,7 @@ fn reach_rad(facts: &Facts) -> f64 {
     bristles + motor.map_or(0.0, |(holding_nm, teeth)| static_nm / (holding_nm * teeth))
 }
 
-/// Swings between turns within the reach, and turns.
+/// Counts the presliding swings, and the reversals.
 fn swings(angle_rad: &[f64], facts: &Facts, noise_rad: f64) -> (usize, usize) {
     let reach = reach_rad(facts);
     let least = (TURN * reach).max(TURN_NOISE * noise_rad).max(1e-9);
@@ -111,7 +111,8 @@ fn swing(speed: &[f64], acceleration: &[f64]) -> (f64, f64) {
     (acceleration, acceleration / rms_about_mean(speed).max(f64::MIN_POSITIVE))
 }
 
-/// Square of what a spring as stiff as the bristles adds to the inertia's torque, over the noise, summed over samples.
+/// Squared signal-to-noise ratio of the torque that a spring as stiff as the bristles would add to the inertia's,
+/// summed over samples.
 fn ringing_of(course: &Course, facts: &Facts, noise_nm: f64) -> f64 {
     let (Some(inertia), Some(stiffness)) = (facts.load_inertia, facts.stiffness) else { return 0.0 };
     let windows = course.speed.chunks(WINDOW).zip(course.acceleration.chunks(WINDOW));
@@ -145,7 +146,8 @@ fn distinct(mut rates: Vec<f64>) -> usize {
     rates.len()
 }
 
-/// Samples of windows whose command moves at no less than a third of the motor's resonance and is no less than noise.
+/// Counts samples in windows whose command moves at more than a third of the motor's resonance, with an amplitude above
+/// noise.
 fn near_resonance(course: &Course, facts: &Facts, noise_rad: f64) -> usize {
     let Some((holding_nm, teeth)) = facts.motor else { return 0 };
     let inertia = facts.load_inertia.unwrap_or(0.0) + facts.rotor_inertia;

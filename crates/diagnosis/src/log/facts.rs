@@ -1,4 +1,5 @@
-//! What a campaign spans: by it the sizes of steps are chosen, and what can't be tested is known.
+//! Facts of a campaign: sizes of the model, which set finite-difference steps, and spans of the data, which decide what
+//! is testable.
 
 use crate::log::kind::LogKind;
 use valve_model::{FrictionParams, Model};
@@ -14,7 +15,7 @@ pub(crate) struct Facts {
     pub lugre: bool,
     pub viscous: f64,
     pub load_inertia: Option<f64>,
-    /// The damping, N·m·s/rad, without which a spool behind a spring squeals at the worst speed.
+    /// Damping below which a spool behind a spring squeals at the worst speed, N·m·s/rad.
     pub squeal: f64,
     /// T_hold and rotor teeth.
     pub motor: Option<(f64, f64)>,

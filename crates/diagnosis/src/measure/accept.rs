@@ -14,28 +14,28 @@ use crate::show::residual::{Left, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId};
 
-/// A cause beside others that makes the runs held out worse by this part is none.
+/// A cause is harmful if removing it lowers the held-out error by this share.
 const HARMFUL: f64 = -0.02;
 
-/// What is left of a selection.
+/// The accepted part of a selection.
 pub(crate) struct Accepted {
     pub point: Point,
-    /// What it leaves, by piece.
+    /// The residual, by piece.
     pub after: Vec<Left>,
     pub causes: Vec<Cause>,
     /// Those that were harmful.
     pub harmful: Vec<EffectId>,
 }
 
-/// A cause, and what it is worth.
+/// A cause with its share of the held-out error.
 struct Weighed {
     cause: Cause,
-    /// The part of the error without it, as the fit counts it, that it takes away on runs that nothing was fitted or chosen on.
+    /// The share of the held-out error without it (as the loss counts it) that it removes.
     worth: f64,
 }
 
-/// Fits the members that are accepted, by place, without those that are harmful beside the others; `all` is the selection
-/// with what it leaves.
+/// Fits the members with these indices, dropping any that is harmful beside the others; `all` is the whole selection's
+/// point and residual.
 pub(crate) fn accept(
     judged: &Judgement<'_>,
     mut members: Vec<usize>,
@@ -61,7 +61,7 @@ pub(crate) fn accept(
     }
 }
 
-/// The causes that are accepted, fitted once more where others are left out.
+/// The fit of the accepted members; a new one if some are left out.
 fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisError> {
     let fitted = &judged.selection.fitted;
     if accepted.len() == fitted.point.hypothesis.members.len() {
@@ -74,7 +74,7 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     fit(&judged.setting, begin, &Piece::is_fitted, 8)
 }
 
-/// Each cause, in the order of the members.
+/// Each member's cause, in order.
 fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<Weighed>, DiagnosisError> {
     let setting = &judged.setting;
     let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
@@ -106,7 +106,7 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
     Ok(weighed)
 }
 
-/// The effects that fitted best of groups that can't be told apart, by name, with their parameters.
+/// The representative of each group of twins, with its parameters.
 pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Parameters)>, DiagnosisError> {
     let selection = &judged.selection;
     let hypothesis = &selection.fitted.point.hypothesis;
@@ -120,7 +120,7 @@ pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Para
     Ok(best.collect())
 }
 
-/// How well the numbers of a fit are known.
+/// The covariance of a fit's numbers, with the errors of the motion and of the selection.
 fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, DiagnosisError> {
     let setting = &judged.setting;
     match spread(fitted, setting.loss()) {
@@ -131,12 +131,12 @@ fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, 
     }
 }
 
-/// The part that is gone of what was left without.
+/// The share of the residual that is removed.
 fn part_taken(left: f64, without: f64) -> f64 {
     if without > 0.0 { 1.0 - left / without } else { 0.0 }
 }
 
-/// A member's numbers that were fitted, by key.
+/// A member's fitted parameters, by key.
 fn parameters(hypothesis: &Hypothesis, index: usize, spread: Option<&Spread>) -> Parameters {
     let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
     let free = hypothesis.free().into_iter().enumerate();
@@ -155,7 +155,7 @@ fn parameters(hypothesis: &Hypothesis, index: usize, spread: Option<&Spread>) ->
     parameters
 }
 
-/// The numbers of a cause that the data don't ask to be anything but what they were at the beginning; harmonics are none then.
+/// Parameters that were not fitted because the data give no reason to, with their default values.
 fn taken(member: &Member) -> Option<String> {
     let parameters = member.candidate.parameters.iter().zip(&member.numbers).enumerate();
     let held = parameters.filter(|(number, (of, _))| of.slot.is_none() && !member.free.contains(number));
@@ -186,7 +186,7 @@ fn parameter(
     Some((key, found))
 }
 
-/// Amplitude and phase from the parts along sine and cosine.
+/// Amplitude and phase from the sine and cosine parts.
 fn eccentricity(member: &Member, parts: &Parameters) -> Parameters {
     let number = |index: usize| member.numbers.get(index).copied().unwrap_or(0.0);
     let (along, across) = (number(0), number(1));

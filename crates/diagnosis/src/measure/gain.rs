@@ -1,4 +1,4 @@
-//! What causes are worth on runs that they were not fitted on, with an interval from a bootstrap over runs.
+//! The gain of the accepted causes on held-out runs, with a confidence interval from a bootstrap over runs.
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;

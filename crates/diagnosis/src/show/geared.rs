@@ -1,5 +1,5 @@
-//! A torque over the angle whose period is no whole part of a turn: harmonics of the turn can follow it within the angles
-//! that a log visits, but it comes from something that turns at another ratio, and no cause of the list does.
+//! Detects a torque with a period over the angle that is no whole part of a turn, as of a gear. Harmonics of a turn can
+//! imitate it within the angles visited, but no effect of the list is its cause.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::extend::hypothesis::Member;
@@ -12,21 +12,24 @@ use valve_model::EffectId;
 /// Series over the spool's angle.
 const OVER_THE_ANGLE: [EffectId; 3] =
     [EffectId::PositionTorque, EffectId::FlowTorque, EffectId::AngleDependentFriction];
-/// One sine of any order is a gear's where it leaves no more than this part of the series' variance beyond what the series
-/// leaves, and the best of whole order so many times as much, and that part at least.
+/// A series stands in for a gear if one sine of non-integer order has a residual variance of at most `LEFT` (in parts
+/// of the series' variance, beyond the series' own residual), and the best integer order at least `TIMES` as much and
+/// at least `LEFT_BY_WHOLE`.
 const LEFT: f64 = 0.04;
 const TIMES: f64 = 4.0;
 const LEFT_BY_WHOLE: f64 = 0.03;
-/// ... its order is that far from a whole number, and so many of its periods lie within the angles visited.
+/// The gear's order is at least `BESIDE` from an integer, and at least `PERIODS` of its periods lie within the angles
+/// visited.
 const BESIDE: f64 = 0.1;
 const PERIODS: f64 = 1.5;
 /// Orders tried.
 const ORDER_STEP: f64 = 0.02;
 const MOST_ORDER: f64 = 16.0;
-/// Samples looked at, about.
+/// Samples used, about.
 const SAMPLES: usize = 3000;
 
-/// A sample: its angle, the series there, and what is left of it; in an angle log that is no torque, and counts as none.
+/// A sample: its angle, the series there, and the residual; in an angle log the residual is no torque and counts as
+/// zero.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     angle_rad: f64,
@@ -34,12 +37,13 @@ struct Sample {
     left: f64,
 }
 
-/// Whether an effect is a series over the spool's angle, which beside a gear picks from what that one leaves.
+/// True if an effect is a series over the spool's angle.
 pub(crate) fn is_over_the_angle(id: EffectId) -> bool {
     OVER_THE_ANGLE.contains(&id)
 }
 
-/// The order of the one sine that explains what a series does, where it is no whole number; `left` is by piece.
+/// The non-integer order of the one sine that explains what a series does, if there is one; `left` is the residual by
+/// piece.
 pub(crate) fn order_of_a_gear(campaign: &Campaign, member: &Member, left: &[Left]) -> Option<f64> {
     let harmonics = member.numbers.chunks(2).filter(|pair| pair.iter().any(|number| *number != 0.0)).count();
     if !is_over_the_angle(member.candidate.id) || harmonics < 2 {
@@ -95,7 +99,7 @@ fn value(member: &Member, angle_rad: f64) -> f64 {
         .sum()
 }
 
-/// The sum of squares that a constant and a sine of an order leave of what the series explains and leaves together.
+/// The residual sum of squares of a constant and a sine of one order, fitted to the series plus its residual.
 fn left_by_a_sine(samples: &[Sample], order: f64) -> Option<f64> {
     let (mut matrix, mut right, mut square) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     for sample in samples {

@@ -1,5 +1,5 @@
-//! What the runs show that is no cause of the list, and still has to be said in words: how speed goes with pressure, and
-//! that offset and friction differ from run to run.
+//! Observations on the runs that are no cause on the list: speed that follows pressure, and offset or friction that
+//! differs from run to run.
 
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
@@ -8,12 +8,12 @@ use crate::show::residual::Left;
 use prediction::median;
 use statrs::statistics::Statistics;
 
-/// Slower is at rest, in parts of the fastest.
+/// Slower than this part of the fastest speed counts as rest.
 const MOVING: f64 = 0.1;
-/// Runs that speed is compared over.
+/// Least number of runs for comparing speeds.
 const LEAST_RUNS: usize = 5;
-/// A change of speed over the span of pressures that is worth a word, what chance may do of it, and how much of the
-/// differences between runs pressure has to account for.
+/// Least change of speed over the span of pressures (relative), largest p-value, and least share of the differences
+/// between runs that pressure accounts for.
 const CHANGE: f64 = 0.15;
 const CHANCE: f64 = 1e-3;
 const ACCOUNTS: f64 = 0.8;
@@ -24,8 +24,8 @@ struct Stroke {
     speed_rad_per_s: f64,
 }
 
-/// Sentences on how the speed goes with the pressure, direction by direction. Whoever commands the speed of each run has
-/// no reason to let it follow the pressure: a speed that does is the drive's own doing.
+/// Sentences on speed that follows pressure, for each direction. The commanded speed of a run has no reason to follow
+/// the pressure, so the drive causes it.
 pub(crate) fn speed_with_pressure(campaign: &Campaign) -> Vec<String> {
     if !campaign.kind.motion_is_measured {
         return Vec::new();
@@ -77,7 +77,7 @@ fn follows(strokes: &[Stroke], direction: &str) -> Option<String> {
     ))
 }
 
-/// What a run's residual is on the whole: the same both ways, and against the motion.
+/// A run's mean residual: the part equal in both directions, and the part against the motion.
 fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option<(f64, f64)> {
     let mut sides = [(0.0, 0.0); 2];
     for (piece, left) in campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.run == run) {
@@ -93,7 +93,7 @@ fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option
     (ups > 50.0 && downs > 50.0).then(|| (0.5 * (up / ups + down / downs), 0.5 * (up / ups - down / downs)))
 }
 
-/// By how much offset and friction scatter from run to run, N·m; `None` where there are too few runs with both directions.
+/// Standard deviation of offset and friction from run to run, N·m; `None` if too few runs have both directions.
 fn scatter(campaign: &Campaign, left: &[Left]) -> Option<(f64, f64)> {
     let runs: Vec<(f64, f64)> =
         (0..campaign.runs.len()).filter_map(|run| offset_and_friction(campaign, left, run)).collect();
@@ -103,8 +103,8 @@ fn scatter(campaign: &Campaign, left: &[Left]) -> Option<(f64, f64)> {
     Some((runs.iter().map(|run| run.0).std_dev(), runs.iter().map(|run| run.1).std_dev()))
 }
 
-/// That friction and offset differ between runs, and what would have to be known to say why. `zero_nm` is what was taken
-/// off the residual as each run's own zero.
+/// The sentence on friction and offset that differ between runs, and on the channels missing to explain it. `zero_nm`
+/// is the zero that was subtracted from each run.
 pub(crate) fn runs_differ(campaign: &Campaign, left: &[Left], zero_nm: f64) -> Option<String> {
     let (offset_nm, friction_nm) = scatter(campaign, left)?;
     let offset_nm = offset_nm.hypot(zero_nm);

@@ -1,5 +1,5 @@
-//! Whether the phase of a ripple over the angle stays the same at all speeds, as it has to where the torque depends on the
-//! angle alone.
+//! Tests if the phase of a ripple over the angle is the same at all speeds, as it must be for a torque that depends on
+//! the angle alone.
 
 use crate::log::campaign::Campaign;
 use crate::outcome::Cause;
@@ -7,10 +7,10 @@ use crate::show::residual::Left;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use valve_model::EffectId;
 
-/// Speeds, with their direction, that are told apart; and the periods of the ripple that each has to hold.
+/// Number of speed classes (signed), and least periods of the ripple in each.
 const SPEEDS: usize = 6;
 const PERIODS: f64 = 3.0;
-/// What chance may do, and the least drift that is worth a word, rad.
+/// Significance level, and least drift of the phase that is reported, rad.
 const CHANCE: f64 = 1e-3;
 const DRIFT_RAD: f64 = 0.2;
 
@@ -31,8 +31,8 @@ struct Phase {
     error_rad: f64,
 }
 
-/// A sentence on the phase of `position-torque`, order by order the greatest alone; `None` of other causes, or where too
-/// few speeds show it.
+/// A sentence on the phase of the largest harmonic of `position-torque`; `None` for other causes, or if too few speeds
+/// show it.
 pub(crate) fn phase(campaign: &Campaign, cause: &Cause, after: &[Left]) -> Option<String> {
     if cause.id != EffectId::PositionTorque || !campaign.kind.motion_is_measured {
         return None;
@@ -71,7 +71,7 @@ fn samples(campaign: &Campaign, after: &[Left], ripple: impl Fn(f64) -> f64) -> 
     found
 }
 
-/// Fits cosine and sine; the error from what is left, samples within a sixth of a period counting as one.
+/// Fits cosine and sine; the error follows from the residual, where samples within a sixth of a period count as one.
 fn at_a_speed(samples: &[Sample], order: f64) -> Option<Phase> {
     let (mut cc, mut cs, mut ss, mut yc, mut ys, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut speed, mut travel) = (0.0, 0.0);

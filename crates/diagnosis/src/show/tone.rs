@@ -1,4 +1,5 @@
-//! Whether a residual is mostly one tone: in most of its segments alike, and none that the valve moves by.
+//! Detects a residual that is mostly one tone: present in most segments, and not at a frequency at which the valve
+//! moves.
 #![allow(clippy::indexing_slicing, reason = "a spectrum is indexed by its own size")]
 
 use crate::fit::equations::Setting;
@@ -7,12 +8,12 @@ use crate::show::residual::Left;
 use crate::show::spectrum::{Spectrum, spectrum, spectrum_of};
 use std::ops::RangeInclusive;
 
-/// A tone's main lobe reaches so many bins to either side of its peak, as the window has it, ...
+/// Half width of the window's main lobe, bins.
 const LOBE: usize = 2;
-/// ... which hold at least this part of the power; and in as many bins beyond it on either side no more than this part of that.
+/// Least share of the power within the main lobe, and largest power beside it relative to that within.
 const MOSTLY: f64 = 0.3;
 const BESIDE: f64 = 0.05;
-/// ... so in this part of the segments, and there is no more than this part of the motion's speed in the same bins.
+/// Least share of the segments with the tone, and largest share of the motion's speed in the same bins.
 const ALIKE: f64 = 0.75;
 const OF_MOTION: f64 = 0.05;
 
@@ -26,7 +27,7 @@ pub(crate) struct Tone {
     pub share: f64,
 }
 
-/// The tone that most of what is left is; a misfit that comes with the motion's own frequency is none.
+/// The tone that dominates the residual; `None` at a frequency of the motion itself.
 pub(crate) fn tone(setting: &Setting<'_>, left: &[Left]) -> Option<Tone> {
     let (tone, lobe) = strongest(&spectrum(setting, left))?;
     let speeds = |_: usize, piece: &Piece| -> Vec<f64> {
@@ -37,7 +38,7 @@ pub(crate) fn tone(setting: &Setting<'_>, left: &[Left]) -> Option<Tone> {
     (share(&motion, &lobe) < OF_MOTION).then_some(tone)
 }
 
-/// The tone that most of it is, and its bins.
+/// The strongest tone of a spectrum if it dominates it, and its bins.
 fn strongest(spectrum: &Spectrum) -> Option<(Tone, RangeInclusive<usize>)> {
     let mean = spectrum.mean();
     let peak = (1..mean.len()).max_by(|a, b| mean[*a].total_cmp(&mean[*b]))?;
@@ -57,7 +58,7 @@ fn strongest(spectrum: &Spectrum) -> Option<(Tone, RangeInclusive<usize>)> {
     clear.then_some((tone, lobe))
 }
 
-/// The part of the power that lies in these bins.
+/// The share of the power in these bins.
 fn share(power: &[f64], bins: &RangeInclusive<usize>) -> f64 {
     let all: f64 = power.iter().skip(1).sum();
     let inside: f64 = power.get(bins.clone()).map_or(0.0, |inside| inside.iter().sum());

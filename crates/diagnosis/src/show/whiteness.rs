@@ -1,5 +1,4 @@
-//! Whether a residual is white: whether a sample can be foretold from those before it (Ljung and Box, Biometrika 65, 1978).
-//! What a cause leaves behind shows in the correlation of neighbours, whichever cause it is.
+//! Tests if a residual is white, by the autocorrelation of its samples (Ljung and Box, Biometrika 65, 1978).
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
@@ -7,24 +6,25 @@ use crate::outcome::Whiteness;
 use crate::show::residual::Left;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Samples back that are looked at for the report.
+/// Lags of the reported test.
 const LAGS: usize = 20;
-/// ... and before another cause is looked for. A cause that makes two hundredths of the variance of 10,000 samples exceeds
-/// the bound by ten times what chance does.
+/// Lags of the test that ends the search. A cause with 2 % of the variance of 10,000 samples exceeds the bound by ten
+/// times what chance does.
 const SEARCHED: usize = 64;
-/// Above the statistic's mean by so many of its standard deviations there is something left to look for.
+/// The search goes on above the statistic's mean by so many of its standard deviations.
 const DEVIATIONS: f64 = 4.0;
-/// What can be foretold of white noise is less than this share; with many samples every test finds something.
+/// Noise counts as white if less than this share of its variance is predictable; with many samples every test is
+/// significant.
 const FORETOLD: f64 = 0.02;
 const CHANCE: f64 = 0.01;
 
-/// Tests what is left, in parts of its noise.
+/// The reported test of a residual, weighted by its noise.
 pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
     let (correlations, count) = correlations::<LAGS>(setting, left, |_| true);
     judged(&correlations, count)
 }
 
-/// Whether nothing is left to look for in the pieces that are fitted.
+/// True if the residual of the fitted pieces is white, so that no further cause is searched for.
 pub(crate) fn is_white(setting: &Setting<'_>, left: &[Left]) -> bool {
     let (correlations, count) = correlations::<SEARCHED>(setting, left, Piece::is_fitted);
     let lags = SEARCHED as f64;
@@ -67,7 +67,7 @@ fn judged(correlations: &[f64; LAGS], count: f64) -> Whiteness {
     Whiteness { lags: LAGS, statistic, p_value, foretold, white }
 }
 
-/// 1 − the error's variance that a linear prediction from the samples before leaves (Levinson and Durbin).
+/// The share of the variance that a linear prediction from the samples before removes (Levinson and Durbin).
 fn foretold(correlations: &[f64; LAGS]) -> f64 {
     let mut weights: Vec<f64> = Vec::with_capacity(LAGS);
     let mut left = 1.0;
