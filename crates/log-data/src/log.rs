@@ -49,6 +49,22 @@ pub struct Extra {
 }
 
 /// Measured runs on one clock.
+///
+/// ```
+/// use log_data::{Channel, Log, Run};
+///
+/// let run = Run {
+///     name: "slow".to_owned(),
+///     kind: "constant-velocity".to_owned(),
+///     time_s: vec![0.0, 0.001, 0.002],
+///     angle_rad: vec![0.0, 0.0005, 0.001],
+///     torque_nm: Some(vec![1.51, 1.49, 1.50]),
+///     ..Run::default()
+/// };
+/// let log = Log { runs: vec![run], ..Log::default() };
+/// assert!(log.check().is_ok());
+/// assert_eq!(log.run("slow").and_then(|run| run.channel(Channel::Torque)).map(<[f64]>::len), Some(3));
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Log {
     /// What it is, in a line.

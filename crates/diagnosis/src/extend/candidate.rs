@@ -46,7 +46,7 @@ pub(crate) struct Parameter {
     /// Its index in a list parameter; `None` for a number.
     pub slot: Option<usize>,
     pub map: Map,
-    /// Where it changes nothing, or, for a shape, where it begins.
+    /// The value without effect; for a shape parameter, its starting value.
     pub neutral: f64,
     pub lower: f64,
     pub upper: f64,
@@ -79,7 +79,7 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// Where it changes nothing.
+    /// The parameters without effect.
     pub fn neutral(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.neutral).collect()
     }

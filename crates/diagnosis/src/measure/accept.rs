@@ -1,4 +1,4 @@
-//! The causes that are accepted, with their numbers, how well these are known, and what each is worth.
+//! The accepted causes: fitted values, intervals, and the held-out error without each.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
