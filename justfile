@@ -42,7 +42,7 @@ doc:
 
 # Run a scenario in real time; the run goes to OUT
 simulate SCENARIO OUT:
-    cargo build --release --locked --package stepvalve --package processes --bins && target/release/stepvalve simulate {{SCENARIO}} --out {{OUT}}
+    cargo build --release --locked --package stepvalve --package supervisor --package processes --bins && target/release/stepvalve simulate {{SCENARIO}} --out {{OUT}}
 
 # Write docs/effects.md from the table of effects in the code
 effects:
