@@ -1,8 +1,11 @@
 //! The examples that CONTRIBUTING.md shows do what they say.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use std::process::Command;
-use stepvalve_tests::{Finished, repository};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+use stepvalve_tests::{Finished, TestPlace, repository};
 
 /// An example of a crate, built and ready for arguments.
 fn example(package: &str, name: &str) -> Command {
@@ -34,4 +37,35 @@ fn a_scenario_that_is_not_there_is_named() {
     let finished = Finished::from(output);
     assert_ne!(finished.code, Some(0));
     assert!(finished.stderr.contains("nowhere.toml"), "{}", finished.stderr);
+}
+
+#[test]
+fn a_bus_client_follows_an_instance_to_its_end() {
+    let place = TestPlace::new();
+    let scenario = place.scenario("step-sequence.toml", &[("silence_cycles", "silence_cycles = 500")]);
+    let mut run = place.command("stepvalve");
+    run.args(["run", "--instance", "watched", "--record", "none", "--out"]).arg(place.path("out"));
+    let mut run = run.arg(&scenario).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    place.wait_for("the instance", || {
+        (place.stepvalve(&["status", "--instance", "watched"]).code == Some(0)).then_some(())
+    });
+    let mut client = place.within(example("supervisor", "print_feedback"));
+    let mut client = client.arg("watched").stdout(Stdio::piped()).spawn().unwrap();
+    let mut said = BufReader::new(client.stdout.take().unwrap());
+    let mut cycles = Vec::new();
+    for _ in 0..5 {
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        let cycle = line.strip_prefix("cycle ").and_then(|rest| rest.split(':').next()).expect("a cycle");
+        cycles.push(cycle.parse::<u64>().unwrap());
+        assert!(line.contains("angle 0.0") && line.contains("micro-steps"), "{line}");
+    }
+    assert!(cycles.is_sorted_by(|one, next| one < next), "{cycles:?}");
+    kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGTERM).unwrap();
+    assert_eq!(run.wait().unwrap().code(), Some(0));
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    assert!(rest.ends_with("watched: not running\n"), "{rest}");
+    assert!(client.wait().unwrap().success());
+    place.assert_nothing_left(&["watched"]);
 }
