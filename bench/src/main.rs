@@ -64,6 +64,8 @@ enum Bench {
     Peers,
     /// How often `stepvalve diagnose` finds what is hidden, beside a stepwise regression; takes long, not among `all`
     Diagnosis(diagnosis::Arguments),
+    /// Records of real drives, what is known of them by hand, and what `stepvalve diagnose` finds
+    DiagnosisReal(diagnosis::drives::Arguments),
     /// What a diagnosis costs, by samples and candidates; --docs docs/diagnosis-evidence.md
     DiagnosisSpeed(diagnosis::speed::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
@@ -110,6 +112,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),
         Bench::Diagnosis(arguments) => diagnosis::run(arguments, quick, out),
+        Bench::DiagnosisReal(arguments) => diagnosis::drives::run(arguments, quick),
         Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
         Bench::Safety(arguments) => safety::run(arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),

@@ -2,6 +2,7 @@
 
 mod baseline;
 mod cases;
+pub mod drives;
 mod frols;
 mod library;
 mod own;

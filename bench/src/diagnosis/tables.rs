@@ -74,7 +74,7 @@ const NAMED: &[Class] = &[Class::Strong, Class::Weak, Class::Two, Class::Twin, C
 const TARGETS: [Target; 10] = [
     ("false alarms", &[Class::Clean], is_wrong, ["≤ 2 %", "≤ 3 %", "0 of 200"]),
     (
-        "nothing hidden: something said to be left, nothing accused",
+        "nothing hidden: nothing accused, but something left or no answer",
         &[Class::Clean],
         is_missed,
         ["-", "-", "-"],

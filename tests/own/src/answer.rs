@@ -3,8 +3,8 @@
 //! The recorded command goes through the valve's equations without any noise, once as the truth is and once as the belief
 //! is. The difference of angle and torque counts in parts of what each is known to: the encoder's noise and count; a
 //! recording's torque has neither, so [`TORQUE`] of the Coulomb torque stands for them. What numbers within twice their tolerance
-//! can stand for is taken off. A difference of [`hidden_effect_rig::WEAK`] or more shows, unless another cause leaves of it
-//! no more than chance would.
+//! can stand for is taken off. A difference of [`hidden_effect_rig::WEAK`] or more shows, unless another cause that the channels
+//! can show leaves of it no more than chance would, or less than [`SAME`].
 
 use crate::changes::coulomb_nm;
 use crate::{Encoder, Recording};
@@ -26,6 +26,8 @@ const WITHIN: f64 = 2.0;
 /// The part of a difference's RMS that a like cause may leave, and a sum of squares that chance leaves hardly ever.
 const ALIKE: f64 = 0.15;
 const CHANCE: f64 = 30.0;
+/// RMS over the error of what makes no difference to anybody.
+const SAME: f64 = 0.3;
 /// How much a number changes for its slope.
 const SMALL: f64 = 0.03;
 
@@ -79,8 +81,17 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     }
     let nuisances: Vec<usize> = (0..columns.values.len()).collect();
     let mut causes = Vec::new();
-    for id in LIKE.iter().filter(|id| **id != change.id().name()) {
+    let rivals = LIKE.iter().filter(|id| **id != change.id().name() && is_testable(id, run));
+    for id in rivals {
         causes.push((*id, slopes(id, f64::INFINITY, &mut columns)?));
+        // A slope is no measure of a large amount where a rotor sticks: the amount that fits best, as it is.
+        if let [only] = small(id, &belief).as_slice() {
+            if let Some(column) = as_large(only, &belief, run, (&plain, &difference, &weights))? {
+                causes.push((*id, vec![columns.values.len()]));
+                columns.values.push(column);
+                columns.bounds.push(f64::INFINITY);
+            }
+        }
     }
     let normal = Normal::new(&columns, &difference, &weights);
     let seen = normal.left(&nuisances).seen;
@@ -88,9 +99,11 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     for (id, which) in causes {
         let which: Vec<usize> = nuisances.iter().chain(&which).copied().collect();
         let left = normal.left(&which);
-        if left.seen < ALIKE * seen || left.square < CHANCE {
-            alike.push(id.to_owned());
-            same |= left.square < CHANCE;
+        if left.seen < SAME.max(ALIKE * seen) || left.square < CHANCE {
+            if !alike.iter().any(|known| known == id) {
+                alike.push(id.to_owned());
+            }
+            same |= left.square < CHANCE || left.seen < SAME;
         }
     }
     let shows = seen >= WEAK && !same;
@@ -118,7 +131,7 @@ const NUMBERS: [&str; 7] = [
 ];
 
 /// Causes that a difference is compared with.
-const LIKE: [&str; 22] = [
+const LIKE: [&str; 23] = [
     "coulomb-level",
     "static-level",
     "viscous-level",
@@ -140,8 +153,65 @@ const LIKE: [&str; 22] = [
     "coupling-compliance",
     "sensor-delay",
     "torque-offset",
+    "torque-gain",
     "encoder-eccentricity",
 ];
+
+type Difference<'a> = (&'a Motion, &'a [Vec<f64>], &'a [Vec<f64>]);
+
+/// What a cause changes in the amount that fits a difference best by itself; `None` where no such amount is allowed.
+fn as_large(
+    effect: &Effect,
+    belief: &Model,
+    run: &Run,
+    (plain, difference, weights): Difference<'_>,
+) -> Result<Option<Vec<Vec<f64>>>> {
+    const ROUNDS: usize = 8;
+    let mut amount = 1.0;
+    let mut best = None;
+    for _ in 0..ROUNDS {
+        let Some(effect) = scaled(effect, amount) else { break };
+        let values = follow(&with(belief, effect), run)?.less(plain);
+        let columns = Columns { values: vec![values.clone()], bounds: vec![f64::INFINITY] };
+        amount *= Normal::new(&columns, difference, weights).left(&[0]).coefficients[0];
+        best = Some(values);
+    }
+    Ok(best)
+}
+
+/// So many times as much of an effect.
+fn scaled(effect: &Effect, amount: f64) -> Option<Effect> {
+    let part = |(key, value): (&str, &EffectValue)| match (key, value) {
+        ("factor", EffectValue::Number(factor)) => EffectValue::Number(1.0 + amount * (factor - 1.0)),
+        (_, EffectValue::Number(number)) => EffectValue::Number(amount * number),
+        (_, EffectValue::List(numbers)) => {
+            EffectValue::List(numbers.iter().map(|number| amount * number).collect())
+        }
+    };
+    let parts: Vec<(&str, EffectValue)> = effect.parts().map(|one| (one.0, part(one))).collect();
+    // A spring is the softer the more there is of it.
+    (effect.id() != EffectId::CouplingCompliance)
+        .then(|| Effect::from_parts(effect.id().name(), &parts).ok())?
+}
+
+/// Whether what a cause depends on changes during the run: one pressure or one temperature tells nothing of it.
+fn is_testable(id: &str, run: &Run) -> bool {
+    let span = |values: &Option<Vec<f64>>| {
+        let known = values.iter().flatten().copied().filter(|value| value.is_finite());
+        known.fold(None, |span: Option<(f64, f64)>, value| {
+            Some(span.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
+        })
+    };
+    match id {
+        "pressure-dependent-friction" | "flow-torque" | "pressure-torque" => {
+            span(&run.pressure_drop_pa).is_some_and(|(low, high)| high > 1.2 * low)
+        }
+        "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
+            span(&run.oil_temperature_c).is_some_and(|(low, high)| high > low + 2.0)
+        }
+        _ => true,
+    }
+}
 
 /// An effect in small amounts of each of its shapes.
 fn small(id: &str, belief: &Model) -> Vec<Effect> {

@@ -17,6 +17,8 @@ pub struct Left {
     pub acts_in: Vec<usize>,
     /// The weighted sum of squares over all runs.
     pub square: f64,
+    /// The coefficients, in the order of the columns asked for.
+    pub coefficients: Vec<f64>,
 }
 
 /// A run counts where its mean square is this part of the largest, or more: as in the exact family.
@@ -98,6 +100,47 @@ impl<'a> Normal<'a> {
             seen: (sum / count.max(1) as f64).sqrt(),
             acts_in,
             square: squares.iter().map(|(square, _)| square).sum(),
+            coefficients: found,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two runs of 200 samples: a wave, a line, and their sum.
+    fn columns() -> (Columns, Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let run = |value: &dyn Fn(f64) -> f64| (0..200).map(|k| value(f64::from(k) / 200.0)).collect();
+        let both = |value: &dyn Fn(f64) -> f64| vec![run(value), run(&|x| value(x + 0.3))];
+        let (wave, line) = (both(&|x| (40.0 * x).sin()), both(&|x| x));
+        let change = both(&|x| 2.0 * (40.0 * x).sin() + 0.5 * x);
+        let columns = Columns { values: vec![wave, line], bounds: vec![f64::INFINITY, f64::INFINITY] };
+        (columns, change, vec![vec![1.0; 200]; 2])
+    }
+
+    #[test]
+    fn a_sum_of_columns_leaves_nothing() {
+        let (columns, change, weights) = columns();
+        let normal = Normal::new(&columns, &change, &weights);
+        assert!(normal.left(&[0, 1]).seen < 1e-6);
+        let alone = normal.left(&[1]);
+        assert!((alone.seen - 2f64.sqrt()).abs() < 0.1, "the wave of amplitude 2 is left: {}", alone.seen);
+        assert_eq!(alone.acts_in, [0, 1]);
+    }
+
+    #[test]
+    fn a_coefficient_stays_within_its_bound() {
+        let (mut columns, change, weights) = columns();
+        columns.bounds[0] = 1.5;
+        let left = Normal::new(&columns, &change, &weights).left(&[0, 1]).seen;
+        assert!((left - 0.5 / 2f64.sqrt()).abs() < 0.02, "half a wave is left: {left}");
+    }
+
+    #[test]
+    fn a_column_that_is_in_one_run_alone_acts_there() {
+        let (mut columns, change, weights) = columns();
+        columns.values[0][1].clear();
+        assert_eq!(Normal::new(&columns, &change, &weights).left(&[0, 1]).acts_in, [1]);
     }
 }

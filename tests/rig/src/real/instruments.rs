@@ -77,3 +77,41 @@ pub(super) fn lose(values: &mut [f64], part: f64, rng: &mut Pcg64) {
         left -= length;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn a_transducer_passes_slow_tones_and_holds_back_fast_ones() {
+        let times_s: Vec<f64> = (0..20_000).map(|k| 1e-4 * f64::from(k)).collect();
+        let size = |frequency_hz: f64| {
+            let tone: Vec<f64> = times_s.iter().map(|time| (TAU * frequency_hz * time).sin()).collect();
+            let passed = transduced(&times_s, &tone, 100.0);
+            2f64.sqrt() * (passed[10_000..].iter().map(|value| value * value).sum::<f64>() / 10_000.0).sqrt()
+        };
+        assert!((size(10.0) - 1.0).abs() < 0.01, "{}", size(10.0));
+        // |H| of a second-order low-pass damped at 0.7: 0.714 at its frequency, 1/16.0 at four times it.
+        assert!((size(100.0) - 0.714).abs() < 0.03, "{}", size(100.0));
+        assert!((size(400.0) - 0.0624).abs() < 0.01, "{}", size(400.0));
+    }
+
+    #[test]
+    fn an_encoder_reads_whole_counts() {
+        let mut rng = Pcg64::seed_from_u64(1);
+        let encoder = Encoder { step_rad: 0.01, noise_rad: 0.0 };
+        assert_eq!(read(&encoder, 0.0149, &mut rng), 0.01);
+        assert!((encoder.deviation_rad() - 0.01 / 12f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn as_many_samples_go_missing_as_are_asked_for_and_never_the_first() {
+        let mut rng = Pcg64::seed_from_u64(2);
+        let mut values = vec![1.0; 20_000];
+        lose(&mut values, 0.01, &mut rng);
+        let missing = values.iter().filter(|value| value.is_nan()).count();
+        assert!((150..=200).contains(&missing), "{missing}: overlaps and the end take some");
+        assert!(values[0].is_finite());
+    }
+}

@@ -39,6 +39,9 @@ const MOST_AMOUNT: f64 = 5.0;
 const BEYOND: f64 = 4.0;
 /// Samples that effects are sized and compared on, about: what they change is simulated some fifty times.
 const PART: usize = 15_000;
+/// What pressure (MPa) and temperature (K) have to span for an effect to be more than a level.
+const LEAST_MPA: f64 = 1.0;
+const LEAST_K: f64 = 4.0;
 /// The least share of a run that shows all its motions.
 const LEAST_SHARE: f64 = 0.35;
 /// The strength from which on a slow transducer is part of the truth.
@@ -72,6 +75,9 @@ pub(crate) fn try_draw(seed: u64, hidden: &Hidden) -> Option<Campaign> {
 fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
     let mut rng = Pcg64::seed_from_u64(seed ^ (attempt << 48) ^ (1 << 47));
     let mut draft = Draft::draw(hidden, &mut rng);
+    if !hidden.effects.iter().all(|id| draft.varies_with(id)) {
+        return None;
+    }
     let plain = measure(draft.kind, &draft.part, &draft.valve(&[], &draft.part))?;
     let instances: Vec<Instance> = hidden.effects.iter().map(|id| draft.instance(id, &mut rng)).collect();
     let late = draft.lateness(&plain);
@@ -114,6 +120,25 @@ impl Draft {
         let believed = nominal.misjudged(world.off_by, rng);
         let part = part(&runs);
         Self { kind: hidden.log, nominal, believed, world, runs, part, labels }
+    }
+
+    /// Whether what an effect depends on changes: with one pressure or one temperature it is a level.
+    fn varies_with(&self, id: &str) -> bool {
+        let spans = |value: &dyn Fn(&RunPlan) -> crate::plan::Slow| {
+            let ends =
+                |run: &RunPlan| [value(run).mean - value(run).wobble, value(run).mean + value(run).wobble];
+            let all: Vec<f64> = self.runs.iter().flat_map(ends).collect();
+            all.iter().copied().fold(f64::MIN, f64::max) - all.iter().copied().fold(f64::MAX, f64::min)
+        };
+        match id {
+            "pressure-dependent-friction" | "hydraulic-lock" | "flow-torque" | "pressure-torque" => {
+                spans(&|run| run.pressure_mpa) > LEAST_MPA
+            }
+            "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
+                spans(&|run| run.celsius) > LEAST_K
+            }
+            _ => true,
+        }
     }
 
     fn instance(&self, id: &str, rng: &mut Pcg64) -> Instance {

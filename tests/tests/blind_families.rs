@@ -1,0 +1,153 @@
+//! Blind tests of `stepvalve diagnose` beyond exact models and fine instruments: campaigns of the real family, and the product's
+//! own recordings with a belief that may be wrong.
+//!
+//! What is required follows from the rates that the diagnosis is held to (`bench diagnosis`), as bounds that a method which
+//! holds them misses by chance less than once in a thousand. `STEPVALVE_BLIND_SEED` draws others.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use hidden_effect_rig::{Campaign, Family, Finding, Hidden, LogKind, Outcome, STRONG, choose, effects_of};
+use own_recordings::{CHANGES, Recording, answer};
+use serde_json::Value;
+use std::path::Path;
+use stepvalve_tests::TestPlace;
+
+/// Few enough that all of it takes minutes.
+const SAMPLES: usize = 12_000;
+
+fn first_seed() -> u64 {
+    let given = std::env::var("STEPVALVE_BLIND_SEED").ok().and_then(|text| text.parse().ok());
+    let seed = given.unwrap_or(9_100_000);
+    eprintln!("seeds from STEPVALVE_BLIND_SEED={seed} on");
+    seed
+}
+
+/// What it says; a log that it refuses has that for a verdict.
+fn diagnosed(place: &TestPlace, log: &Path, model: &Path) -> Finding {
+    let out = place.path("found");
+    let paths = [log, model, &out].map(|path| path.to_str().unwrap().to_owned());
+    let finished =
+        place.stepvalve(&["diagnose", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2]]);
+    finished.expect_code(0);
+    let json: Value = serde_json::from_slice(&std::fs::read(out.join("diagnosis.json")).unwrap()).unwrap();
+    Finding::of(&json)
+}
+
+fn found(seed: u64, hidden: &Hidden) -> Outcome {
+    let hidden = Hidden { family: Family::Real, samples: SAMPLES, ..hidden.clone() };
+    let campaign = Campaign::draw(seed, &hidden);
+    let place = TestPlace::new();
+    let given = place.path("given");
+    campaign.write(&given).unwrap();
+    std::fs::remove_file(given.join("truth.json")).unwrap();
+    let finding = diagnosed(&place, &given.join("log.h5"), &given.join("model.toml"));
+    let outcome = finding.judge(&campaign.truth);
+    eprintln!(
+        "real family, seed {seed}, {:?} log, {:?} hidden: {outcome:?}: {}, named {:?}, groups {:?}",
+        hidden.log, hidden.effects, finding.verdict, finding.named, finding.groups
+    );
+    outcome
+}
+
+/// Simulated, then diagnosed with the belief; whether the recording can show what is hidden, and what was found.
+fn own(seed: u64, change: Option<&str>) -> (bool, Outcome) {
+    let recording = Recording::draw(seed, change).unwrap();
+    let place = TestPlace::new();
+    let given = place.path("given");
+    recording.write(&given).unwrap();
+    let (scenario, run) = (given.join("scenario.toml"), place.path("run"));
+    let paths = [&scenario, &run].map(|path| path.to_str().unwrap().to_owned());
+    let mode = recording.mode.name();
+    place.stepvalve(&["simulate", &paths[0], "--mode", mode, "--out", &paths[1]]).expect_code(0);
+    let key = answer(&recording, &run.join("run.h5")).unwrap();
+    let finding = diagnosed(&place, &run.join("run.h5"), &given.join("belief.toml"));
+    let outcome = finding.judge(&key.truth);
+    eprintln!(
+        "own recording, seed {seed}, {}, {change:?} hidden, shows {}: {outcome:?}: {}, named {:?}, groups {:?}",
+        recording.what, key.shows, finding.verdict, finding.named, finding.groups
+    );
+    (key.shows, outcome)
+}
+
+fn count(outcomes: &[Outcome], wanted: Outcome) -> usize {
+    outcomes.iter().filter(|outcome| **outcome == wanted).count()
+}
+
+/// Where at most 3 % are false alarms, two of eight are one in fifty; three, one in a thousand.
+#[test]
+#[ignore = "needs a diagnosis that knows instruments and tolerances: bench diagnosis --family real shows how far it is"]
+fn an_imperfect_model_accuses_nothing() {
+    let logs = [LogKind::Torque, LogKind::Torque, LogKind::Torque, LogKind::Angle];
+    let seeds = first_seed()..;
+    let outcomes: Vec<Outcome> =
+        logs.iter().cycle().take(8).zip(seeds).map(|(log, seed)| found(seed, &Hidden::none(*log))).collect();
+    assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
+}
+
+/// Where at least 90 % are right, six of ten or fewer are one in eighty; five or fewer, one in six hundred.
+#[test]
+#[ignore = "needs a diagnosis that knows instruments and tolerances: bench diagnosis --family real shows how far it is"]
+fn strong_effects_are_named_with_the_instruments_of_the_field() {
+    let seed = first_seed() + 100;
+    let outcomes: Vec<Outcome> = (0..10)
+        .map(|k| {
+            let log = if k < 7 { LogKind::Torque } else { LogKind::Angle };
+            let effect = choose(seed + k, &effects_of(log));
+            found(seed + k, &Hidden::with(log, &[effect], STRONG))
+        })
+        .collect();
+    assert!(count(&outcomes, Outcome::Right) >= 6, "{outcomes:?}");
+    assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
+}
+
+/// The first thing that a user tries: none of them may be accused.
+#[test]
+#[ignore = "needs a diagnosis that predicts from the command: bench diagnosis --family own shows how far it is"]
+fn a_true_belief_is_not_accused_of_its_own_recording() {
+    let seed = first_seed() + 200;
+    for seed in seed..seed + 8 {
+        assert_eq!(own(seed, None).1, Outcome::Right, "seed {seed}");
+    }
+}
+
+#[test]
+#[ignore = "needs a diagnosis that predicts from the command: bench diagnosis --family own shows how far it is"]
+fn a_belief_that_is_wrong_is_put_right_by_its_own_recording() {
+    let seed = first_seed() + 300;
+    let found: Vec<(bool, Outcome)> =
+        CHANGES.iter().zip(seed..).map(|(id, seed)| own(seed, Some(id))).collect();
+    let shown: Vec<Outcome> = found.iter().filter(|(shows, _)| *shows).map(|(_, outcome)| *outcome).collect();
+    assert!(shown.len() >= 4, "few of them show: {found:?}");
+    assert!(3 * count(&shown, Outcome::Right) >= 2 * shown.len(), "{found:?}");
+    let all: Vec<Outcome> = found.into_iter().map(|(_, outcome)| outcome).collect();
+    assert!(count(&all, Outcome::Wrong) <= 1, "{all:?}");
+}
+
+/// The answer key without any diagnosis. Steps show a level that is off by a fifth, and friction that grows with pressure only as such
+/// a level, since their pressure is one; where the pressure changes, the two are told apart.
+#[test]
+fn the_answer_key_says_what_a_recording_can_show() {
+    let key = |scenario: &str, change: &str| {
+        let drawn = (0..).map(|seed| Recording::draw(seed, Some(change)).unwrap());
+        let recording = drawn.into_iter().find(|one| one.what.starts_with(scenario)).unwrap();
+        let place = TestPlace::new();
+        recording.write(&place.path("given")).unwrap();
+        let paths = [place.path("given/scenario.toml"), place.path("run")];
+        let paths = paths.map(|path| path.to_str().unwrap().to_owned());
+        place.stepvalve(&["simulate", &paths[0], "--mode", "in-process", "--out", &paths[1]]).expect_code(0);
+        let key = answer(&recording, &place.path("run/run.h5")).unwrap();
+        eprintln!("{}, {change}: shows {}, {}", recording.what, key.shows, key.truth.json());
+        key
+    };
+    let level = key("step-sequence", "coulomb-level");
+    assert!(level.shows && level.truth.effects[0].id == "coulomb-level");
+    let one_pressure = key("step-sequence", "pressure-dependent-friction");
+    assert!(!one_pressure.shows && one_pressure.truth.effects.is_empty());
+    let also_true = one_pressure.truth.imperfect.unwrap().also_true;
+    assert!(
+        ["coulomb-level", "pressure-dependent-friction"]
+            .iter()
+            .all(|id| also_true.iter().any(|one| one == id))
+    );
+    let pressures = key("flow-steps", "pressure-dependent-friction");
+    assert!(pressures.shows && !pressures.truth.near_twins.contains(&"coulomb-level".to_owned()));
+}
