@@ -85,12 +85,12 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     for id in rivals {
         causes.push((*id, slopes(id, f64::INFINITY, &mut columns)?));
         // A slope is no measure of a large amount where a rotor sticks: the amount that fits best, as it is.
-        if let [only] = small(id, &belief).as_slice() {
-            if let Some(column) = as_large(only, &belief, run, (&plain, &difference, &weights))? {
-                causes.push((*id, vec![columns.values.len()]));
-                columns.values.push(column);
-                columns.bounds.push(f64::INFINITY);
-            }
+        if let [only] = small(id, &belief).as_slice()
+            && let Some(column) = as_large(only, &belief, run, (&plain, &difference, &weights))?
+        {
+            causes.push((*id, vec![columns.values.len()]));
+            columns.values.push(column);
+            columns.bounds.push(f64::INFINITY);
         }
     }
     let normal = Normal::new(&columns, &difference, &weights);
