@@ -7,9 +7,11 @@ use super::frols;
 use super::library::{self, CAUSES, Terms};
 use anyhow::{Context, Result};
 use config::parse_model;
+use hidden_effect_rig::Finding;
 use log_data::Log;
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use valve_model::{FrictionParams, Model};
 
 /// The least cut of the held-out RMS, in parts of the noise.
 const FLOOR: f64 = 0.01;
@@ -35,15 +37,52 @@ pub struct Normal {
 /// Half of the runs to fit on, the others to choose on; and the other way round.
 struct Halves([Normal; 2]);
 
-/// The causes that two kinds of regression name in a torque log: stepwise, and by orthogonal least squares.
+/// What two kinds of regression find in a torque log: stepwise, and by orthogonal least squares. Numbers of the model come with
+/// the factor that they are off by, so that tolerances count for them as for a diagnosis.
 ///
 /// # Errors
 /// A model that can't be read.
-pub fn named(log: &Log, model_toml: &str) -> Result<[BTreeSet<String>; 2]> {
+pub fn found(log: &Log, model_toml: &str) -> Result<[Finding; 2]> {
     let model = parse_model(model_toml, "model.toml")?;
     let runs = library::terms(log, &model).context("the regression needs torque and a LuGre model")?;
     let runs = if runs.len() < FEW { runs.into_iter().flat_map(pieces).collect() } else { runs };
-    Ok([stepwise(&runs), frols::named(&normal(&runs, &|_| true))])
+    let all = normal(&runs, &|_| true);
+    Ok([stepwise(&runs), frols::named(&all)].map(|named| Finding {
+        verdict: if named.is_empty() { "no-discrepancy" } else { "explained" }.to_owned(),
+        factors: factors(&all, &named, &model),
+        named,
+        ..Finding::default()
+    }))
+}
+
+/// The factors of the model's numbers among some causes, to first order.
+fn factors(all: &Normal, named: &BTreeSet<String>, model: &Model) -> BTreeMap<String, f64> {
+    let causes: Vec<usize> = CAUSES
+        .iter()
+        .enumerate()
+        .filter(|(_, (id, _))| named.contains(*id))
+        .map(|(index, _)| index)
+        .collect();
+    let columns = columns(&causes);
+    let weights = solved(all, &columns).unwrap_or_else(|| DVector::zeros(columns.len()));
+    let FrictionParams::LuGre(lugre) = model.friction else { return BTreeMap::new() };
+    let excess = lugre.static_torque_nm / (lugre.static_torque_nm - lugre.coulomb_torque_nm).max(1e-9);
+    let part = |id: &str| match id {
+        "coulomb-level" | "torque-gain" | "static-level" | "bristle-stiffness" => Some(1.0),
+        "viscous-level" => Some(1.0 / lugre.viscous_nm_s_per_rad),
+        "load-inertia" => model.load.map(|load| 1.0 / load.inertia_kg_m2),
+        "stribeck-velocity" => Some(excess / lugre.stribeck_exponent),
+        _ => None,
+    };
+    let mut place = 0;
+    let mut factors = BTreeMap::new();
+    for (id, terms) in causes.iter().filter_map(|cause| CAUSES.get(*cause)) {
+        if let (Some(part), Some(weight)) = (part(id), weights.get(place)) {
+            factors.insert((*id).to_owned(), 1.0 + part * weight);
+        }
+        place += terms;
+    }
+    factors
 }
 
 /// A run cut into pieces, where there are too few to hold some out.
@@ -163,14 +202,18 @@ fn held_out(fitted: &Normal, judged: &Normal, columns: &[usize]) -> f64 {
     if columns.is_empty() {
         return judged.square;
     }
-    let gram = |normal: &Normal| normal.gram.select_rows(columns).select_columns(columns);
-    let right = |normal: &Normal| normal.right.select_rows(columns);
-    let (mut matrix, target) = (gram(fitted), right(fitted));
+    let Some(weights) = solved(fitted, columns) else { return judged.square };
+    let gram = judged.gram.select_rows(columns).select_columns(columns);
+    judged.square - 2.0 * weights.dot(&judged.right.select_rows(columns)) + weights.dot(&(gram * &weights))
+}
+
+/// The coefficients of some columns.
+fn solved(normal: &Normal, columns: &[usize]) -> Option<DVector<f64>> {
+    let mut matrix = normal.gram.select_rows(columns).select_columns(columns);
     // Columns to the same size, and a touch of ridge against those that say the same.
     let scale = matrix.diagonal().map(|value| 1.0 / value.max(1e-300).sqrt());
     matrix = DMatrix::from_diagonal(&scale) * matrix * DMatrix::from_diagonal(&scale);
     matrix += DMatrix::identity(columns.len(), columns.len()) * 1e-9;
-    let Some(cholesky) = matrix.cholesky() else { return judged.square };
-    let weights = cholesky.solve(&target.component_mul(&scale)).component_mul(&scale);
-    judged.square - 2.0 * weights.dot(&right(judged)) + weights.dot(&(gram(judged) * &weights))
+    let right = normal.right.select_rows(columns);
+    Some(matrix.cholesky()?.solve(&right.component_mul(&scale)).component_mul(&scale))
 }

@@ -90,11 +90,8 @@ fn one(case: &Case, limits: Limits) -> Result<Option<Row>> {
     row.samples = campaign.log.runs.iter().map(Run::len).sum();
     if truth.log == LogKind::Torque {
         let log = filled(&campaign.log);
-        let [regression, frols] = baseline::named(&log, &campaign.model_toml)?.map(|named| {
-            let verdict = if named.is_empty() { "no-discrepancy" } else { "explained" };
-            let finding = Finding { verdict: verdict.to_owned(), named: named.clone(), ..Finding::default() };
-            Some(Other { named, outcome: finding.judge(truth) })
-        });
+        let [regression, frols] = baseline::found(&log, &campaign.model_toml)?
+            .map(|finding| Some(Other { outcome: finding.judge(truth), named: finding.named }));
         (row.regression, row.frols) = (regression, frols);
     }
     if matches!(case.class, Class::Strong | Class::Weak) && outcome == Outcome::Right {
