@@ -63,6 +63,9 @@ fn factors(all: &Normal, named: &BTreeSet<String>, model: &Model) -> BTreeMap<St
         .filter(|(_, (id, _))| named.contains(*id))
         .map(|(index, _)| index)
         .collect();
+    if causes.is_empty() {
+        return BTreeMap::new();
+    }
     let columns = columns(&causes);
     let weights = solved(all, &columns).unwrap_or_else(|| DVector::zeros(columns.len()));
     let FrictionParams::LuGre(lugre) = model.friction else { return BTreeMap::new() };
