@@ -85,6 +85,7 @@ impl Variant {
             quick_stop_deceleration_hz_per_s: driver.quick_stop_deceleration_hz_per_s,
             silence_cycles: scenario.safety.silence_cycles,
             command_delay_cycles: scenario.loop_delay_cycles - 1,
+            arming_cycles: 0,
             neutral_pulse_rate_hz: 0.0,
         };
         let safety = &scenario.safety;

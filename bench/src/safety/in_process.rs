@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use anyhow::Result;
 use closed_loop::{CycleOutputs, InProcess};
 use injection::{Damage, Fault, FaultyWire, Injection, SplitSeed, Stream, draw};
-use oracle::{Judge, Verdict};
+use oracle::{Judge, Order, Verdict, Wish};
 use signals::{ControllerState, Source, validity};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -116,13 +116,12 @@ pub struct Watch {
 impl Watch {
     /// Of a run whose fault comes in cycle `at`.
     pub fn new(ground: &Ground, at: u64) -> Self {
-        Self {
-            judge: Judge::new(ground.limits),
-            seen: Seen::default(),
-            at,
-            delay: ground.limits.command_delay_cycles,
-            faulted: false,
+        let mut judge = Judge::new(ground.limits);
+        let timeline = &ground.parts.timeline;
+        for (wish, cycle) in [(Wish::Move, timeline.arm_cycle), (Wish::Stop, timeline.disarm_cycle)] {
+            judge.order(Order { wish, from_cycle: cycle, until_cycle: cycle });
         }
+        Self { judge, seen: Seen::default(), at, delay: ground.limits.command_delay_cycles, faulted: false }
     }
 
     fn cycle(&mut self, outputs: &CycleOutputs) {

@@ -167,12 +167,7 @@ impl Session {
 
     /// Asks for something; `None` where nobody answers.
     pub fn ask(&self, request: &Value) -> Option<Value> {
-        let mut stream = UnixStream::connect(&self.socket).ok()?;
-        stream.set_read_timeout(Some(PATIENCE)).ok()?;
-        stream.write_all(format!("{request}\n").as_bytes()).ok()?;
-        let mut line = String::new();
-        BufReader::new(&stream).read_line(&mut line).ok()?;
-        serde_json::from_str(&line).ok()
+        self.ask_within(request, PATIENCE)
     }
 
     /// Injects a fault, given in its text form; `None` where nobody answers.
@@ -226,6 +221,51 @@ impl Session {
             std::thread::sleep(Duration::from_millis(2));
         }
         Ok(false)
+    }
+
+    /// Disarmed and without a fault; `false` where that can't be had any more.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn rest(&mut self) -> Result<bool> {
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE && self.alive()? {
+            let Some(status) = self.status() else { continue };
+            match status["state"].as_str() {
+                Some("disarmed") => return Ok(true),
+                Some("fault") => _ = self.ask(&json!({"request": "reset"})),
+                Some(_) => _ = self.ask(&json!({"request": "disarm"})),
+                None => {}
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        Ok(false)
+    }
+
+    /// A process of the instance by its program's name.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn pid_of(&self, program: &str) -> Result<Pid> {
+        let own = self.process.id();
+        let children = std::fs::read_to_string(format!("/proc/{own}/task/{own}/children"))?;
+        let pids = children.split_whitespace().filter_map(|pid| pid.parse().ok());
+        let runs = |pid: &i32| {
+            let path = std::fs::read_link(format!("/proc/{pid}/exe"));
+            path.is_ok_and(|path| path.file_name().is_some_and(|name| name == program))
+        };
+        let found = pids.chain([i32::try_from(own)?]).find(runs);
+        found.map(Pid::from_raw).with_context(|| format!("{program} does not run"))
+    }
+
+    /// Asks for something as a client that does not wait longer than this.
+    pub fn ask_within(&self, request: &Value, patience: Duration) -> Option<Value> {
+        let mut stream = UnixStream::connect(&self.socket).ok()?;
+        stream.set_read_timeout(Some(patience)).ok()?;
+        stream.write_all(format!("{request}\n").as_bytes()).ok()?;
+        let mut line = String::new();
+        BufReader::new(&stream).read_line(&mut line).ok()?;
+        serde_json::from_str(&line).ok()
     }
 
     /// One fault, at a random moment, and what follows; `None` where the instance was not to be had.

@@ -1,11 +1,12 @@
 //! The record of a running instance, judged: every start by the oracle, every trial by what follows it.
 
 use super::ground::Ground;
+use super::recorded_orders::RecordedOrders;
 use super::tally::{Outcome, Tally};
 use anyhow::Result;
 use oracle::{Judge, Unsafe};
 use recording::{AnyMessage, read_record};
-use signals::{ControlStatus, ControllerState, FaultCode, Source, StepCommand, validity};
+use signals::{ControlStatus, ControllerState, FaultCode, StepCommand, validity};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -26,8 +27,7 @@ pub struct Done {
 /// One start of the processes, from the record.
 struct Start {
     judge: Judge,
-    /// Time of cycle 0, ns.
-    epoch_ns: u64,
+    orders: RecordedOrders,
     /// Sequence number and cycle of the newest command and reference.
     command: Option<(u64, u64)>,
     /// The newest PlantTruth.
@@ -94,18 +94,30 @@ pub fn judge(
     Ok(())
 }
 
+/// What the oracle finds in the record of an instance, in words.
+///
+/// # Errors
+/// Where the record can't be read.
+pub fn judge_orders(ground: &Ground, folder: &Path) -> Result<Vec<String>> {
+    let starts = read(ground, folder)?;
+    let findings = starts.values().flat_map(|start| start.judge.verdict().findings);
+    Ok(findings.map(|finding| format!("{finding:?}")).collect())
+}
+
 fn cycle(finding: &Unsafe) -> u64 {
     match finding {
         Unsafe::Rate { cycle, .. }
         | Unsafe::Acceleration { cycle, .. }
         | Unsafe::Time { cycle }
         | Unsafe::BeforeArming { cycle }
+        | Unsafe::WithoutOrder { cycle }
+        | Unsafe::AfterDisarm { cycle, .. }
         | Unsafe::AfterDeadline { cycle, .. } => *cycle,
     }
 }
 
 fn cycle_of(ground: &Ground, start: &Start, at_ns: u64) -> u64 {
-    at_ns.saturating_sub(start.epoch_ns) / ground.parts.timeline.period_ns
+    at_ns.saturating_sub(start.orders.epoch_ns()) / ground.parts.timeline.period_ns
 }
 
 /// How the valve was stopped between two cycles, if it was.
@@ -141,8 +153,11 @@ fn read(ground: &Ground, folder: &Path) -> Result<BTreeMap<u64, Start>> {
     let mut starts: BTreeMap<u64, Start> = BTreeMap::new();
     read_record(&segments, |message| {
         let start = starts.entry(message.header().generation).or_insert_with(|| Start::new(ground));
-        start.take(ground, message);
+        start.take(message);
     })?;
+    for start in starts.values_mut() {
+        start.orders.put_into(&mut start.judge);
+    }
     Ok(starts)
 }
 
@@ -150,7 +165,7 @@ impl Start {
     fn new(ground: &Ground) -> Self {
         Self {
             judge: Judge::new(ground.limits),
-            epoch_ns: u64::MAX,
+            orders: RecordedOrders::new(ground.parts.timeline.period_ns),
             command: None,
             truth: None,
             pulses: BTreeMap::new(),
@@ -164,7 +179,8 @@ impl Start {
         }
     }
 
-    fn take(&mut self, ground: &Ground, message: &AnyMessage) {
+    fn take(&mut self, message: &AnyMessage) {
+        self.orders.note(message);
         let (cycle, sequence) = (message.header().cycle, message.header().sequence);
         match message {
             AnyMessage::PlantTruth(m) => {
@@ -178,10 +194,6 @@ impl Start {
                 self.pulses.insert(cycle.saturating_sub(1), m.body.pulses.unsigned_abs());
             }
             AnyMessage::StepCommand(m) => self.command(cycle, sequence, &m.body),
-            AnyMessage::LoopTiming(Source::Plant, m) => {
-                let since = cycle * ground.parts.timeline.period_ns;
-                self.epoch_ns = self.epoch_ns.min(m.body.deadline_ns.saturating_sub(since));
-            }
             AnyMessage::Feedback(m) => {
                 self.feedbacks.push(cycle);
                 let stopped = m.body.validity & validity::STOPPED_ITSELF != 0;

@@ -11,7 +11,9 @@ mod live;
 mod live_record;
 mod lockstep;
 mod odd;
+mod recorded_orders;
 mod soak;
+mod stopped;
 mod tally;
 
 use crate::output::Results;
@@ -78,6 +80,8 @@ pub fn run_live(arguments: &Arguments, quick: bool) -> Result<Results> {
     live::campaign(arguments.seed, trials * 7 / 10, &mut running)?;
     let mut around = Tally::default();
     odd::campaign(arguments.seed, trials * 3 / 10, &mut around)?;
+    let mut orders = Tally::default();
+    stopped::campaign(arguments.seed, trials, &mut orders)?;
     Ok(Results {
         command: "safety-live",
         quick,
@@ -86,11 +90,12 @@ pub fn run_live(arguments: &Arguments, quick: bool) -> Result<Results> {
         sheets: vec![
             running.sheet("safety-live", "Faults on a running instance, by kind; times in cycles of 1 ms"),
             around.short_sheet("safety-around", "Faults of start, end and surroundings"),
+            stopped::sheet(&orders),
         ],
         data: json!({
             "seed": arguments.seed,
-            "violations": running.violations() + around.violations(),
-            "found": [running.found(), around.found()],
+            "violations": running.violations() + around.violations() + orders.violations(),
+            "found": [running.found(), around.found(), orders.found()],
         }),
     })
 }

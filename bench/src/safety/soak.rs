@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing, reason = "a key that JSON lacks reads as null")]
 
 use super::live::{Session, ground};
+use super::recorded_orders::RecordedOrders;
 use crate::jitter::load::LOADS;
 use crate::output::{Results, Sheet};
 use crate::programs::Workplace;
@@ -38,11 +39,16 @@ pub fn run(minutes: f64, quick: bool) -> Result<Results> {
         std::fs::read_dir(place.path("record"))?.flatten().map(|entry| entry.path()).collect();
     segments.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
     segments.sort();
-    let report = read_record(&segments, |message| match message {
-        AnyMessage::PlantTruth(m) => judge.truth(m.header.cycle, &m.body),
-        AnyMessage::StepCommand(m) => judge.command(m.header.cycle, &m.body),
-        _ => {}
+    let mut orders = RecordedOrders::new(ground.parts.timeline.period_ns);
+    let report = read_record(&segments, |message| {
+        orders.note(message);
+        match message {
+            AnyMessage::PlantTruth(m) => judge.truth(m.header.cycle, &m.body),
+            AnyMessage::StepCommand(m) => judge.command(m.header.cycle, &m.body),
+            _ => {}
+        }
     })?;
+    orders.put_into(&mut judge);
     let verdict = judge.verdict();
     let mut sheet = Sheet::new("soak", format!("{minutes} minutes beside stress-ng"), &["what", "count"]);
     let sum = |field: &str| -> u64 {

@@ -38,6 +38,9 @@ const END_PATIENCE: Duration = Duration::from_secs(10);
 /// Beyond the time that the ramp takes, how long the plant may take to stop.
 const STOP_MARGIN: Duration = Duration::from_secs(1);
 
+/// An effect is seen within this: an order must not be obeyed so late that its operator is told it was not.
+pub(crate) const SEEN_WITHIN: Duration = Duration::from_millis(10);
+
 const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller];
 
 /// A process that died before it was ready: that is its fault, not the user's.
@@ -199,7 +202,7 @@ impl<'a> Generation<'a> {
     /// Publishes a set-point, which holds as long as its operator waits; its id.
     pub fn give_set_point(&mut self, set_point: SetPoint) -> u64 {
         let id = self.set_points.published() + 1;
-        let valid_until_cycle = self.cycle_after(self.patience);
+        let valid_until_cycle = self.cycle_after(self.patience.saturating_sub(SEEN_WITHIN));
         let set_point = SetPoint { id, valid_until_cycle, ..set_point };
         self.set_points.write(0, realtime::now_ns(), set_point);
         id

@@ -1,10 +1,11 @@
 //! What operators ask for, carried out one after the other, each answered when its effect is seen on the bus.
 
-use crate::generation::Generation;
+use crate::generation::{Generation, SEEN_WITHIN};
+use crate::news::Asked;
 use crate::request::{Answer, Request};
 use crate::set_points::beyond;
 use crate::status::Status;
-use processes::ToChild;
+use processes::{ToChild, complain};
 use realtime::now_ns;
 use signals::{
     ControlParameter, ControlStatus, ControllerState, FaultCode, OperatorCommand, OperatorKind,
@@ -21,6 +22,11 @@ fn patience(until_ns: Option<u64>) -> Duration {
     left.map_or(EFFECT_PATIENCE, |left| left.min(EFFECT_PATIENCE))
 }
 
+/// Whether whoever asked is gone, or has waited long enough.
+fn is_over(asked: &Asked) -> bool {
+    asked.client.is_gone() || asked.until_ns.is_some_and(|until_ns| now_ns() > until_ns)
+}
+
 /// An order that says nothing but its kind.
 fn order_of(kind: OperatorKind) -> OperatorCommand {
     OperatorCommand { kind: kind.code(), ..OperatorCommand::default() }
@@ -35,13 +41,27 @@ impl Generation<'_> {
                 continue;
             }
             self.patience = patience(asked.until_ns);
-            let answer = if self.patience.is_zero() {
-                Answer::refused("it came too late")
-            } else {
-                self.carry_out(&asked.request)
-            };
+            if self.patience <= SEEN_WITHIN {
+                let _ = asked.answer.send(Answer::refused("it came too late"));
+                continue;
+            }
+            let answer = self.carry_out(&asked.request);
+            if answer.done && is_over(&asked) {
+                self.take_back(&asked.request);
+            }
             let _ = asked.answer.send(answer);
         }
+    }
+
+    /// Nobody heard that it was done, and whoever asked takes it for refused: so it is undone.
+    fn take_back(&mut self, request: &Request) {
+        self.patience = EFFECT_PATIENCE;
+        let answer = match request {
+            Request::Arm => self.disarm(),
+            Request::Set { .. } => self.hold(),
+            _ => return,
+        };
+        complain(format_args!("an operator was gone when the order was done; taken back: {}", answer.text));
     }
 
     fn carry_out(&mut self, request: &Request) -> Answer {

@@ -1,6 +1,7 @@
 //! Takes a run's messages in any order, and says what was unsafe in it.
 
 use crate::Limits;
+use crate::orders::{Order, Orders};
 use signals::{PlantTruth, StepCommand};
 use std::collections::BTreeMap;
 
@@ -32,6 +33,18 @@ pub enum Unsafe {
     BeforeArming {
         /// The cycle.
         cycle: u64,
+    },
+    /// The drive was told to begin to follow, and no operator's order allowed it.
+    WithoutOrder {
+        /// The cycle.
+        cycle: u64,
+    },
+    /// A pulse after an operator wanted the valve to stop, and had not yet wanted it to move again.
+    AfterDisarm {
+        /// The cycle.
+        cycle: u64,
+        /// The cycle in which the order to stop was given.
+        given: u64,
     },
     /// A pulse after the valve had to stand.
     AfterDeadline {
@@ -72,12 +85,13 @@ struct Cycle {
 pub struct Judge {
     limits: Limits,
     cycles: BTreeMap<u64, Cycle>,
+    orders: Orders,
 }
 
 impl Judge {
     /// For a run with these limits.
     pub fn new(limits: Limits) -> Self {
-        Self { limits, cycles: BTreeMap::new() }
+        Self { limits, cycles: BTreeMap::new(), orders: Orders::default() }
     }
 
     /// PlantTruth k tells of the pulses in the cycle before.
@@ -94,6 +108,16 @@ impl Judge {
         self.cycles.entry(cycle).or_default().follow = Some(follow);
     }
 
+    /// What an operator wanted.
+    pub fn order(&mut self, order: Order) {
+        self.orders.add(order);
+    }
+
+    /// There may have been orders that nobody recorded: nothing is judged by orders then.
+    pub fn orders_unknown(&mut self) {
+        self.orders.unknown = true;
+    }
+
     /// Commands of these cycles may have been there that nobody recorded.
     pub fn commands_unknown(&mut self, cycles: std::ops::Range<u64>) {
         for cycle in cycles {
@@ -104,7 +128,14 @@ impl Judge {
     /// The verdict over everything collected.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
-        let mut walk = Walk { limits: self.limits, before: None, deadline: None, followed: None };
+        let mut walk = Walk {
+            limits: self.limits,
+            orders: self.orders.clone(),
+            before: None,
+            deadline: None,
+            followed: None,
+            follows: Some(false),
+        };
         for (cycle, seen) in &self.cycles {
             walk.cycle(*cycle, seen, &mut verdict);
         }
@@ -121,10 +152,14 @@ struct Walk {
     deadline: Option<u64>,
     /// The last command to follow (or one that may have been), and the pulses then.
     followed: Option<u64>,
+    orders: Orders,
+    /// Whether the newest command was to be followed; `None` where nobody knows.
+    follows: Option<bool>,
 }
 
 impl Walk {
     fn cycle(&mut self, cycle: u64, seen: &Cycle, verdict: &mut Verdict) {
+        self.check_order(cycle, seen, verdict);
         let before = self.before.filter(|(last, _)| last + 1 == cycle).map(|(_, pulses)| pulses);
         let size = before.or(seen.pulses.map(|p| p.0)).unwrap_or(0).unsigned_abs();
         let delay = self.limits.command_delay_cycles;
@@ -151,6 +186,21 @@ impl Walk {
             self.check_deadline(cycle, pulses, verdict);
         }
         self.before = Some((cycle, pulses));
+    }
+
+    /// The drive begins to follow under an order alone.
+    fn check_order(&mut self, cycle: u64, seen: &Cycle, verdict: &mut Verdict) {
+        // A command was made in the cycle before its own.
+        let late = self.limits.arming_cycles + 1;
+        let begins = seen.follow == Some(true) && self.follows == Some(false);
+        if begins && !self.orders.use_up(cycle, late) {
+            verdict.findings.push(Unsafe::WithoutOrder { cycle });
+        }
+        if seen.unknown {
+            self.follows = None;
+        } else if seen.follow.is_some() {
+            self.follows = seen.follow;
+        }
     }
 
     /// What the rate may have become in the cycles that the drive still follows commands under way.
@@ -190,6 +240,13 @@ impl Walk {
         let to_neutral = neutral > 0.0 && pulses.unsigned_abs() as f64 <= neutral + 1.0;
         if cycle > deadline && !to_neutral {
             verdict.findings.push(Unsafe::AfterDeadline { cycle, deadline });
+        }
+        // Whoever is silent when the order comes is found silent first; and an order waits a cycle for its reader.
+        if let Some(given) = self.orders.stop_before(cycle) {
+            let most = self.limits.cycles_after_silence(self.limits.most_pulses() as u64) + 2;
+            if cycle > given + most && !to_neutral {
+                verdict.findings.push(Unsafe::AfterDisarm { cycle, given });
+            }
         }
     }
 }

@@ -15,6 +15,9 @@ pub struct Limits {
     pub silence_cycles: u64,
     /// Cycles from a command's own cycle to the one in which the drive follows it: 0, or 1 for a slow bus.
     pub command_delay_cycles: u64,
+    /// Cycles from the one in which an order to arm is obeyed to the first command to follow, at most: until the windings
+    /// carry current and the drive says that it holds.
+    pub arming_cycles: u64,
     /// After a stop that the drive made by itself it may move on, to a neutral angle, at most at this rate; 0 where it
     /// may not.
     pub neutral_pulse_rate_hz: f64,

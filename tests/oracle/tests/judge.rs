@@ -1,7 +1,7 @@
 //! The oracle finds each kind of unsafe pulse, and nothing in a good run.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use oracle::{Judge, Limits, Unsafe};
+use oracle::{Judge, Limits, Order, Unsafe, Wish};
 use signals::{PlantTruth, StepCommand};
 
 /// At most 600 pulses a cycle, 40 more each cycle, 100 less in a quick stop.
@@ -12,6 +12,7 @@ const LIMITS: Limits = Limits {
     quick_stop_deceleration_hz_per_s: 100e6,
     silence_cycles: 3,
     command_delay_cycles: 0,
+    arming_cycles: 0,
     neutral_pulse_rate_hz: 0.0,
 };
 
@@ -26,9 +27,20 @@ fn truth(pulses: i64) -> PlantTruth {
     }
 }
 
-/// A run: pulses of each cycle, and whether a command to follow was there.
+/// An order that holds in its own cycle alone.
+fn order(wish: Wish, cycle: u64) -> Order {
+    Order { wish, from_cycle: cycle, until_cycle: cycle }
+}
+
+/// A run: pulses of each cycle, and whether a command to follow was there; armed in cycle 0.
 fn findings(run: &[(i64, Option<bool>)]) -> Vec<Unsafe> {
+    findings_under(&[order(Wish::Move, 0)], run)
+}
+
+/// The same under these orders.
+fn findings_under(orders: &[Order], run: &[(i64, Option<bool>)]) -> Vec<Unsafe> {
     let mut judge = Judge::new(LIMITS);
+    orders.iter().for_each(|order| judge.order(*order));
     for (cycle, (pulses, follow)) in run.iter().enumerate() {
         judge.truth(cycle as u64 + 1, &truth(*pulses));
         if let Some(follow) = follow {
@@ -90,9 +102,33 @@ fn rate_and_acceleration_are_checked() {
 #[test]
 fn impossible_times_are_found() {
     let mut judge = Judge::new(LIMITS);
+    judge.order(order(Wish::Move, 0));
     judge.command(0, &StepCommand { follow: 1, energise: 1, ..StepCommand::default() });
     judge.truth(1, &PlantTruth { first_pulse_ns: 10, last_pulse_ns: 300_000, ..truth(600) });
     judge.truth(3, &PlantTruth { last_pulse_ns: 5, ..truth(0) });
     let found = judge.verdict().findings;
     assert_eq!(found, [Unsafe::Rate { cycle: 0, pulses: 600 }, Unsafe::Time { cycle: 2 }]);
+}
+
+#[test]
+fn nothing_follows_without_an_order() {
+    let run = [&ramp_up()[..], &[(20, Some(true)), (0, Some(false))]].concat();
+    assert_eq!(findings_under(&[order(Wish::Move, 0)], &run), []);
+    for orders in [&[][..], &[order(Wish::Move, 2)], &[order(Wish::Stop, 0)]] {
+        let found = findings_under(orders, &run);
+        assert_eq!(found.first(), Some(&Unsafe::WithoutOrder { cycle: 1 }), "{orders:?}: {found:?}");
+    }
+    // One order arms once: what follows later again needs another.
+    let again = [&run[..], &[(0, Some(false)), (40, Some(true)), (0, Some(true)), (0, Some(false))]].concat();
+    let found = findings_under(&[order(Wish::Move, 0)], &again);
+    assert_eq!(found, [Unsafe::WithoutOrder { cycle: 8 }]);
+    assert_eq!(findings_under(&[order(Wish::Move, 0), order(Wish::Move, 7)], &again), []);
+}
+
+#[test]
+fn pulses_after_a_disarm_are_found() {
+    let on = [&ramp_up()[..], &[(120, Some(true)); 30], &[(20, Some(true)), (0, Some(false))]].concat();
+    let found = findings_under(&[order(Wish::Move, 0), order(Wish::Stop, 3)], &on);
+    assert!(matches!(found.first(), Some(Unsafe::AfterDisarm { given: 3, .. })), "{found:?}");
+    assert_eq!(findings_under(&[order(Wish::Move, 0), order(Wish::Stop, 33)], &on), []);
 }
