@@ -3,6 +3,7 @@
 
 mod bus;
 mod compensation;
+mod data_quality;
 mod diagnosis;
 mod integrator;
 mod jitter;
@@ -66,6 +67,8 @@ enum Bench {
     Diagnosis(diagnosis::Arguments),
     /// Records of real drives, what is known of them by hand, and what `stepvalve diagnose` finds
     DiagnosisReal(diagnosis::drives::Arguments),
+    /// Mistakes made on purpose in measured logs, and whether `stepvalve inspect` names them
+    DataQuality(data_quality::Arguments),
     /// What a diagnosis costs, by samples and candidates; --docs docs/diagnosis-evidence.md
     DiagnosisSpeed(diagnosis::speed::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
@@ -113,6 +116,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Peers => peers::run(quick),
         Bench::Diagnosis(arguments) => diagnosis::run(arguments, quick, out),
         Bench::DiagnosisReal(arguments) => diagnosis::drives::run(arguments, quick),
+        Bench::DataQuality(arguments) => data_quality::run(arguments, quick),
         Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
         Bench::Safety(arguments) => safety::run(arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),

@@ -11,6 +11,7 @@ mod errand;
 mod files;
 mod import;
 mod in_process;
+mod inspect;
 mod keep;
 mod metrics;
 mod operator;
@@ -79,6 +80,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Turn tables (CSV, MAT, NumPy) into a valve-log
     Import(Box<import::Arguments>),
+    /// Say what is wrong with a log itself: units, signs, exchanged channels, rails, gaps, missing samples
+    Inspect(inspect::Arguments),
     /// Write the page of a run file, within limits
     #[command(hide = true)]
     DrawPage(report::Limited),
@@ -115,6 +118,7 @@ fn main() -> ExitCode {
         Command::Conclude => conclude::conclude(),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::DrawPage(arguments) => report::draw(&arguments),
         Command::ReadFile(arguments) => strangers::read_file(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),

@@ -4,10 +4,12 @@ mod closed_loop;
 mod extended;
 mod leftover;
 mod page;
+mod quality;
 mod threads;
 mod words;
 
 use crate::files::{self, name};
+use crate::inspect;
 use crate::say::say;
 use crate::strangers;
 use anyhow::{Context, anyhow};
@@ -55,6 +57,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
     let log = strangers::log(&arguments.log)?;
+    let quality = log_quality::inspect(&log, Some(&model));
+    inspect::show(&quality);
     let progress = progress();
     let options = Options { seed: arguments.seed, noise: arguments.noise };
     let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
@@ -63,8 +67,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
     let headline = words::headline(&found);
     let extended = extended::text(&found, &model, &log_file, &model_file);
-    let page = page::page(&found, &log, &log_file, &model_file);
-    let json = serde_json::to_string_pretty(&found.diagnosis).context("diagnosis.json")?;
+    let page = page::page(&found, &quality, &log, (&log_file, &model_file));
+    let json = quality::json(&found.diagnosis, &quality)?;
     files.write(&[("diagnosis.json", &json), ("model-extended.toml", &extended), ("report.html", &page)])?;
     summary(&found.diagnosis, &headline, &arguments.out);
     Ok(Outcome::Done)

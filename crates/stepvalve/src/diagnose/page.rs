@@ -3,6 +3,7 @@
 use super::words::{headline, short, unit};
 use diagnosis::{Cause, Dependence, Evidence, Found, Judged, Shown, Verdict};
 use log_data::{Channel, Log};
+use log_quality::Finding;
 use report::{Axis, Block, Page, Section, Style, Table, XyPlot, XySeries};
 use valve_model::EffectId;
 
@@ -12,12 +13,13 @@ const RUNS: usize = 4;
 const POINTS: usize = 6000;
 
 /// The page.
-pub fn page(found: &Found, log: &Log, log_file: &str, model_file: &str) -> String {
+pub fn page(found: &Found, quality: &[Finding], log: &Log, (log_file, model_file): (&str, &str)) -> String {
     let mut page = Page::new(format!("Diagnosis: {}", log.title), headline(found));
     let seen =
         found.diagnosis.observations.iter().filter(|_| found.diagnosis.verdict != Verdict::Unexplained);
     let summary = seen.fold(Section::new(""), |section, seen| section.with(Block::Text(seen.clone())));
     page.sections.push(summary.with(Block::Facts(facts(found, log))));
+    page.sections.push(super::quality::section(quality));
     page.sections.push(runs(found));
     page.sections.push(maps(found));
     page.sections.push(ranking(found));

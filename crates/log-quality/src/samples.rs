@@ -1,0 +1,202 @@
+//! What samples show by themselves: rails, single wild ones, channels that never change.
+
+use crate::finding::{Finding, Kind, Place, Severity, in_runs};
+use crate::scale::{noise, quantile};
+use log_data::{Channel, Log, Run};
+
+/// Samples needed.
+const LEAST: usize = 100;
+/// Samples together at a rail that count as a stretch of it.
+const STRETCH: usize = 3;
+/// How unlikely stretches at a rail must be by chance: one in a billion, as a natural logarithm.
+const UNLIKELY: f64 = 20.7;
+/// A rail holds so many times as many samples as the next value that occurs. (The peak of a sine that is read in steps
+/// holds 1/(√2 − 1) = 2.4 times as many.)
+const MORE_THAN_A_PEAK: f64 = 5.0;
+/// A run in which more than this part of neighbours are equal holds still.
+const STILL: f64 = 0.3;
+/// How many deviations of the noise a single sample must be off. Of a billion normal ones none is by chance.
+const WILD: f64 = 12.0;
+
+pub(crate) fn inspect(log: &Log) -> Vec<Finding> {
+    [constant(log), clipped(log), outliers(log)].into_iter().flatten().collect()
+}
+
+fn constant(log: &Log) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for channel in [Channel::Angle, Channel::AngleCommand, Channel::Torque] {
+        let has = log.runs.iter().filter(|run| run.channel(channel).is_some() && run.len() >= LEAST).count();
+        let runs: Vec<String> = log
+            .runs
+            .iter()
+            .filter(|run| run.len() >= LEAST && run.channel(channel).is_some_and(never_changes))
+            .map(|run| run.name.clone())
+            .collect();
+        if runs.is_empty() {
+            continue;
+        }
+        let everywhere = runs.len() == has;
+        found.push(Finding {
+            kind: Kind::ConstantChannel,
+            severity: if everywhere { Severity::Mistake } else { Severity::Note },
+            evidence: format!("{channel} never changes {}", in_runs(&runs, log.runs.len())),
+            place: Place::of(&[channel], runs),
+            mend: "is it the right column, and was the instrument on?".to_owned(),
+        });
+    }
+    found
+}
+
+fn never_changes(values: &[f64]) -> bool {
+    let mut known = values.iter().filter(|value| value.is_finite());
+    let first = known.next();
+    first.is_some() && known.all(|value| Some(value) == first)
+}
+
+/// What a channel does at the largest, or smallest, value that it ever takes.
+#[derive(Default)]
+struct AtRail {
+    samples: usize,
+    stretches: usize,
+    /// The negative logarithm of how likely as many equal neighbours are by chance, as they are elsewhere in their run.
+    unlikely: f64,
+    first: Option<(String, usize, usize)>,
+    runs: Vec<String>,
+}
+
+fn clipped(log: &Log) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for channel in [Channel::Torque, Channel::PressureDrop, Channel::Flow] {
+        for sign in [1.0, -1.0] {
+            let runs: Vec<(&Run, &[f64])> = log
+                .runs
+                .iter()
+                .filter_map(|run| Some((run, run.channel(channel)?)))
+                .filter(|(_, values)| values.len() >= LEAST)
+                .collect();
+            let signed = || runs.iter().flat_map(|(_, values)| values.iter().map(move |value| sign * value));
+            let rail = sign * signed().filter(|value| value.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+            // A channel that holds still, or has no noise, has plateaus that are no rails.
+            let moving: Vec<(&Run, &[f64])> =
+                runs.iter().copied().filter(|(_, values)| stands_still(values, rail) < STILL).collect();
+            let at = at_rail(moving.into_iter(), rail);
+            if at.unlikely < UNLIKELY || !piles_up(&at, signed(), sign * rail) {
+                continue;
+            }
+            let (run, from, to) = at.first.unwrap_or_default();
+            found.push(Finding {
+                kind: Kind::Clipped,
+                severity: Severity::Mistake,
+                evidence: format!(
+                    "{channel} ends at {rail:.6} {}: {} samples in {} stretches are exactly that {}, the first in run {run}, \
+                     rows {from} to {to}; elsewhere neighbours differ",
+                    channel.unit(),
+                    at.samples,
+                    at.stretches,
+                    in_runs(&at.runs, log.runs.len())
+                ),
+                place: Place::of(&[channel], at.runs).rows(from, to),
+                mend: "measure with a larger range; or take these samples for missing (--missing)".to_owned(),
+            });
+        }
+    }
+    found
+}
+
+/// The part of neighbours that are equal, of those that are not at the rail.
+fn stands_still(values: &[f64], rail: f64) -> f64 {
+    let (equal, all) = values.windows(2).fold((0.0, 0.0), |(equal, all), pair| match pair {
+        [a, b] if a == b && *a == rail => (equal, all),
+        [a, b] if a.is_finite() && b.is_finite() => (equal + f64::from(u8::from(a == b)), all + 1.0),
+        _ => (equal, all),
+    });
+    if all > 0.0 { equal / all } else { 1.0 }
+}
+
+/// Whether far more samples are at the rail than at the next value that occurs: of numbers that come in steps, too, the
+/// largest is the rarest but at a peak of a slow motion.
+fn piles_up(at: &AtRail, signed: impl Iterator<Item = f64>, rail: f64) -> bool {
+    let (mut next, mut count) = (f64::NEG_INFINITY, 0.0);
+    for value in signed.filter(|value| *value < rail) {
+        if value > next {
+            (next, count) = (value, 0.0);
+        }
+        count += f64::from(u8::from(value == next));
+    }
+    at.samples as f64 > MORE_THAN_A_PEAK * count
+}
+
+fn at_rail<'a>(runs: impl Iterator<Item = (&'a Run, &'a [f64])>, rail: f64) -> AtRail {
+    let mut all = AtRail::default();
+    for (run, values) in runs {
+        let mut begin = 0;
+        let chance = stands_still(values, rail).max(1.0 / values.len() as f64);
+        for (stretch, part) in
+            values.chunk_by(|a, b| (*a == rail) == (*b == rail)).map(|part| (part.len(), part))
+        {
+            if stretch >= STRETCH && part.first() == Some(&rail) {
+                all.samples += stretch;
+                all.stretches += 1;
+                all.unlikely -= (stretch - 1) as f64 * chance.ln();
+                all.first.get_or_insert_with(|| (run.name.clone(), begin + 1, begin + stretch));
+                if all.runs.last() != Some(&run.name) {
+                    all.runs.push(run.name.clone());
+                }
+            }
+            begin += stretch;
+        }
+    }
+    all
+}
+
+fn outliers(log: &Log) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for channel in
+        [Channel::Angle, Channel::Torque, Channel::PressureDrop, Channel::Flow, Channel::OilTemperature]
+    {
+        let mut runs = Vec::new();
+        let (mut count, mut first) = (0, None);
+        for run in &log.runs {
+            let Some(values) = run.channel(channel).filter(|values| values.len() >= LEAST) else { continue };
+            let wild = wild(values);
+            if let Some((row, value)) = wild.first() {
+                first.get_or_insert_with(|| (run.name.clone(), row + 1, *value));
+                count += wild.len();
+                runs.push(run.name.clone());
+            }
+        }
+        if let Some((run, row, value)) = first {
+            found.push(Finding {
+                kind: Kind::Outliers,
+                severity: Severity::Note,
+                evidence: format!(
+                    "{count} sample(s) of {channel} stand alone, far from both neighbours, the first in run {run}, row {row}: \
+                     {value:.6} {}",
+                    channel.unit()
+                ),
+                place: Place::of(&[channel], runs).rows(row, row),
+                mend: "they are weighed little; --missing or --where leaves them out".to_owned(),
+            });
+        }
+    }
+    found
+}
+
+/// Samples that are far from both neighbours, on the same side of both, while those agree.
+fn wild(values: &[f64]) -> Vec<(usize, f64)> {
+    let steps =
+        || values.windows(2).map(|pair| (pair.last().unwrap_or(&0.0) - pair.first().unwrap_or(&0.0)).abs());
+    // A step that one in a hundred exceeds: what motion, steps of an encoder and reversals make.
+    let usual = quantile(steps(), 0.99).max(noise(values));
+    let is_wild = |three: &[f64]| match three {
+        [before, at, after] => {
+            let (one, other) = (at - before, at - after);
+            one * other > 0.0
+                && one.abs().min(other.abs()) > WILD * usual
+                && (before - after).abs() < 0.2 * one.abs().min(other.abs())
+        }
+        _ => false,
+    };
+    let rows = values.windows(3).enumerate().filter(|(_, three)| is_wild(three));
+    rows.filter_map(|(row, three)| Some((row + 1, *three.get(1)?))).collect()
+}

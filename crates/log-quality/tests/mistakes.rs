@@ -1,0 +1,267 @@
+//! Every kind of finding, made on purpose in a record that has none.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use log_data::{Channel, Log, Run};
+use log_quality::{Finding, Kind, Severity, inspect};
+use std::f64::consts::TAU;
+use valve_model::{FrictionParams, LoadParams, LuGreParams, Model};
+
+fn model() -> Model {
+    let friction = FrictionParams::LuGre(LuGreParams {
+        coulomb_torque_nm: 1.5,
+        static_torque_nm: 2.0,
+        stribeck_velocity_rad_per_s: 0.05,
+        stribeck_exponent: 2.0,
+        bristle_stiffness_nm_per_rad: 1000.0,
+        bristle_damping_nm_s_per_rad: 1.0,
+        viscous_nm_s_per_rad: 0.05,
+    });
+    Model {
+        name: "test".to_owned(),
+        motor: None,
+        load: Some(LoadParams { inertia_kg_m2: 4e-4 }),
+        friction,
+        orifice: None,
+        oil: None,
+        clearance: None,
+        seals: None,
+        effects: Vec::new(),
+    }
+}
+
+/// Noise of deviation 1, the same every time.
+fn noise() -> impl FnMut() -> f64 {
+    let mut state = 88_172_645_463_325_252_u64;
+    move || {
+        let mut uniform = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// Slow and fast sines of 2 s at 1 kHz, torque by the steady curve, at three pressures.
+fn log() -> Log {
+    let mut noise = noise();
+    let model = model();
+    let runs = (0..6).map(|index| {
+        let (hz, speed) = (0.5 + 0.25 * f64::from(index), 1.0 + f64::from(index));
+        let time_s: Vec<f64> = (0..2000).map(|row| 10.0 * f64::from(index) + 1e-3 * f64::from(row)).collect();
+        let w = TAU * hz;
+        let phase = |t: &f64| w * (t - 10.0 * f64::from(index));
+        let torque = |t: &f64| {
+            let (speed_now, acceleration) = (speed * phase(t).cos(), -speed * w * phase(t).sin());
+            model.friction.steady_torque(speed_now) + 4e-4 * acceleration
+        };
+        Run {
+            name: format!("run {index}"),
+            angle_rad: time_s
+                .iter()
+                .map(|t| ((speed / w * phase(t).sin() + 1e-5 * noise()) / 1e-5).round() * 1e-5)
+                .collect(),
+            torque_nm: Some(time_s.iter().map(|t| torque(t) + 0.01 * noise()).collect()),
+            pressure_drop_pa: Some(
+                time_s.iter().map(|_| 1e6 * f64::from(1 + index % 3) + 500.0 * noise()).collect(),
+            ),
+            oil_temperature_c: Some(vec![40.0; 2000]),
+            time_s,
+            ..Run::default()
+        }
+    });
+    Log { title: "test".to_owned(), runs: runs.collect(), ..Log::default() }
+}
+
+fn scale(log: &mut Log, channel: Channel, factor: f64) {
+    for run in &mut log.runs {
+        let mut values = run.take_channel(channel).unwrap();
+        values.iter_mut().for_each(|value| *value *= factor);
+        run.set_channel(channel, values);
+    }
+}
+
+fn exchange(run: &mut Run, one: Channel, other: Channel) {
+    let (first, second) = (run.take_channel(one).unwrap(), run.take_channel(other).unwrap());
+    run.set_channel(one, second);
+    run.set_channel(other, first);
+}
+
+fn drain(run: &mut Run, rows: std::ops::Range<usize>) {
+    for channel in Channel::ALL {
+        if let Some(mut values) = run.take_channel(*channel) {
+            values.drain(rows.clone());
+            run.set_channel(*channel, values);
+        }
+    }
+}
+
+fn named(found: &[Finding], kind: Kind) -> &Finding {
+    found.iter().find(|finding| finding.kind == kind).unwrap_or_else(|| panic!("no {kind:?}: {found:#?}"))
+}
+
+#[test]
+fn nothing_is_claimed_of_a_record_without_mistakes() {
+    assert_eq!(inspect(&log(), Some(&model())), []);
+    assert_eq!(inspect(&log(), None), []);
+}
+
+type Case = (&'static str, fn(&mut Log), Kind, &'static str);
+
+#[test]
+fn each_mistake_is_named_with_what_speaks_for_it() {
+    let cases: &[Case] = &[
+        ("sign", |log| scale(log, Channel::Torque, -1.0), Kind::TorqueSign, "falls from"),
+        ("direction", |log| scale(log, Channel::Angle, -1.0), Kind::TorqueSign, "the torque's sign turned"),
+        ("degrees", |log| scale(log, Channel::Angle, 57.295_78), Kind::AngleUnit, "57.3"),
+        ("N cm", |log| scale(log, Channel::Torque, 100.0), Kind::TorqueUnit, "divided by 100 "),
+        (
+            "mN m turned",
+            |log| scale(log, Channel::Torque, -1000.0),
+            Kind::TorqueUnit,
+            "1000, and its sign turned",
+        ),
+        ("ms", |log| scale(log, Channel::Time, 1000.0), Kind::TimeUnit, "1000"),
+        ("bar", |log| scale(log, Channel::PressureDrop, 1e-5), Kind::PressureUnit, "hundredth of a bar"),
+        (
+            "torque and angle exchanged",
+            |log| log.runs.iter_mut().for_each(|run| exchange(run, Channel::Torque, Channel::Angle)),
+            Kind::SwappedChannels,
+            "angle and torque exchanged",
+        ),
+        (
+            "torque and pressure exchanged",
+            |log| log.runs.iter_mut().for_each(|run| exchange(run, Channel::Torque, Channel::PressureDrop)),
+            Kind::SwappedChannels,
+            "torque and pressure_drop exchanged",
+        ),
+        (
+            "temperature and pressure exchanged",
+            |log| {
+                log.runs
+                    .iter_mut()
+                    .for_each(|run| exchange(run, Channel::OilTemperature, Channel::PressureDrop))
+            },
+            Kind::SwappedChannels,
+            "oil_temperature",
+        ),
+        (
+            "the speed for the angle",
+            |log| {
+                for run in &mut log.runs {
+                    let steps = run.angle_rad.windows(2).map(|pair| (pair[1] - pair[0]) / 1e-3);
+                    let mut speed: Vec<f64> = steps.collect();
+                    speed.push(0.0);
+                    run.angle_rad = speed;
+                }
+            },
+            Kind::WrongAngle,
+            "integrated",
+        ),
+        (
+            "the time for the angle",
+            |log| log.runs.iter_mut().for_each(|run| run.angle_rad = run.time_s.clone()),
+            Kind::WrongAngle,
+            "nothing to do with",
+        ),
+        (
+            "clipped",
+            |log| {
+                for torque in log.runs.iter_mut().flat_map(|run| run.torque_nm.as_mut().unwrap()) {
+                    *torque = torque.clamp(-1.6, 1.55);
+                }
+            },
+            Kind::Clipped,
+            "exactly that",
+        ),
+        ("rows lost", |log| drain(&mut log.runs[2], 100..130), Kind::Gaps, "between rows 100 and 101"),
+        (
+            "doubled",
+            |log| {
+                for run in &mut log.runs {
+                    for values in [&mut run.angle_rad, run.torque_nm.as_mut().unwrap()] {
+                        (0..values.len()).for_each(|row| values[row] = values[row - row % 3]);
+                    }
+                }
+            },
+            Kind::DoubledSamples,
+            "3 times as fast",
+        ),
+        (
+            "two runs in N cm",
+            |log| {
+                for run in &mut log.runs[1..3] {
+                    run.torque_nm.as_mut().unwrap().iter_mut().for_each(|torque| *torque *= 100.0);
+                }
+            },
+            Kind::RunsDiffer,
+            "in runs run 1, run 2",
+        ),
+        (
+            "one run in ms",
+            |log| log.runs[5].time_s.iter_mut().for_each(|time| *time *= 1000.0),
+            Kind::RunsDiffer,
+            "interval",
+        ),
+        (
+            "one run in bar",
+            |log| log.runs[1].pressure_drop_pa.as_mut().unwrap().iter_mut().for_each(|p| *p *= 1e-5),
+            Kind::RunsDiffer,
+            "hydraulic circuit",
+        ),
+        (
+            "the torque is always the same",
+            |log| log.runs.iter_mut().for_each(|run| run.torque_nm = Some(vec![1.0; 2000])),
+            Kind::ConstantChannel,
+            "torque never changes",
+        ),
+    ];
+    for (what, make, kind, says) in cases {
+        let mut log = log();
+        make(&mut log);
+        let found = inspect(&log, Some(&model()));
+        println!("{what}: {found:#?}");
+        let finding = named(&found, *kind);
+        assert_eq!(finding.severity, Severity::Mistake, "{what}");
+        assert!(finding.evidence.contains(says), "{what}: {}", finding.evidence);
+        let mut claims = found.iter().filter(|finding| finding.severity == Severity::Mistake);
+        assert!(claims.all(|finding| finding.kind == *kind), "{what}: {found:#?}");
+    }
+}
+
+#[test]
+fn what_one_must_know_is_noted_with_its_place() {
+    let mut log = log();
+    log.runs[3].torque_nm.as_mut().unwrap()[700] = 25.0;
+    log.runs[4].torque_nm.as_mut().unwrap()[10..15].fill(f64::NAN);
+    log.runs[1].pressure_drop_pa = None;
+    let found = inspect(&log, Some(&model()));
+    assert!(found.iter().all(|finding| finding.severity == Severity::Note), "{found:#?}");
+    assert_eq!(named(&found, Kind::Outliers).place.rows, Some((701, 701)));
+    let missing = named(&found, Kind::MissingSamples);
+    assert!(
+        missing.evidence.contains("5 samples of torque") && missing.evidence.contains("row 11"),
+        "{missing:?}"
+    );
+    assert_eq!(named(&found, Kind::MissingChannel).place.runs, ["run 1"]);
+}
+
+#[test]
+fn friction_that_is_twice_the_models_is_no_mistake_of_the_record() {
+    for factor in [0.5, 0.7, 1.5, 2.0] {
+        let mut log = log();
+        scale(&mut log, Channel::Torque, factor);
+        assert_eq!(inspect(&log, Some(&model())), [], "{factor}");
+    }
+    let mut log = log();
+    log.runs.iter_mut().flat_map(|run| run.torque_nm.as_mut().unwrap()).for_each(|torque| *torque += 3.0);
+    assert_eq!(inspect(&log, Some(&model())), [], "an offset of twice the friction");
+}
+
+#[test]
+fn without_a_model_a_torque_that_drives_is_seen() {
+    let mut log = log();
+    scale(&mut log, Channel::Torque, -1.0);
+    assert_eq!(named(&inspect(&log, None), Kind::TorqueSign).severity, Severity::Mistake);
+}

@@ -1,0 +1,80 @@
+//! `stepvalve inspect`: what is wrong with a log itself, before anything is computed from it.
+
+use crate::files::{self, name};
+use crate::say::say;
+use crate::strangers;
+use anyhow::Context;
+use log_data::{Channel, Log};
+use log_quality::{Finding, Severity, inspect};
+use serde_json::json;
+use std::path::PathBuf;
+use supervisor::{Failure, Outcome};
+
+/// What to inspect.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Measured runs (valve-log)
+    log: PathBuf,
+    /// The model that the runs are to be held against: units, signs and exchanged channels show against it
+    #[arg(long, value_name = "MODEL.toml")]
+    model: Option<PathBuf>,
+    /// For machines: all findings as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Says what is in the log, and what is wrong with it.
+///
+/// # Errors
+/// [`Failure::Input`] where the log or the model can't be used; [`Failure::Failed`] where the log has a mistake that results
+/// would suffer from.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let model = match &arguments.model {
+        Some(file) => Some(config::parse_model(&files::read(file)?, &name(file)).map_err(Failure::input)?),
+        None => None,
+    };
+    let log = strangers::log(&arguments.log)?;
+    let found = inspect(&log, model.as_ref());
+    if arguments.json {
+        let all = json!({
+            "format": "stepvalve-inspection", "format_version": 1, "log": name(&arguments.log),
+            "runs": log.runs.len(), "findings": found,
+        });
+        say(serde_json::to_string_pretty(&all).context("findings")?);
+    } else {
+        say(contents(&log));
+        show(&found);
+        if found.is_empty() {
+            say("nothing is wrong with it");
+        }
+        if model.is_none() {
+            say("units and signs show against a model only: --model MODEL.toml");
+        }
+    }
+    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake).count();
+    match mistakes {
+        0 => Ok(Outcome::Done),
+        1 => Err(Failure::Failed(anyhow::anyhow!("{}: 1 mistake", name(&arguments.log)))),
+        more => Err(Failure::Failed(anyhow::anyhow!("{}: {more} mistakes", name(&arguments.log)))),
+    }
+}
+
+/// Prints findings, the gravest first.
+pub fn show(found: &[Finding]) {
+    for finding in found {
+        let grave = match finding.severity {
+            Severity::Mistake => "MISTAKE",
+            Severity::Note => "note",
+        };
+        say(format_args!("{grave} {}: {}", finding.kind.name(), finding.evidence));
+        say(format_args!("  {}", finding.mend));
+    }
+}
+
+/// A log in a line.
+fn contents(log: &Log) -> String {
+    let has = |channel: &&Channel| log.runs.iter().any(|run| run.channel(**channel).is_some());
+    let channels: Vec<&str> = Channel::ALL.iter().filter(has).map(|channel| channel.name()).collect();
+    let samples: usize = log.runs.iter().map(log_data::Run::len).sum();
+    format!("{}: {} runs, {samples} samples, {}", log.title, log.runs.len(), channels.join(", "))
+}
