@@ -23,7 +23,7 @@ const ANY_NUMBERS: u64 = 50_000_000;
 /// Address space for a program and what any file may need.
 const ANY_BYTES: u64 = 512 << 20;
 /// Time for any file, s; and how many bytes more may take a second more.
-const ANY_S: u64 = 8;
+const ANY_S: u64 = 4;
 const BYTES_PER_S: u64 = 16 << 20;
 /// By the clock a process may take so many times its time on a processor: it waits for disks and for others.
 const WAIT_TIMES: u64 = 10;
@@ -42,7 +42,7 @@ impl Limits {
     /// For a file that is worked on where it is read.
     pub fn of_work(file: &Path) -> std::io::Result<Self> {
         let limits = Self::of_size(size(file)?, 8);
-        Ok(Self { memory_bytes: limits.memory_bytes + ANY_BYTES, cpu_s: 4 * limits.cpu_s, ..limits })
+        Ok(Self { memory_bytes: limits.memory_bytes + ANY_BYTES, cpu_s: 2 * limits.cpu_s, ..limits })
     }
 
     fn of_size(bytes: u64, memory_per_byte: u64) -> Self {
