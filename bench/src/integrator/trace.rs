@@ -76,7 +76,7 @@ fn run(valve: &ValveParams, commands: &[f64]) -> Trace {
             command_end_rad,
             pressure_drop_pa: 0.0,
             oil_temperature_c: 40.0,
-            energised: true,
+            current_ratio: 1.0,
         };
         let output = step(valve, &mut state, &input, PERIOD_S);
         trace.angles_rad.push(state.angle_rad);

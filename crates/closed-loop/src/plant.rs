@@ -1,9 +1,12 @@
 //! The plant's role: drive, valve and sensors. StepCommand in; Feedback and, for the recorder alone, PlantTruth out.
 
 use crate::encoder::{Encoder, EncoderParams};
+use crate::marks::Marks;
+use crate::plant_start::PlantStart;
 use crate::pulses::Pulses;
 use crate::timeline::Timeline;
 use config::Profile;
+use drive::Sensors;
 use serde::{Deserialize, Serialize};
 use signals::{Feedback, PlantTruth, StepCommand, validity};
 use valve_model::{MotorParams, ValveInput, ValveOutput, ValveParams, ValveState};
@@ -23,8 +26,10 @@ pub struct PlantPart {
     pub encoder: Option<EncoderParams>,
     /// Cycles from Feedback to the beginning of the command's cycle, 1 or 2.
     pub loop_delay_cycles: u64,
-    /// Angle at the start, rad.
-    pub initial_angle_rad: f64,
+    /// How the valve stands at the start.
+    pub start: PlantStart,
+    /// What homing meets.
+    pub marks: Marks,
     /// Pressure drop over scenario time, Pa.
     pub pressure_drop_pa: Profile,
     /// Oil temperature over scenario time, °C.
@@ -53,32 +58,35 @@ pub struct PlantRole {
     output: Option<ValveOutput>,
     // Of the last cycle.
     pulses: Pulses,
+    index_rad: Option<f64>,
     lost_steps_at_start: i64,
+    encoder_zero_rad: f64,
+    homed: bool,
 }
 
 impl PlantRole {
-    /// A plant at rest where the scenario begins.
+    /// A plant at rest where its part says.
     pub fn new(part: PlantPart) -> Self {
-        let angle_rad = part.initial_angle_rad;
-        let microsteps = (angle_rad / part.drive.microstep_angle_rad).round() as i64;
-        let holds = part.drive.after_stop != drive::AfterStop::DeEnergise;
-        let drive = if holds {
-            drive::State::at_rest_energised(microsteps)
+        let start = part.start;
+        let drive = if start.energised {
+            drive::State::at_rest_energised(start.count_microsteps)
         } else {
-            drive::State::at_rest(microsteps)
+            drive::State::at_rest(start.count_microsteps)
         };
-        let encoder = part.encoder.map(|params| Encoder::new(params, angle_rad));
-        let valve = ValveState::at_rest(angle_rad);
+        let encoder = part.encoder.map(|params| Encoder::new(params, start.angle_rad));
         let mut role = Self {
             part,
-            drive,
-            valve,
+            drive: drive.with_zero(start.zero_id, start.rebased_microsteps),
+            valve: ValveState::at_rest(start.angle_rad),
             encoder,
             delayed: None,
             motion: None,
             output: None,
             pulses: Pulses::default(),
+            index_rad: None,
             lost_steps_at_start: 0,
+            encoder_zero_rad: start.encoder_zero_rad,
+            homed: start.homed,
         };
         role.lost_steps_at_start = role.lost_steps();
         role
@@ -99,20 +107,27 @@ impl PlantRole {
         } else {
             std::mem::replace(&mut self.delayed, command.copied())
         };
-        let motion = drive::step(&self.part.drive, &mut self.drive, cycle, effective.as_ref());
+        let motion = self.drive_step(cycle, effective.as_ref());
         let time_s = self.part.timeline.scenario_time_s(cycle);
-        let microstep_rad = self.part.drive.microstep_angle_rad;
+        let own_rad = |microsteps: f64| {
+            (microsteps - self.drive.rebased_microsteps() as f64) * self.part.drive.microstep_angle_rad
+        };
         let input = ValveInput {
-            command_start_rad: motion.start_microsteps * microstep_rad,
-            command_end_rad: motion.end_microsteps * microstep_rad,
+            command_start_rad: own_rad(motion.start_microsteps),
+            command_end_rad: own_rad(motion.end_microsteps),
             pressure_drop_pa: self.part.pressure_drop_pa.at(time_s),
             oil_temperature_c: self.part.oil_temperature_c.at(time_s),
-            energised: motion.energised,
+            current_ratio: if motion.energised { motion.current_ratio } else { 0.0 },
         };
+        let before_rad = self.valve.angle_rad;
         let output =
             valve_model::step(&self.part.valve, &mut self.valve, &input, self.part.timeline.period_s());
+        let free_rad = self.valve.angle_rad;
+        self.part.marks.stop(&mut self.valve);
+        let pushed_back_rad = self.valve.angle_rad - free_rad;
+        self.index_rad = self.part.marks.index_passed(before_rad, self.valve.angle_rad);
         if let Some(encoder) = &mut self.encoder {
-            encoder.sample(output.encoder_angle_rad);
+            encoder.sample(output.encoder_angle_rad + pushed_back_rad);
         }
         self.pulses =
             Pulses::between(motion.start_microsteps, motion.end_microsteps, self.part.timeline.period_ns);
@@ -120,13 +135,37 @@ impl PlantRole {
         self.output = Some(output);
     }
 
+    /// The drive's cycle; its zero and its current decide over the encoder's zero and over what is known of it.
+    fn drive_step(&mut self, cycle: u64, command: Option<&StepCommand>) -> drive::Output {
+        let (zero_id, had_current) = (self.drive.zero_id(), self.drive.energised());
+        let encoder_rad = self.encoder.as_ref().map(|encoder| encoder.reading().1 + self.encoder_zero_rad);
+        let sensors = Sensors { encoder_rad, homed: self.homed };
+        let motion = drive::step(&self.part.drive, &mut self.drive, cycle, command, &sensors);
+        if let Some(command) = command.filter(|_| self.drive.zero_id() != zero_id) {
+            self.encoder_zero_rad += command.zero_shift_rad;
+            self.homed = true;
+        }
+        // Nobody sees where the rotor goes.
+        if self.encoder.is_none() && had_current && !self.drive.energised() {
+            self.homed = false;
+        }
+        motion
+    }
+
     /// Whether the drive stands still.
     pub fn at_standstill(&self) -> bool {
         self.motion.is_none_or(|motion| motion.flags & validity::STANDSTILL != 0)
     }
 
-    fn command_rad(&self) -> f64 {
+    /// The angle that the drive's count says, rad.
+    fn count_rad(&self) -> f64 {
         self.drive.accepted_microsteps() as f64 * self.part.drive.microstep_angle_rad
+    }
+
+    /// The angle that the current's phase stands for, rad.
+    fn command_rad(&self) -> f64 {
+        let own = self.drive.accepted_microsteps().saturating_sub(self.drive.rebased_microsteps());
+        own as f64 * self.part.drive.microstep_angle_rad
     }
 
     fn lost_steps(&self) -> i64 {
@@ -134,12 +173,19 @@ impl PlantRole {
     }
 
     fn feedback(&self, pressure_drop_pa: f64, oil_temperature_c: f64) -> Feedback {
-        let sensors = validity::HOMED | validity::PRESSURE | validity::TEMPERATURE;
-        let energised = if self.drive.energised() { validity::ENERGISED } else { 0 };
-        let drive_flags = self.motion.map_or(validity::STANDSTILL | energised, |motion| motion.flags);
-        let (encoder_flag, (encoder_counts, angle_rad)) = match &self.encoder {
-            Some(encoder) => (validity::ENCODER, encoder.reading()),
-            None => (0, (0, self.command_rad())),
+        let sensors = validity::PRESSURE
+            | validity::TEMPERATURE
+            | flag(validity::HOMED, self.homed)
+            | flag(validity::HOME_SWITCH, self.part.marks.switch_is_on(self.valve.angle_rad))
+            | flag(validity::INDEX, self.index_rad.is_some() && self.encoder.is_some());
+        let at_first = validity::STANDSTILL | flag(validity::ENERGISED, self.drive.energised());
+        let drive_flags = self.motion.map_or(at_first, |motion| motion.flags);
+        let (encoder_flag, encoder_counts, angle_rad) = match &self.encoder {
+            Some(encoder) => {
+                let (counts, angle_rad) = encoder.reading();
+                (validity::ENCODER, counts, angle_rad + self.encoder_zero_rad)
+            }
+            None => (0, 0, self.count_rad()),
         };
         Feedback {
             encoder_counts,
@@ -151,6 +197,8 @@ impl PlantRole {
             validity: sensors | drive_flags | encoder_flag,
             drive_fault: self.motion.map_or(0, |motion| motion.fault.code()),
             command_cycle: self.drive.command_cycle(),
+            zero_id: self.drive.zero_id(),
+            index_angle_rad: self.index_rad.map_or(0.0, |index_rad| index_rad + self.encoder_zero_rad),
             ..Feedback::default()
         }
     }
@@ -160,6 +208,7 @@ impl PlantRole {
             angle_rad: self.valve.angle_rad,
             speed_rad_per_s: self.valve.speed_rad_per_s,
             command_angle_rad: self.command_rad(),
+            encoder_zero_rad: self.encoder_zero_rad,
             lost_teeth: self.lost_steps() - self.lost_steps_at_start,
             pulses: self.pulses.count,
             first_pulse_ns: self.pulses.first_ns,
@@ -176,4 +225,8 @@ impl PlantRole {
             ..at_rest
         })
     }
+}
+
+fn flag(bit: u64, set: bool) -> u64 {
+    if set { bit } else { 0 }
 }

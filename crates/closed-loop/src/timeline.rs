@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 /// `simulate` arms in this cycle; the scenario's time starts there.
 pub const ARM_CYCLE: u64 = 10;
 
-/// Cycles after the drive's stop in which the controller notices and everything settles.
+/// Time after the drive's stop in which the rotor swings out and the controller notices, s, and cycles beside it.
+const SETTLING_S: f64 = 0.05;
 const SETTLING_CYCLES: u64 = 20;
 
 /// A run's cycles, known to all of its processes from the beginning.
@@ -24,13 +25,14 @@ pub struct Timeline {
 impl Timeline {
     /// The timeline of a scenario that lasts `duration_s` and stops within `stop_cycles`.
     pub fn new(period_ns: u64, duration_s: f64, stop_cycles: u64) -> Self {
-        let cycles = (duration_s * 1e9 / period_ns as f64).ceil() as u64;
+        let in_cycles = |time_s: f64| (time_s * 1e9 / period_ns as f64).ceil() as u64;
+        let cycles = in_cycles(duration_s);
         let disarm_cycle = ARM_CYCLE + cycles.max(1);
         Self {
             period_ns,
             arm_cycle: ARM_CYCLE,
             disarm_cycle,
-            last_cycle: disarm_cycle + stop_cycles + SETTLING_CYCLES,
+            last_cycle: disarm_cycle + stop_cycles + in_cycles(SETTLING_S) + SETTLING_CYCLES,
         }
     }
 

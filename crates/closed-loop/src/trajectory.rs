@@ -1,7 +1,7 @@
 //! The trajectory generator's role: set-points, Feedback and ControlStatus in; Reference out.
 
 use serde::{Deserialize, Serialize};
-use signals::{ControlStatus, Feedback, Reference, SetPoint, SetPointKind};
+use signals::{ControlStatus, ControllerState, Feedback, Reference, SetPoint, SetPointKind};
 
 /// A set-point of the scenario's, due in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -55,13 +55,15 @@ pub struct TrajectoryRole {
     state: trajectory::State,
     next: usize,
     last_cycle: Option<u64>,
+    // The scenario's set-points wait until the valve is armed, however long its drive takes to energise it.
+    armed: bool,
 }
 
 impl TrajectoryRole {
     /// A trajectory that holds where the scenario begins.
     pub fn new(part: TrajectoryPart) -> Self {
         let state = trajectory::State::at_rest(part.initial_angle_rad);
-        Self { part, state, next: 0, last_cycle: None }
+        Self { part, state, next: 0, last_cycle: None, armed: false }
     }
 
     /// Reference k+2 of cycle k, from Feedback k, ControlStatus k−1, and an operator's set-point if one came. One
@@ -73,6 +75,7 @@ impl TrajectoryRole {
         status: Option<&ControlStatus>,
         operator: Option<&SetPoint>,
     ) -> Reference {
+        self.armed |= status.is_some_and(|status| status.state == ControllerState::Running.code());
         let due = self.due(cycle);
         let advance_cycles = self.last_cycle.map_or(1, |last| cycle.saturating_sub(last).max(1));
         self.last_cycle = Some(cycle);
@@ -86,14 +89,14 @@ impl TrajectoryRole {
     }
 
     fn due(&mut self, cycle: u64) -> Option<SetPoint> {
-        let due = self.part.set_points.get(self.next).filter(|due| due.cycle <= cycle)?;
+        let due = self.part.set_points.get(self.next).filter(|due| self.armed && due.cycle <= cycle)?;
         self.next += 1;
         Some(due.message(self.next as u64))
     }
 
     /// Whether the scenario has a set-point for this cycle: an operator's must wait then.
     pub fn has_due(&self, cycle: u64) -> bool {
-        self.part.set_points.get(self.next).is_some_and(|due| due.cycle <= cycle)
+        self.armed && self.part.set_points.get(self.next).is_some_and(|due| due.cycle <= cycle)
     }
 }
 
@@ -111,6 +114,7 @@ mod tests {
             max_speed_rad_per_s: 10.0,
             max_acceleration_rad_per_s2: 500.0,
             max_jerk_rad_per_s3: 1e5,
+            unhomed_speed_rad_per_s: 0.2,
         };
         let params = Params { period_s: 1e-3, limits, orifice: None, oil_density_kg_per_m3: None };
         let part = TrajectoryPart { params, initial_angle_rad: 0.0, set_points: Vec::new() };

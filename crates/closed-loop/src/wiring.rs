@@ -2,7 +2,9 @@
 
 use crate::controller::ControllerPart;
 use crate::encoder::EncoderParams;
+use crate::marks::Marks;
 use crate::plant::PlantPart;
+use crate::plant_start::PlantStart;
 use crate::timeline::Timeline;
 use crate::trajectory::{DueSetPoint, TrajectoryPart};
 use config::{FlowPressure, Scenario, ScheduledSetPoint, SetPoint};
@@ -84,13 +86,9 @@ pub fn wire(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Parts,
     params.validate()?;
     let trajectory = trajectory_part(scenario, belief, &timeline, drive.microstep_angle_rad);
     trajectory.params.validate()?;
-    let initial_microsteps = (scenario.initial_angle_rad / drive.microstep_angle_rad).round() as i64;
-    Ok(Parts {
-        timeline,
-        plant: plant_part(scenario, valve, truth_motor, drive, timeline),
-        trajectory,
-        controller: ControllerPart { params, initial_microsteps },
-    })
+    let plant = plant_part(scenario, valve, truth_motor, drive, timeline);
+    let initial_microsteps = plant.start.count_microsteps;
+    Ok(Parts { timeline, plant, trajectory, controller: ControllerPart { params, initial_microsteps } })
 }
 
 fn shaft_of(model: &Model, role: &'static str) -> Result<(MotorParams, LoadParams), WiringError> {
@@ -127,7 +125,29 @@ fn drive_params(scenario: &Scenario, motor: &MotorParams) -> drive::Params {
             }
         },
         silence_cycles: scenario.safety.silence_cycles,
+        energise_cycles: (scenario.driver.energise_time_s / scenario.period_s()).ceil() as u64,
+        lowest_angle_rad: scenario
+            .limits
+            .min_angle_rad
+            .map(|lowest| lowest - angle_slack_rad(scenario, motor)),
+        highest_angle_rad: scenario
+            .limits
+            .max_angle_rad
+            .map(|highest| highest + angle_slack_rad(scenario, motor)),
+        standstill_rad: STANDSTILL_NOISES * scenario.encoder.noise_rad
+            + STANDSTILL_COUNTS * TAU / scenario.encoder.counts_per_turn as f64,
     }
+}
+
+/// Noise of the encoder, RMS, and counts that a valve at standstill may show.
+const STANDSTILL_NOISES: f64 = 8.0;
+const STANDSTILL_COUNTS: f64 = 2.5;
+
+/// How far beyond the limits of motion the guard lets the valve go: as far as it may be from where it is wanted, and no
+/// less than the command leads a rotor.
+fn angle_slack_rad(scenario: &Scenario, motor: &MotorParams) -> f64 {
+    let quarter_pitch_rad = TAU / f64::from(motor.rotor_teeth) / 4.0;
+    scenario.safety.max_following_error_rad.max(quarter_pitch_rad)
 }
 
 fn controller_params(
@@ -158,6 +178,8 @@ fn controller_params(
         observer: None,
         shaper: None,
         encoder_delay_cycles: scenario.encoder.delay_cycles,
+        homing: scenario.homing.search.map(homing),
+        holds_when_disarmed: scenario.driver.holds_when_disarmed,
         lost_steps: match scenario.safety.lost_steps {
             config::LostSteps::Fault => step_control::LostSteps::Fault,
             config::LostSteps::Resynchronise => step_control::LostSteps::Resynchronise,
@@ -167,11 +189,28 @@ fn controller_params(
             min_angle_rad: scenario.limits.min_angle_rad,
             max_angle_rad: scenario.limits.max_angle_rad,
             max_speed_rad_per_s: scenario.limits.max_speed_rad_per_s,
+            unhomed_speed_rad_per_s: scenario.limits.unhomed_speed_rad_per_s,
         },
         max_following_error_rad: scenario.safety.max_following_error_rad,
         following_error_per_speed_s: scenario.safety.following_error_per_speed_s,
         arm_at_cycle: Some(timeline.arm_cycle),
         disarm_at_cycle: Some(timeline.disarm_cycle),
+    }
+}
+
+fn homing(search: config::HomingSearch) -> step_control::Homing {
+    step_control::Homing {
+        method: match search.method {
+            config::HomingMethod::Switch => step_control::HomingMethod::Switch,
+            config::HomingMethod::Stop => step_control::HomingMethod::Stop,
+            config::HomingMethod::Index => step_control::HomingMethod::Index,
+            config::HomingMethod::Absolute => step_control::HomingMethod::Absolute,
+        },
+        speed_rad_per_s: search.speed_rad_per_s,
+        angle_rad: search.angle_rad,
+        longest_rad: search.longest_rad,
+        stop_current: search.stop_current,
+        largest_spread_rad: search.largest_spread_rad,
     }
 }
 
@@ -209,6 +248,20 @@ fn plant_part(
         delay_cycles: usize::try_from(scenario.encoder.delay_cycles).unwrap_or(usize::MAX),
         seed: scenario.seed,
     });
+    let (angle_rad, homing) = (scenario.initial_angle_rad, &scenario.homing);
+    let start = if homing.begins_homed {
+        PlantStart::homed(angle_rad, drive.microstep_angle_rad)
+    } else {
+        PlantStart::switched_on(angle_rad, scenario.encoder.absolute)
+    };
+    let marks = Marks {
+        switch_rad: homing.marks.switch_angle_rad,
+        switch_below: homing.search.is_some_and(|search| search.speed_rad_per_s < 0.0),
+        index_rad: homing.marks.index_angle_rad,
+        low_stop_rad: homing.marks.low_stop_rad,
+        high_stop_rad: homing.marks.high_stop_rad,
+    };
+    let holds = scenario.driver.holds_when_disarmed;
     PlantPart {
         timeline,
         valve,
@@ -216,7 +269,8 @@ fn plant_part(
         drive,
         encoder,
         loop_delay_cycles: scenario.loop_delay_cycles,
-        initial_angle_rad: scenario.initial_angle_rad,
+        start: PlantStart { energised: holds, ..start },
+        marks,
         pressure_drop_pa: scenario.pressure_drop.clone(),
         oil_temperature_c: scenario.oil_temperature.clone(),
     }
@@ -238,6 +292,7 @@ fn trajectory_part(
                 max_speed_rad_per_s: limits.max_speed_rad_per_s,
                 max_acceleration_rad_per_s2: limits.max_acceleration_rad_per_s2,
                 max_jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
+                unhomed_speed_rad_per_s: limits.unhomed_speed_rad_per_s,
             },
             orifice: belief.orifice,
             oil_density_kg_per_m3: belief.oil.map(|oil| oil.density_kg_per_m3),

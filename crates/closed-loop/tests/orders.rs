@@ -28,7 +28,7 @@ fn run(
         let order = orders.iter().find(|order| order.0 == cycle).map(|&(_, parameter, value)| {
             id += 1;
             let kind = OperatorKind::SetParameter.code();
-            OperatorCommand { id, kind, parameter: parameter.code(), value }
+            OperatorCommand { id, valid_until_cycle: cycle, kind, parameter: parameter.code(), value }
         });
         let output = controller.step(cycle, Some(&sample.feedback), Some(&reference), order.as_ref());
         plant.advance(cycle, command.as_ref());

@@ -35,7 +35,8 @@ fn random_valve(rng: &mut Pcg64Mcg, missed_step: bool) -> Valve {
         bristle_damping_nm_s_per_rad: rng.random_range(0.2..1.5)
             * (bristle_stiffness_nm_per_rad * 5e-4).sqrt(),
         viscous_nm_s_per_rad: log_uniform(rng, 1e-5, 0.3),
-        missed_step_at_s: missed_step.then(|| rng.random_range(0.05..0.25)),
+        // After arming: what happens before is where the run begins.
+        missed_step_at_s: missed_step.then(|| rng.random_range(0.1..0.25)),
     }
 }
 

@@ -20,7 +20,8 @@ pub use against_models::{belief_warnings, check_against_models};
 pub use error::{ConfigError, ConfigErrors};
 pub use model::{ModelComments, parse_model, write_model};
 pub use scenario::{
-    AfterStop, Compensation, Control, Damping, Driver, Encoder, FlowPressure, LostSteps, MotionLimits,
-    Profile, Safety, Scenario, ScheduledSetPoint, SetPoint, TaskTiming, Timing, parse_scenario,
+    AfterStop, Compensation, Control, Damping, Driver, Encoder, FlowPressure, Homing, HomingMarks,
+    HomingMethod, HomingSearch, LostSteps, MotionLimits, Profile, Safety, Scenario, ScheduledSetPoint,
+    SetPoint, TaskTiming, Timing, parse_scenario,
 };
 pub use units::{Dimension, QuantityError, parse_quantity};

@@ -6,14 +6,15 @@
 //! second (Hz). Pure: no clock, no heap.
 //!
 //! ```text
-//!          follow=1                 `silence_cycles` without a command
+//!        follow=1 where the drive stands    `silence_cycles` without a sensible command, beyond the limits of angle
 //!  Idle ─────────────▶ Following ───────────────────────────────────▶ Stopped by itself
 //!   ▲  ◀─────────────     ▲                                                 │
 //!   │      follow=0       │ follow=1, its position our own                  │ follow=0, at standstill
 //!   │                     └──────────────── Released ◀──────────────────────┘
 //!   └── (start)
 //! ```
-//! In every mode but Following the rate ramps to zero at the quick-stop deceleration, and stays there.
+//! In every mode but Following the rate ramps to zero at the quick-stop deceleration, and stays there. Nothing is followed
+//! without current. A command that jumps further than a healthy controller's can is refused, and counts as missing.
 #![forbid(unsafe_code)]
 
 mod approach;
@@ -26,5 +27,5 @@ mod units;
 pub use limits::{Travel, follow, ramp_down};
 pub use params::{AfterStop, DriveError, Params, stop_cycles_bound};
 pub use state::{Mode, State};
-pub use step::{Output, step};
+pub use step::{Output, STANDSTILL_S, Sensors, step};
 pub use units::{Microsteps, MicrostepsPerCycle};

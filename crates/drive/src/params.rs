@@ -40,6 +40,14 @@ pub struct Params {
     pub after_stop: AfterStop,
     /// So many cycles in a row without a command are silence.
     pub silence_cycles: u64,
+    /// Cycles from the order until the windings carry current; the simulator's own, a bus bridge waits for its drive.
+    pub energise_cycles: u64,
+    /// The lowest angle of a homed valve, where it must not go beyond, rad.
+    pub lowest_angle_rad: Option<f64>,
+    /// The highest, rad.
+    pub highest_angle_rad: Option<f64>,
+    /// An encoder that moves less than this for [`crate::STANDSTILL_S`] stands still, rad.
+    pub standstill_rad: f64,
 }
 
 /// A parameter that no drive can have.
@@ -72,6 +80,7 @@ impl Params {
             ("max_pulse_rate_hz", self.max_pulse_rate_hz),
             ("max_pulse_acceleration_hz_per_s", self.max_pulse_acceleration_hz_per_s),
             ("quick_stop_deceleration_hz_per_s", self.quick_stop_deceleration_hz_per_s),
+            ("standstill_rad", self.standstill_rad),
         ];
         for (key, found) in positive {
             if !(found > 0.0 && found <= LARGEST) {
@@ -107,6 +116,17 @@ impl Params {
     /// The greatest change of a cycle's way from one cycle to the next while following, micro-steps.
     pub(crate) fn max_change(&self) -> f64 {
         self.max_pulse_acceleration_hz_per_s * self.period_s * self.period_s
+    }
+
+    /// The longest way from the present position to a command that a healthy controller sends after `missed` cycles in which
+    /// the drive went on at its last rate, micro-steps: full rate one way instead of the other.
+    pub(crate) fn largest_jump(&self, missed: u64) -> f64 {
+        self.max_travel() * (2.0 * missed as f64 + 3.0)
+    }
+
+    /// Cycles for which an encoder has to rest before the valve counts as still.
+    pub(crate) fn standstill_cycles(&self) -> u64 {
+        (crate::STANDSTILL_S / self.period_s).ceil() as u64
     }
 
     /// The same in a quick stop, micro-steps.

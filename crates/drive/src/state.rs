@@ -1,6 +1,7 @@
 //! What the guard remembers from cycle to cycle.
 
 use crate::{Microsteps, MicrostepsPerCycle};
+use signals::FaultCode;
 
 /// What the guard is doing; the drawing stands in the crate's documentation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,7 +10,7 @@ pub enum Mode {
     Idle,
     /// Follows the commands within the limits.
     Following,
-    /// The commands fell silent: ramps to a stop and stays, latched.
+    /// The commands fell silent or made no sense, or the valve left its limits: ramps to a stop and stays, latched.
     StoppedItself,
     /// The latch is off; waits for a command that stands where the drive stands.
     Released,
@@ -38,6 +39,20 @@ pub struct State {
     pub(crate) previous_command: Option<Microsteps>,
     /// The cycle of the newest command taken.
     pub(crate) command_cycle: u64,
+    /// Whether the newest command was refused for its jump.
+    pub(crate) refused: bool,
+    /// Why it stopped by itself.
+    pub(crate) fault: FaultCode,
+    /// Cycles for which current has been asked for.
+    pub(crate) energising_cycles: u64,
+    /// The part of the rated current that the last command wanted.
+    pub(crate) current_ratio: f64,
+    /// The newest zero taken, and what all of them added to the count, micro-steps.
+    pub(crate) zero_id: u64,
+    pub(crate) rebased: i64,
+    /// Where the encoder has rested, rad, and for how many cycles.
+    pub(crate) rests_at_rad: Option<f64>,
+    pub(crate) rested_cycles: u64,
 }
 
 impl State {
@@ -54,6 +69,14 @@ impl State {
             energise_wanted: false,
             previous_command: None,
             command_cycle: 0,
+            refused: false,
+            fault: FaultCode::None,
+            energising_cycles: 0,
+            current_ratio: 1.0,
+            zero_id: 0,
+            rebased: 0,
+            rests_at_rad: None,
+            rested_cycles: u64::MAX,
         }
     }
 
@@ -64,8 +87,31 @@ impl State {
 
     /// Stands elsewhere, at rest, with or without current: for a drive whose position is told by its bus. The mode stays.
     pub fn rebase(&mut self, accepted_microsteps: i64, energised: bool) {
-        let (mode, missed, command_cycle) = (self.mode, self.missed, self.command_cycle);
-        *self = Self { mode, missed, command_cycle, energised, ..Self::at_rest(accepted_microsteps) };
+        *self = Self {
+            mode: self.mode,
+            missed: self.missed,
+            command_cycle: self.command_cycle,
+            // A zero is taken once.
+            zero_id: self.zero_id,
+            energised,
+            ..Self::at_rest(accepted_microsteps)
+        };
+    }
+
+    /// The same with a zero that was shifted before: the count is `rebased_microsteps` beyond the motor's own.
+    #[must_use]
+    pub fn with_zero(self, zero_id: u64, rebased_microsteps: i64) -> Self {
+        Self { zero_id, rebased: rebased_microsteps, ..self }
+    }
+
+    /// The newest zero taken from a command; 0 before the first.
+    pub fn zero_id(&self) -> u64 {
+        self.zero_id
+    }
+
+    /// How far the count is beyond the motor's own, which fixes the phase of the current, micro-steps.
+    pub fn rebased_microsteps(&self) -> i64 {
+        self.rebased
     }
 
     /// Where the command stands now, in whole micro-steps (Feedback's `accepted_microsteps`).

@@ -16,6 +16,8 @@ pub struct Output {
     pub pulse_rate_hz: f64,
     /// Whether the windings carry current in this cycle.
     pub energised: bool,
+    /// How much of the rated current they carry then.
+    pub current_ratio: f64,
     /// The drive's own bits of [`validity`] for the Feedback at the cycle's end: `ENERGISED`, `STANDSTILL`,
     /// `LIMITED`, `STOPPED_ITSELF`, `COMMAND_MISSED`.
     pub flags: u64,
@@ -23,12 +25,24 @@ pub struct Output {
     pub fault: FaultCode,
 }
 
+/// What the guard itself can see of the valve.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sensors {
+    /// The encoder's angle, where one is fitted, rad.
+    pub encoder_rad: Option<f64>,
+    /// Whether the angle's zero is known, so that limits of angle mean something.
+    pub homed: bool,
+}
+
+/// An encoder has to rest for this before the valve stands still, s: over half a period of the rotor's resonance.
+pub const STANDSTILL_S: f64 = 0.005;
+
 /// Takes the guard through cycle `cycle`.
 ///
 /// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.
 ///
 /// ```
-/// use drive::{AfterStop, Params, State, step};
+/// use drive::{AfterStop, Params, Sensors, State, step};
 /// use signals::StepCommand;
 ///
 /// let params = Params {
@@ -39,18 +53,38 @@ pub struct Output {
 ///     quick_stop_deceleration_hz_per_s: 100e6,
 ///     after_stop: AfterStop::Hold,
 ///     silence_cycles: 3,
+///     energise_cycles: 0,
+///     lowest_angle_rad: None,
+///     highest_angle_rad: None,
+///     standstill_rad: 1e-4,
 /// };
 /// let mut state = State::at_rest_energised(0);
-/// let command = StepCommand { position_unrounded: 1e6, follow: 1, energise: 1, ..StepCommand::default() };
-/// // A million micro-steps were asked for; the first cycle gives what the acceleration allows.
-/// let output = step(&params, &mut state, 0, Some(&command));
-/// assert_eq!(output.end_microsteps, 40.0);
+/// let follow = |position| StepCommand {
+///     position_unrounded: position,
+///     follow: 1,
+///     energise: 1,
+///     ..StepCommand::default()
+/// };
+/// let mut cycle = |position| step(&params, &mut state, 0, Some(&follow(position)), &Sensors::default());
+/// assert_eq!(cycle(0.0).end_microsteps, 0.0);
+/// // A thousand micro-steps are asked for; the next cycle gives what the acceleration allows.
+/// assert_eq!(cycle(1000.0).end_microsteps, 40.0);
 /// ```
-pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Output {
+pub fn step(
+    params: &Params,
+    state: &mut State,
+    cycle: u64,
+    command: Option<&StepCommand>,
+    sensors: &Sensors,
+) -> Output {
+    let sensible = command.filter(|command| !jumps(params, state, command));
+    state.refused = command.is_some() && sensible.is_none();
+    let command = sensible;
     match command {
         Some(command) => note_command(params, state, cycle, command),
         None => state.missed = state.missed.saturating_add(1),
     }
+    note_encoder(params, state, sensors);
     let start = state.accepted;
     let travel = match (state.mode, command) {
         (Mode::Following, Some(command)) => follow(params, state, command),
@@ -59,10 +93,11 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&Ste
         _ => stop(params, state, command),
     };
     accept(state, &travel, command);
-    // Counted to the end, so that the ramp begins in the next cycle.
-    if state.mode == Mode::Following && state.missed >= params.silence_cycles {
+    // Looked for at the end, so that the ramp begins in the next cycle.
+    if let Some(fault) = reason_to_stop(params, state, sensors) {
         state.mode = Mode::StoppedItself;
         state.settled = false;
+        state.fault = fault;
     } else if state.mode == Mode::StoppedItself {
         state.settled =
             state.settled || state.travel == MicrostepsPerCycle::ZERO && at_neutral(params, state);
@@ -71,33 +106,81 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&Ste
     report(params, state, start, travel.limited(), command.is_none())
 }
 
+/// Whether a command is further away than a healthy controller's can be.
+fn jumps(params: &Params, state: &State, command: &StepCommand) -> bool {
+    let way = Microsteps(command.position_unrounded) - state.position;
+    // Positions are only known to their last bit.
+    let rounding = 4.0 * f64::EPSILON * command.position_unrounded.abs();
+    state.mode == Mode::Following
+        && command.follow == 1
+        && way.0.abs() > params.largest_jump(state.missed) + rounding
+}
+
 /// Changes of mode that a command brings.
 fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCommand) {
     state.missed = 0;
     state.command_cycle = cycle;
     state.energise_wanted = command.energise == 1;
+    state.current_ratio = command.current_ratio;
+    take_zero(state, command);
     let follow = command.follow == 1 && state.energise_wanted;
-    if follow
-        && !state.energised
-        && state.travel == MicrostepsPerCycle::ZERO
-        && state.mode != Mode::StoppedItself
-    {
-        // Without current the count means nothing: energising begins where the command does.
-        state.position = Microsteps(command.position_unrounded - command.pulse_rate_hz * params.period_s);
-        state.accepted = state.position.round();
-    }
-    let agrees = (Microsteps(command.position_unrounded) - state.position).0.abs() <= 1.0;
+    // How far the command is from where the drive goes by itself in this cycle.
+    let apart = (Microsteps(command.position_unrounded) - (state.position + state.travel)).0.abs();
     state.mode = match (state.mode, follow) {
         (Mode::StoppedItself, false) if state.settled => Mode::Released,
         (Mode::StoppedItself, _) => Mode::StoppedItself,
-        (Mode::Released, true) if !agrees => Mode::Released,
+        (Mode::Released, true) if apart > 1.0 || !state.energised => Mode::Released,
         (Mode::Released, false) => Mode::Released,
+        (Mode::Idle | Mode::Following, true) if !state.energised => Mode::Idle,
+        // Not from where it stands: whoever sends this believes the valve elsewhere.
+        (Mode::Idle, true) if apart > 1.0 + params.max_change() => Mode::Idle,
         (_, true) => Mode::Following,
         (_, false) => Mode::Idle,
     };
     if state.mode != Mode::Following {
         state.previous_command = None;
     }
+}
+
+/// Shifts the count to a new zero, once, while nothing moves or is followed. The motor's phase stays.
+fn take_zero(state: &mut State, command: &StepCommand) {
+    let stands = state.travel == MicrostepsPerCycle::ZERO && state.mode != Mode::StoppedItself;
+    if command.zero_id > state.zero_id && command.follow == 0 && stands {
+        state.zero_id = command.zero_id;
+        state.position = Microsteps(state.position.0 + command.zero_shift_microsteps as f64);
+        state.accepted = state.accepted.saturating_add(command.zero_shift_microsteps);
+        state.rebased = state.rebased.saturating_add(command.zero_shift_microsteps);
+        state.rests_at_rad = None;
+    }
+}
+
+/// Counts for how long the encoder has rested.
+fn note_encoder(params: &Params, state: &mut State, sensors: &Sensors) {
+    let Some(encoder_rad) = sensors.encoder_rad else { return };
+    match state.rests_at_rad {
+        Some(rest_rad) if (encoder_rad - rest_rad).abs() > params.standstill_rad => {
+            state.rests_at_rad = Some(encoder_rad);
+            state.rested_cycles = 0;
+        }
+        Some(_) => state.rested_cycles = state.rested_cycles.saturating_add(1),
+        None => state.rests_at_rad = Some(encoder_rad),
+    }
+}
+
+/// Why a drive that follows stops by itself.
+fn reason_to_stop(params: &Params, state: &State, sensors: &Sensors) -> Option<FaultCode> {
+    if state.mode != Mode::Following {
+        return None;
+    }
+    if state.missed >= params.silence_cycles {
+        return Some(if state.refused { FaultCode::CommandMismatch } else { FaultCode::CommandSilent });
+    }
+    let command_rad = state.position.0 * params.microstep_angle_rad;
+    let angle_rad = sensors.encoder_rad.unwrap_or(command_rad);
+    let (way, homed) = (state.travel.0, sensors.homed);
+    let below = params.lowest_angle_rad.is_some_and(|lowest| angle_rad < lowest) && way < 0.0;
+    let above = params.highest_angle_rad.is_some_and(|highest| angle_rad > highest) && way > 0.0;
+    (homed && (below || above)).then_some(FaultCode::AngleLimit)
 }
 
 /// Goes where the command wants, or as far as the limits let it.
@@ -176,12 +259,19 @@ fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
     }
 }
 
-/// Windings: on when asked for; off when not wanted, and after a stop by itself if so set, but never in motion.
+/// Windings: on when asked for, after the time that takes; off when not wanted, and after a stop by itself if so set, but
+/// never in motion.
 fn switch_current(params: &Params, state: &mut State) {
     let latched = state.mode == Mode::StoppedItself;
     let wanted = state.energise_wanted && !(latched && params.after_stop == AfterStop::DeEnergise);
+    state.energising_cycles = if wanted { state.energising_cycles.saturating_add(1) } else { 0 };
     if wanted && !latched {
-        state.energised = true;
+        let had_current = state.energised;
+        state.energised = had_current || state.energising_cycles > params.energise_cycles;
+        if state.energised && !had_current && state.rests_at_rad.is_some() {
+            // The rotor may jump to its tooth.
+            state.rested_cycles = 0;
+        }
     } else if !wanted && state.travel == MicrostepsPerCycle::ZERO {
         state.energised = false;
     }
@@ -192,7 +282,12 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
     let bits = [
         (validity::ENERGISED, state.energised),
         // On the way to the neutral position it may stand for a cycle, where it turns back.
-        (validity::STANDSTILL, state.travel == MicrostepsPerCycle::ZERO && (!latched || state.settled)),
+        (
+            validity::STANDSTILL,
+            state.travel == MicrostepsPerCycle::ZERO
+                && (!latched || state.settled)
+                && state.rested_cycles >= params.standstill_cycles(),
+        ),
         (validity::LIMITED, limited),
         (validity::STOPPED_ITSELF, latched),
         (validity::COMMAND_MISSED, missed),
@@ -202,7 +297,8 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
         end_microsteps: state.accepted as f64,
         pulse_rate_hz: state.travel.rate_hz(params.period_s),
         energised: state.energised,
+        current_ratio: state.current_ratio,
         flags: bits.iter().filter(|(_, set)| *set).fold(0, |flags, (bit, _)| flags | bit),
-        fault: if latched { FaultCode::CommandSilent } else { FaultCode::None },
+        fault: if latched { state.fault } else { FaultCode::None },
     }
 }

@@ -1,7 +1,9 @@
 //! What the guard promises, whatever the commands: limits, settling, stopping, and the latch.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use drive::{AfterStop, Mode, Output, Params, State, step, stop_cycles_bound};
+use drive::{
+    AfterStop, Microsteps, MicrostepsPerCycle, Mode, Output, Params, Sensors, State, stop_cycles_bound,
+};
 use proptest::prelude::*;
 use signals::{FaultCode, StepCommand, validity};
 
@@ -17,7 +19,16 @@ fn params() -> Params {
         quick_stop_deceleration_hz_per_s: 100e6,
         after_stop: AfterStop::Hold,
         silence_cycles: 3,
+        energise_cycles: 0,
+        lowest_angle_rad: None,
+        highest_angle_rad: None,
+        standstill_rad: 1e-4,
     }
+}
+
+/// A cycle of a drive that has no encoder.
+fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Output {
+    drive::step(params, state, cycle, command, &Sensors::default())
 }
 
 fn follow(position: f64, way: f64) -> StepCommand {
@@ -46,6 +57,8 @@ enum Event {
     Move(f64),
     /// A command that goes on at the last one's rate, changed by this much.
     Ramp(f64),
+    /// A command to stay where the drive stands.
+    Stay,
     Missing,
     NotFollowing,
     WithoutCurrent,
@@ -56,6 +69,7 @@ fn events() -> impl Strategy<Value = Vec<(Event, usize)>> {
         4 => (-1e5..1e5_f64).prop_map(Event::Move),
         4 => (-900.0..900.0_f64).prop_map(Event::Move),
         4 => (-60.0..60.0_f64).prop_map(Event::Ramp),
+        3 => Just(Event::Stay),
         2 => Just(Event::Missing),
         1 => Just(Event::NotFollowing),
         1 => Just(Event::WithoutCurrent),
@@ -70,7 +84,7 @@ fn play(
     mut look: impl FnMut(Mode, &Output, &State),
 ) -> (State, f64, u64) {
     let params = params();
-    let mut state = State::at_rest(start);
+    let mut state = State::at_rest_energised(start);
     let (mut position, mut last_way, mut cycle) = (start as f64, 0.0, 0);
     for (event, times) in events {
         for _ in 0..*times {
@@ -84,6 +98,10 @@ fn play(
                     last_way += by;
                     position += last_way;
                     Some(follow(position, last_way))
+                }
+                Event::Stay => {
+                    (position, last_way) = (state.position_unrounded().0, 0.0);
+                    Some(follow(position, 0.0))
                 }
                 Event::Missing => None,
                 Event::NotFollowing => Some(hold()),
@@ -103,23 +121,23 @@ fn rounding(position: f64) -> f64 {
     16.0 * f64::EPSILON * position.abs() + 1e-6
 }
 
-/// Runs the guard with one constant command until it stands there; says how far beyond it went.
-fn settle(state: &mut State, target: f64, cycle: &mut u64) -> f64 {
+/// Goes to a constant target within the limits until it stands there; says how far beyond it went.
+fn settle(start: f64, travel: f64, target: f64) -> f64 {
     let params = params();
-    let (mut beyond, mut quiet) = (0.0_f64, 0);
+    let (mut position, mut travel, mut beyond) = (Microsteps(start), MicrostepsPerCycle(travel), 0.0_f64);
     for _ in 0..200_000 {
-        let side = (target - state.position_unrounded().0).signum();
-        let motion = step(&params, state, *cycle, Some(&follow(target, 0.0)));
-        *cycle += 1;
-        beyond = beyond.max((state.position_unrounded().0 - target) * side);
-        quiet = if motion.flags & validity::STANDSTILL != 0 { quiet + 1 } else { 0 };
-        if quiet == 3 {
-            assert_eq!(state.position_unrounded().0, target);
-            assert_eq!(motion.flags & validity::LIMITED, 0);
+        let side = (target - position.0).signum();
+        let way = MicrostepsPerCycle::ZERO;
+        let taken = drive::follow(&params, position, travel, Microsteps(target), way);
+        (position, travel) = (taken.position, taken.way);
+        beyond = beyond.max((position.0 - target) * side);
+        if travel == MicrostepsPerCycle::ZERO {
+            assert_eq!(position.0, target);
+            assert!(!taken.limited());
             return beyond;
         }
     }
-    panic!("never settles at {target}: {state:?}");
+    panic!("never settles at {target}");
 }
 
 proptest! {
@@ -127,14 +145,8 @@ proptest! {
     fn limits_hold_whatever_is_asked(start in -1_000_000_000_000_i64..1_000_000_000_000, events in events()) {
         let params = params();
         let (mut last_way, mut last_position) = (0.0, start as f64);
-        let (mut last_end, mut had_current) = (start as f64, false);
+        let mut last_end = start as f64;
         play(start, &events, |_, motion, state| {
-            if !had_current {
-                // Nothing holds the rotor: energising may begin the count anew.
-                last_end = motion.start_microsteps;
-                last_position = state.position_unrounded().0 - way(motion);
-            }
-            had_current = motion.energised;
             let change = way(motion) - last_way;
             let slack = rounding(last_position);
             let allowed = if state.mode() == Mode::Following {
@@ -157,8 +169,8 @@ proptest! {
     }
 
     #[test]
-    fn a_constant_command_is_reached(start in -1_000_000_000_i64..1_000_000_000, events in events(), last in -1e5..1e5_f64) {
-        let (mut state, position, mut cycle) = play(start, &events, |_, _, _| {});
+    fn a_constant_command_within_reach_is_reached(start in -1_000_000_000_i64..1_000_000_000, events in events(), last in -1500.0..1500.0_f64) {
+        let (mut state, _, mut cycle) = play(start, &events, |_, _, _| {});
         // Whatever latch there is: let it stop, take it off, stand where the drive stands.
         let params = params();
         for _ in 0..stop_cycles_bound(&params) + 1 {
@@ -166,27 +178,38 @@ proptest! {
             cycle += 1;
         }
         let own = state.position_unrounded().0;
-        step(&params, &mut state, cycle, Some(&follow(own, 0.0)));
-        cycle += 1;
-        settle(&mut state, position + last, &mut cycle);
+        for way in [0.0, last] {
+            for _ in 0..200 {
+                step(&params, &mut state, cycle, Some(&follow(own + way, 0.0)));
+                cycle += 1;
+            }
+        }
+        prop_assert_eq!(state.mode(), Mode::Following);
+        prop_assert_eq!(state.position_unrounded().0, own + last);
     }
 
     #[test]
-    fn catching_up_from_rest_never_passes_the_target(start in -1_000_000_i64..1_000_000, by in -1e6..1e6_f64) {
-        let mut state = State::at_rest(start);
-        let beyond = settle(&mut state, start as f64 + by, &mut 0);
+    fn catching_up_ends_on_the_target(start in -1e6..1e6_f64, travel in -600.0..600.0_f64, by in -1e6..1e6_f64) {
+        settle(start, travel, start + by);
+    }
+
+    #[test]
+    fn catching_up_from_rest_never_passes_the_target(start in -1e6..1e6_f64, by in -1e6..1e6_f64) {
+        let beyond = settle(start, 0.0, start + by);
         prop_assert!(beyond <= 1e-6, "went {beyond} micro-steps beyond");
     }
 
     #[test]
     fn catching_up_with_a_steady_rotation_never_passes_it(behind in -1e5..1e5_f64, rate in -500.0..500.0_f64) {
         let params = params();
-        let mut state = State::at_rest(0);
+        let (mut position, mut travel) = (Microsteps(0.0), MicrostepsPerCycle::ZERO);
         let mut caught_up = 0;
         for cycle in 0..20_000_u64 {
             let target = behind + rate * (cycle + 1) as f64;
-            step(&params, &mut state, cycle, Some(&follow(target, rate)));
-            let gap = target - state.position_unrounded().0;
+            let own_way = MicrostepsPerCycle(rate);
+            let taken = drive::follow(&params, position, travel, Microsteps(target), own_way);
+            (position, travel) = (taken.position, taken.way);
+            let gap = target - position.0;
             // Where the command comes towards the drive it can pass before the drive is up to its rate.
             if behind * rate >= 0.0 {
                 prop_assert!(gap * behind.signum() >= -1e-6, "went {} beyond", -gap);
@@ -200,7 +223,7 @@ proptest! {
     fn a_command_within_the_limits_passes_untouched(start in -1_000_000_000_000_i64..1_000_000_000_000,
         ramps in prop::collection::vec((-1.0..1.0_f64, 1..40_usize), 1..40)) {
         let params = params();
-        let mut state = State::at_rest(start);
+        let mut state = State::at_rest_energised(start);
         let (mut position, mut last, mut cycle) = (start as f64, 0.0_f64, 0);
         for (share, times) in ramps {
             for _ in 0..times {
@@ -282,7 +305,7 @@ proptest! {
 
 /// A drive that has been stopped by silence from a rotation.
 fn stopped(params: &Params) -> (State, u64) {
-    let mut state = State::at_rest(1000);
+    let mut state = State::at_rest_energised(1000);
     let mut position = 1000.0;
     let mut cycle = 0;
     for i in 0..20 {
@@ -317,7 +340,7 @@ fn the_latch_opens_by_not_following_and_then_only_where_the_drive_stands() {
 #[test]
 fn the_latch_does_not_open_in_motion() {
     let params = params();
-    let mut state = State::at_rest(0);
+    let mut state = State::at_rest_energised(0);
     let mut position = 0.0;
     for i in 0..16 {
         position += 40.0 * f64::from(i);
@@ -362,7 +385,7 @@ fn current_goes_only_at_standstill() {
 #[test]
 fn a_missed_cycle_is_caught_up_without_a_trace() {
     let params = params();
-    let mut state = State::at_rest(0);
+    let mut state = State::at_rest_energised(0);
     let mut position = 0.0;
     for i in 0..200_u64 {
         let way = (i as f64 * 2.0).min(200.0);
@@ -382,7 +405,7 @@ fn huge_counts_do_not_overflow() {
     let params = params();
     let limit = 9_007_199_254_740_992_i64;
     for start in [limit, -limit, i64::MAX, i64::MIN] {
-        let mut state = State::at_rest(start);
+        let mut state = State::at_rest_energised(start);
         for cycle in 0..100 {
             let target = if cycle % 2 == 0 { limit as f64 } else { -(limit as f64) };
             let motion = step(&params, &mut state, cycle, Some(&follow(target, 1e12)));
@@ -417,7 +440,7 @@ fn silent_with_neutral(neutral: i64, way_before: f64, cycles: usize) -> (State, 
     let after_stop = AfterStop::Neutral { microsteps: neutral, pulse_rate_hz: 50e3, longest_way: 20_000.0 };
     let params = Params { after_stop, ..params() };
     params.validate().unwrap();
-    let mut state = State::at_rest(0);
+    let mut state = State::at_rest_energised(0);
     let (mut position, mut last_way, mut cycle) = (0.0, 0.0, 0);
     while last_way < way_before {
         last_way += 40.0;
@@ -475,4 +498,123 @@ fn a_valve_that_is_not_armed_never_goes_to_the_neutral_position() {
     for cycle in 20..200 {
         assert_eq!(step(&params, &mut state, cycle, None).end_microsteps, 0.0);
     }
+}
+
+/// A drive that follows at a steady rate of 100 micro-steps a cycle.
+fn turning(params: &Params) -> (State, f64) {
+    let mut state = State::at_rest_energised(0);
+    let mut position = 0.0;
+    for i in 0..40 {
+        let way = (20.0 * f64::from(i)).min(100.0);
+        position += way;
+        step(params, &mut state, 0, Some(&follow(position, way)));
+    }
+    assert_eq!((state.mode(), state.position_unrounded().0), (Mode::Following, position));
+    (state, position)
+}
+
+#[test]
+fn nothing_is_followed_from_elsewhere_than_where_the_drive_stands() {
+    let params = params();
+    for (by, followed) in [(40.9, true), (-40.9, true), (41.1, false), (-41.1, false)] {
+        let mut state = State::at_rest_energised(1000);
+        let output = step(&params, &mut state, 0, Some(&follow(1000.0 + by, by)));
+        assert_eq!(state.mode() == Mode::Following, followed, "{by}");
+        assert_eq!(output.flags & validity::LIMITED != 0, true, "{by}: cut or refused, it shows");
+        assert_eq!(output.end_microsteps != 1000.0, followed, "{by}");
+    }
+}
+
+#[test]
+fn nothing_is_followed_without_current_and_the_count_stays() {
+    let params = Params { energise_cycles: 5, ..params() };
+    let mut state = State::at_rest(1000);
+    for cycle in 0..5 {
+        let output = step(&params, &mut state, cycle, Some(&follow(1000.0, 0.0)));
+        assert!(!output.energised && state.mode() == Mode::Idle, "cycle {cycle}");
+    }
+    assert!(step(&params, &mut state, 5, Some(&follow(1000.0, 0.0))).energised);
+    assert_eq!(state.mode(), Mode::Idle);
+    step(&params, &mut state, 6, Some(&follow(1000.0, 0.0)));
+    assert_eq!((state.mode(), state.accepted_microsteps()), (Mode::Following, 1000));
+}
+
+#[test]
+fn a_command_that_leaps_counts_as_missing_and_stops_the_drive() {
+    let params = params();
+    // Three cycles' way at the highest rate, and two more for each cycle without a command.
+    for (leap, refused) in [(1799.0, false), (1801.0, true), (-1799.0, false), (-1801.0, true)] {
+        let (mut state, position) = turning(&params);
+        let output = step(&params, &mut state, 0, Some(&follow(position + leap, 100.0)));
+        assert_eq!(output.flags & validity::COMMAND_MISSED != 0, refused, "{leap}");
+    }
+    let (mut state, position) = turning(&params);
+    for _ in 0..params.silence_cycles {
+        assert_eq!(state.mode(), Mode::Following);
+        step(&params, &mut state, 0, Some(&follow(position + 1e6, 100.0)));
+    }
+    let output = step(&params, &mut state, 0, Some(&follow(position + 1e6, 100.0)));
+    assert_eq!((state.mode(), output.fault), (Mode::StoppedItself, FaultCode::CommandMismatch));
+}
+
+#[test]
+fn beyond_the_limits_of_angle_a_homed_valve_is_stopped_on_its_way_out_alone() {
+    let highest_angle_rad = Some(0.0);
+    let params = Params { highest_angle_rad, ..params() };
+    let (state, position) = turning(&Params { highest_angle_rad: None, ..params });
+    let run = |state: &State, homed: bool, encoder_rad: Option<f64>, way: f64| {
+        let mut state = *state;
+        let sensors = Sensors { encoder_rad, homed };
+        let ahead = position + way;
+        drive::step(&params, &mut state, 0, Some(&follow(ahead, way)), &sensors);
+        drive::step(&params, &mut state, 0, Some(&follow(ahead + way, way)), &sensors).fault
+    };
+    assert_eq!(run(&state, true, None, 100.0), FaultCode::AngleLimit, "by its own count");
+    assert_eq!(run(&state, true, Some(0.1), 100.0), FaultCode::AngleLimit, "by the encoder");
+    assert_eq!(run(&state, true, Some(-0.1), 100.0), FaultCode::None, "the encoder knows better");
+    assert_eq!(run(&state, false, Some(0.1), 100.0), FaultCode::None, "not homed: no angle means anything");
+    let back = State::at_rest_energised(position as i64);
+    assert_eq!(run(&back, true, Some(0.1), -10.0), FaultCode::None, "on its way back");
+}
+
+#[test]
+fn an_encoder_that_still_swings_is_no_standstill() {
+    let params = params();
+    let mut state = State::at_rest_energised(0);
+    let mut still = |encoder_rad: f64| {
+        let sensors = Sensors { encoder_rad: Some(encoder_rad), homed: true };
+        let output = drive::step(&params, &mut state, 0, Some(&hold()), &sensors);
+        output.flags & validity::STANDSTILL != 0
+    };
+    assert!(still(0.0), "it begins at rest");
+    assert!(still(0.9e-4), "noise");
+    assert!(!still(2e-4));
+    assert!((0..4).all(|_| !still(2e-4)), "5 ms of rest are 5 cycles");
+    assert!(still(2e-4));
+}
+
+#[test]
+fn a_new_zero_shifts_the_count_once_at_rest_and_leaves_the_phase() {
+    let params = params();
+    let zero = |id: u64, follow: u64| StepCommand {
+        zero_id: id,
+        zero_shift_microsteps: 500,
+        follow,
+        position_unrounded: 1000.0,
+        position_microsteps: 1000,
+        ..hold()
+    };
+    let mut state = State::at_rest_energised(1000);
+    step(&params, &mut state, 0, Some(&zero(1, 1)));
+    assert_eq!((state.zero_id(), state.accepted_microsteps()), (0, 1000), "not while it follows");
+    for _ in 0..3 {
+        let output = step(&params, &mut state, 0, Some(&zero(1, 0)));
+        assert_eq!((output.start_microsteps, output.end_microsteps), (1500.0, 1500.0));
+    }
+    assert_eq!((state.zero_id(), state.rebased_microsteps()), (1, 500));
+    step(&params, &mut state, 0, Some(&zero(0, 0)));
+    assert_eq!(state.accepted_microsteps(), 1500, "an older zero");
+    let (mut state, _) = turning(&params);
+    step(&params, &mut state, 0, Some(&zero(1, 0)));
+    assert_eq!(state.zero_id(), 0, "not in motion");
 }

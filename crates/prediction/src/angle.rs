@@ -97,7 +97,7 @@ impl Course<'_> {
             command_end_rad: command(index),
             pressure_drop_pa,
             oil_temperature_c,
-            energised: true,
+            current_ratio: 1.0,
         }
     }
 

@@ -2,8 +2,8 @@
 
 use recording::Topic;
 use signals::{
-    ControllerState, FaultCode, OperatorKind, OperatorResult, Scheduling, SetPointKind, SetPointRefusal,
-    Source, limiting, validity,
+    ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling, SetPointKind,
+    SetPointRefusal, Source, limiting, validity,
 };
 
 /// The meaning of a field's numbers: `0 disarmed, 1 running, ...`; `None` for counts and quantities.
@@ -15,6 +15,7 @@ pub(crate) fn meaning(topic: Topic, field: &str) -> Option<String> {
             Some(list(FaultCode::ALL, FaultCode::code))
         }
         (Topic::ControlStatus, "operator_result") => Some(list(OperatorResult::ALL, OperatorResult::code)),
+        (Topic::ControlStatus, "homing_phase") => Some(list(HomingPhase::ALL, HomingPhase::code)),
         (Topic::ControlStatus, "limiting") => Some(flags(&[
             (limiting::PULSE_RATE, "pulse rate"),
             (limiting::PULSE_ACCELERATION, "pulse acceleration"),
@@ -42,6 +43,8 @@ const VALIDITY: &[(u64, &str)] = &[
     (validity::LIMITED, "limited"),
     (validity::STOPPED_ITSELF, "stopped itself"),
     (validity::COMMAND_MISSED, "command missed"),
+    (validity::HOME_SWITCH, "home switch"),
+    (validity::INDEX, "index"),
 ];
 
 /// `0 hold 1, 1 angle rad, ...`: a set-point's value has the unit of its kind.
@@ -68,7 +71,10 @@ mod tests {
     #[test]
     fn codes_and_flags_are_spelt_out() {
         let states = meaning(Topic::ControlStatus, "state");
-        assert_eq!(states.as_deref(), Some("0 disarmed, 1 running, 2 quick-stop, 3 fault"));
+        assert_eq!(
+            states.as_deref(),
+            Some("0 disarmed, 1 running, 2 quick-stop, 3 fault, 4 arming, 5 homing")
+        );
         let sum: u64 = VALIDITY.iter().map(|(bit, _)| bit).sum();
         assert_eq!(sum, validity::END - 1);
         assert_eq!(meaning(Topic::Feedback, "angle_rad"), None);

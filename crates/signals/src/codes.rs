@@ -57,12 +57,16 @@ codes! {
     /// The controller's states.
     ///
     /// ```text
-    ///  Disarmed ──arm──▶ Running ──disarm──▶ QuickStop ──stopped──▶ Disarmed
-    ///     ▲                 │ fault, silence, limit exceeded
-    ///     └────reset────  Fault ◀──stopped──  QuickStop
+    ///             arm, home             drive holds
+    ///  Disarmed ───────────▶ Arming ─────────────────▶ Running │ Homing
+    ///     ▲                     │                         │       │ found, aligned
+    ///     │                     │ disarm, fault           │       │
+    ///     │◀── stopped, no fault ── QuickStop ◀───────────┴───────┘
+    ///     │                            │ stopped by a fault
+    ///     └──────── reset ────────── Fault
     /// ```
     ControllerState {
-        /// Holds where it is; commands nothing.
+        /// Commands nothing; the windings carry no current unless the valve is set to be held.
         Disarmed = 0, "disarmed";
         /// Follows the reference.
         Running = 1, "running";
@@ -70,6 +74,30 @@ codes! {
         QuickStop = 2, "quick-stop";
         /// Stopped by a fault; only a reset leaves it.
         Fault = 3, "fault";
+        /// Current is on and nothing is followed until the drive says that it holds.
+        Arming = 4, "arming";
+        /// Looks for the angle's zero.
+        Homing = 5, "homing";
+    }
+}
+
+codes! {
+    /// Where homing is.
+    HomingPhase {
+        /// Not homing, and not homed by this controller.
+        None = 0, "none";
+        /// Looks for the mark.
+        Seek = 1, "seek";
+        /// Leaves the mark to meet it once more.
+        BackOff = 2, "back off";
+        /// Meets the mark slowly.
+        Approach = 3, "approach";
+        /// Measures how the motor's teeth stand to the encoder.
+        Align = 4, "align";
+        /// Waits for the drive to count from the new zero.
+        SetZero = 5, "set zero";
+        /// Found and aligned.
+        Done = 6, "done";
     }
 }
 
@@ -100,6 +128,12 @@ codes! {
         DriveLeftOperation = 10, "drive left operation";
         /// The cycle is not on the bus's clock.
         NotSynchronised = 11, "not synchronised to the bus";
+        /// The drive did not energise the motor, or did not come to rest on it, in time.
+        NotEnergised = 12, "drive not energised";
+        /// Homing found no mark, or no alignment within its spread.
+        Homing = 13, "homing failed";
+        /// The valve left the limits of angle (found by the plant side).
+        AngleLimit = 14, "angle beyond limits";
     }
 }
 
@@ -172,6 +206,8 @@ codes! {
         Reset = 3, "reset";
         /// Give a parameter another value, in any state; it holds until the controller ends.
         SetParameter = 4, "set parameter";
+        /// Find the angle's zero.
+        Home = 5, "home";
     }
 }
 
@@ -206,6 +242,14 @@ codes! {
         NotReady = 3, "not ready";
         /// The parameter can't have this value, or this controller has no such parameter.
         Refused = 4, "value refused";
+        /// The order's last cycle was over when it was read.
+        Expired = 5, "came too late";
+        /// Begun: what becomes of it is told under the same id.
+        Begun = 6, "begun";
+        /// The fault that ended it is in the status.
+        Failed = 7, "failed";
+        /// The scenario says no way to find the zero.
+        NoHoming = 8, "no way of homing is set";
     }
 }
 

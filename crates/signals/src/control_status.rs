@@ -47,6 +47,12 @@ message! {
         operator_id: u64 ["1", Any],
         /// What became of it, a [`crate::OperatorResult`].
         operator_result: u64 ["1", Below(crate::OperatorResult::END)],
+        /// Where homing is, or how far the last one came, a [`crate::HomingPhase`].
+        homing_phase: u64 ["1", Below(crate::HomingPhase::END)],
+        /// Angle of the encoder beyond the one that the motor's teeth held, as the last homing found it, before its shift.
+        alignment_offset_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
+        /// How far single rests of the alignment lay from their mean, at most.
+        alignment_spread_rad: f64 ["rad", Within(0.0, MAX_ANGLE_RAD)],
         /// Cycles in a row without a valid Feedback.
         feedback_silent_cycles: u64 ["1", Any],
         /// Cycles in a row without a valid Reference.

@@ -20,8 +20,12 @@ pub mod validity {
     pub const STOPPED_ITSELF: u64 = 1 << 7;
     /// No fresh StepCommand was there for the cycle that ends at t_k.
     pub const COMMAND_MISSED: u64 = 1 << 8;
+    /// The home switch is on.
+    pub const HOME_SWITCH: u64 = 1 << 9;
+    /// The encoder passed its index in the cycle that ends at t_k; `index_angle_rad` is where.
+    pub const INDEX: u64 = 1 << 10;
     /// The first bit that is not used.
-    pub const END: u64 = 1 << 9;
+    pub const END: u64 = 1 << 11;
 }
 
 message! {
@@ -52,6 +56,10 @@ message! {
         digital_inputs: u64 ["1", Any],
         /// The cycle of the newest StepCommand accepted.
         command_cycle: u64 ["1", Any],
+        /// The newest zero that the drive took from a StepCommand; 0 before the first.
+        zero_id: u64 ["1", Any],
+        /// Angle that the encoder latched at its index; 0 unless INDEX is set.
+        index_angle_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
         /// What to add to our clock to meet the bus's; 0 from the simulator.
         phase_correction_ns: i64 ["ns", Within(-1e9, 1e9)],
     }

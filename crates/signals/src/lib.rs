@@ -26,8 +26,8 @@ mod step_command;
 
 pub use check::{Defect, Expectation, check};
 pub use codes::{
-    ControlParameter, ControllerState, FaultCode, OperatorKind, OperatorResult, Scheduling, SetPointKind,
-    SetPointRefusal, Source,
+    ControlParameter, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling,
+    SetPointKind, SetPointRefusal, Source,
 };
 pub use control_status::{ControlStatus, limiting};
 pub use feedback::{Feedback, validity};

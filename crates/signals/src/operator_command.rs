@@ -5,6 +5,8 @@ message! {
     OperatorCommand, "operator-command" {
         /// Counts commands from 1; a command is carried out once.
         id: u64 ["1", Any],
+        /// The last cycle in which it may be carried out: an order that was given up has no effect later.
+        valid_until_cycle: u64 ["1", Any],
         /// What is wanted, a [`crate::OperatorKind`].
         kind: u64 ["1", Below(crate::OperatorKind::END)],
         /// For a change of a parameter: which, a [`crate::ControlParameter`]; else 0.

@@ -7,8 +7,10 @@ message! {
         angle_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
         /// True speed.
         speed_rad_per_s: f64 ["rad/s", Within(-1e6, 1e6)],
-        /// Angle that the micro-step command stands for.
+        /// Angle at which a free rotor would rest: that of the current's phase, whatever zero the count has.
         command_angle_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
+        /// What the encoder's zero adds to the true angle.
+        encoder_zero_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
         /// Torque of the motor on the shaft, its damping included.
         motor_torque_nm: f64 ["N*m", Within(-1e6, 1e6)],
         /// Friction torque on the spool.

@@ -17,5 +17,14 @@ message! {
         follow: u64 ["1", Below(2)],
         /// 1 while the windings shall carry current.
         energise: u64 ["1", Below(2)],
+        /// The part of the rated current that they shall carry: less on the way to a hard stop.
+        current_ratio: f64 ["1", Within(0.0, 1.0)],
+        /// The newest zero, counted; 0 before the first. With a new one the drive shifts its zero, once, at standstill and
+        /// while it does not follow, and says that it is homed.
+        zero_id: u64 ["1", Any],
+        /// What the new zero adds to the encoder's angle.
+        zero_shift_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
+        /// What it adds to the count of micro-steps; the current's phase stays.
+        zero_shift_microsteps: i64 ["1", Within(-MAX_MICROSTEPS, MAX_MICROSTEPS)],
     }
 }

@@ -4,7 +4,6 @@
 //! asin(T/T_hold)/N_r for the rotor to be where it is wanted: 2 N·m cost 0.39° if nobody leads.
 
 use crate::params::{Compensation, Params};
-use drive::Microsteps;
 use signals::Kinematics;
 use std::f64::consts::TAU;
 use valve_model::{FrictionState, MotionInput, MotionSample, MotionState, motion_step};
@@ -155,28 +154,21 @@ pub(crate) fn available_torque_nm(params: &Params, reference: &Kinematics) -> f6
     params.motor.available_torque_nm(reference.speed_rad_per_s)
 }
 
-/// The torque beyond the one fed forward that a command at `position` micro-steps gives a spool on its reference, N·m.
+/// The torque beyond the one fed forward that a command at an angle gives a spool on its reference, N·m.
 pub(crate) fn torque_beyond_nm(
     params: &Params,
-    position: Microsteps,
+    command_rad: f64,
     reference: &Kinematics,
     fed: &FeedForward,
 ) -> f64 {
-    let lead_rad = position.0 * params.drive.microstep_angle_rad - reference.angle_rad;
-    let electrical_rad = f64::from(params.motor.rotor_teeth) * lead_rad;
+    let electrical_rad = f64::from(params.motor.rotor_teeth) * (command_rad - reference.angle_rad);
     available_torque_nm(params, reference) * electrical_rad.sin() - fed.torque_nm
 }
 
-/// Where the command shall be for the rotor to be at `reference`, `teeth` tooth pitches aside.
-pub(crate) fn command_position(
-    params: &Params,
-    reference: &Kinematics,
-    lead_rad: f64,
-    teeth: i64,
-) -> Microsteps {
+/// The angle that the command shall stand for, for the rotor to be at `reference`, `teeth` tooth pitches aside, rad.
+pub(crate) fn command_rad(params: &Params, reference: &Kinematics, lead_rad: f64, teeth: i64) -> f64 {
     let electrical_rad = lead_rad + TAU * teeth as f64;
-    let angle_rad = reference.angle_rad + electrical_rad / f64::from(params.motor.rotor_teeth);
-    Microsteps(angle_rad / params.drive.microstep_angle_rad)
+    reference.angle_rad + electrical_rad / f64::from(params.motor.rotor_teeth)
 }
 
 /// The lead over `reference` that pulls no further than [`MAX_PULL_RAD`] on a rotor `deviation_rad` beyond it, rad, and

@@ -1,10 +1,6 @@
 //! Reference + Feedback → StepCommand: friction compensation through the load angle, and the safety state machine.
 //!
-//! ```text
-//!  Disarmed ──arm──▶ Running ──disarm──▶ QuickStop ──stopped──▶ Disarmed
-//!     ▲                 │ fault, silence, limit exceeded
-//!     └────reset────  Fault ◀──stopped──  QuickStop
-//! ```
+//! The states are drawn at [`signals::ControllerState`]; which order does what in which state is the table in `orders`.
 //! During cycle k the controller turns Feedback k and Reference k+2 into StepCommand k+1, which says where the
 //! micro-step command shall be at t_k+2. It knows a model of the valve (its belief), never the plant's truth.
 //! No clock, heap, lock or I/O.
@@ -12,10 +8,11 @@
 
 mod compensation;
 mod correction;
+mod homing;
 mod input;
-mod machine;
 mod measure;
 mod observer;
+mod orders;
 mod params;
 mod partner;
 mod re_entry;
@@ -25,11 +22,13 @@ mod riccati;
 mod shaper;
 mod state;
 mod step;
+mod supervise;
 mod time_scale;
 mod track;
 mod tuning;
 mod window;
 
+pub use homing::{Homing, HomingMethod};
 pub use input::{Input, Output};
 pub use observer::{Observer, ObserverSettings};
 pub use params::{Compensation, ControlError, LostSteps, Params, ReferenceLimits};

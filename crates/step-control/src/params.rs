@@ -1,5 +1,6 @@
 //! What the controller is set to: its belief of the valve, its limits, its reactions.
 
+use crate::homing::Homing;
 use crate::observer::{Observer, ObserverSettings, Shaft};
 use crate::re_entry::ReEntryLimits;
 use crate::shaper::Shaper;
@@ -39,6 +40,8 @@ pub struct ReferenceLimits {
     pub max_angle_rad: Option<f64>,
     /// The largest speed, rad/s.
     pub max_speed_rad_per_s: f64,
+    /// The largest speed while the valve is not homed, rad/s; limits of angle mean nothing then.
+    pub unhomed_speed_rad_per_s: f64,
 }
 
 impl ReferenceLimits {
@@ -48,8 +51,11 @@ impl ReferenceLimits {
 
     /// Whether a reference is faster than allowed, or beyond an end and on its way further out. One that is beyond and
     /// rests, or comes back, is where a valve was armed that stood there.
-    pub(crate) fn exceeded(&self, reference: &Reference) -> bool {
+    pub(crate) fn exceeded(&self, reference: &Reference, homed: bool) -> bool {
         let (angle, speed) = (reference.angle_rad, reference.speed_rad_per_s);
+        if !homed {
+            return speed.abs() > self.unhomed_speed_rad_per_s * (1.0 + Self::SLACK);
+        }
         let below = self.min_angle_rad.is_some_and(|min| angle < min - Self::SLACK_RAD) && speed < 0.0;
         let above = self.max_angle_rad.is_some_and(|max| angle > max + Self::SLACK_RAD) && speed > 0.0;
         below || above || speed.abs() > self.max_speed_rad_per_s * (1.0 + Self::SLACK)
@@ -91,6 +97,10 @@ pub struct Params {
     pub encoder_delay_cycles: u64,
     /// What follows lost steps.
     pub lost_steps: LostSteps,
+    /// How to home, where that is possible.
+    pub homing: Option<Homing>,
+    /// Whether the motor carries current while the controller is disarmed.
+    pub holds_when_disarmed: bool,
     /// The driver's limits; the drive enforces the same, last.
     pub drive: drive::Params,
     /// What a reference keeps to; one that does not is a fault.

@@ -42,6 +42,7 @@ pub(crate) fn listen(params: &Params, state: &mut State, input: &Input) {
         reception.window.fill(reference.kinematics());
     }
     if let Some(feedback) = input.feedback {
+        reception.homed = feedback.validity & validity::HOMED != 0;
         note_surroundings(&mut state.observation.surroundings, feedback);
     }
 }

@@ -1,7 +1,8 @@
-//! What the controller remembers from cycle to cycle, in four parts that each have one writer.
+//! What the controller remembers from cycle to cycle, in parts that each have one writer.
 
 use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
 use crate::correction::{Correction, Instant};
+use crate::homing::HomingState;
 use crate::params::Params;
 use crate::partner::Partner;
 use crate::re_entry::ReEntry;
@@ -19,6 +20,7 @@ pub struct State {
     pub(crate) reception: Reception,
     pub(crate) steering: Steering,
     pub(crate) observation: Observation,
+    pub(crate) homing: HomingState,
     pub(crate) tuning: Tuning,
 }
 
@@ -30,6 +32,7 @@ impl State {
             reception: Reception::default(),
             steering: Steering::at(position_microsteps.into(), Kinematics::default()),
             observation: Observation::default(),
+            homing: HomingState::none(),
             tuning: Tuning::default(),
         }
     }
@@ -45,10 +48,14 @@ impl State {
     }
 }
 
-/// The state machine and what it answered. Changed by `machine` alone.
+/// The state machine and what it answered. Changed by `orders` and `supervise`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Supervision {
     pub machine: ControllerState,
+    /// The cycle in which it got there.
+    pub since_cycle: u64,
+    /// Whether arming leads to homing instead of running.
+    pub arms_to_home: bool,
     pub fault: FaultCode,
     /// The cycle in which the fault was found.
     pub fault_cycle: u64,
@@ -61,6 +68,8 @@ impl Default for Supervision {
     fn default() -> Self {
         Self {
             machine: ControllerState::Disarmed,
+            since_cycle: 0,
+            arms_to_home: false,
             fault: FaultCode::None,
             fault_cycle: 0,
             operator_id: 0,
@@ -77,6 +86,8 @@ pub(crate) struct Reception {
     pub feedback: Partner,
     pub reference: Partner,
     pub window: Window,
+    /// Whether the newest Feedback said that the angle's zero is known.
+    pub homed: bool,
     /// Cycles since the last reference that arrived.
     pub cycles_without_reference: u64,
     /// Whether this cycle's reference is further from the last one than any motion goes.
@@ -106,6 +117,8 @@ pub(crate) struct Steering {
     pub wanted: Wanted,
     /// How fast the trajectory's time shall run.
     pub time_scale: f64,
+    /// What the encoder's angle is beyond the one that the count stands for, rad: zero for a homed valve.
+    pub offset_rad: f64,
     /// Where the command stands at the end of the cycle commanded last.
     pub position: Microsteps,
     /// Its way in that cycle.
@@ -130,12 +143,25 @@ impl Steering {
             contact: Contact::relaxed(),
             wanted: Wanted::default(),
             time_scale: 1.0,
+            offset_rad: 0.0,
             position,
             travel: MicrostepsPerCycle::ZERO,
             target: position,
             target_before: position,
             limits: 0,
         }
+    }
+}
+
+impl Steering {
+    /// The angle that a command at `position` stands for, as the encoder has angles, rad.
+    pub(crate) fn angle_rad(&self, params: &Params, position: Microsteps) -> f64 {
+        position.0 * params.drive.microstep_angle_rad + self.offset_rad
+    }
+
+    /// The position of a command that stands for an angle.
+    pub(crate) fn position_of(&self, params: &Params, angle_rad: f64) -> Microsteps {
+        Microsteps((angle_rad - self.offset_rad) / params.drive.microstep_angle_rad)
     }
 }
 
@@ -161,10 +187,10 @@ pub(crate) struct Observation {
 impl Observation {
     /// Begins with a valve at rest: the torque that its command gives is what friction takes.
     pub(crate) fn begun(self, params: &Params, steering: &Steering, feedback: &Feedback) -> Self {
-        let command_rad = steering.position.0 * params.drive.microstep_angle_rad;
+        let command_rad = steering.angle_rad(params, steering.position);
         let seen = feedback.validity & validity::ENCODER != 0;
         let lag_rad = f64::from(params.motor.rotor_teeth) * (command_rad - feedback.angle_rad);
-        let beyond_nm = torque_beyond_nm(params, steering.position, &steering.led, &FeedForward::default());
+        let beyond_nm = torque_beyond_nm(params, command_rad, &steering.led, &FeedForward::default());
         let instant = Instant { reference_rad: steering.led.angle_rad, beyond_nm, command_rad };
         Self {
             surroundings: self.surroundings,

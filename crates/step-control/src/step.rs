@@ -1,31 +1,42 @@
 //! One cycle of the controller.
 
 use crate::compensation::Wanted;
+use crate::homing::{current_ratio, home};
 use crate::input::{Input, Output};
-use crate::machine::{obey, settle, watch};
 use crate::measure::measure;
+use crate::orders::obey;
 use crate::params::Params;
 use crate::reception::{listen, pass_over};
 use crate::state::State;
+use crate::supervise::{settle, watch};
 use crate::track::track;
 use drive::MicrostepsPerCycle;
-use signals::{ControlStatus, ControllerState, FaultCode, Feedback, StepCommand};
+use signals::{ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, StepCommand};
 
 /// Takes the controller through cycle k.
 pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Output {
     pass_over(params, state, cycle);
     listen(params, state, input);
-    obey(params, state, cycle, input.feedback, input.order);
+    obey(params, state, cycle, input);
     measure(params, state, input.feedback);
     watch(params, state, cycle, input);
+    if state.supervision.machine == ControllerState::Homing {
+        let fault = home(params, state, cycle, input.feedback);
+        if fault != FaultCode::None {
+            state.fail(fault, cycle);
+        }
+    }
     match state.supervision.machine {
         ControllerState::Running => track(params, state),
+        ControllerState::Homing => {}
         ControllerState::QuickStop => ramp_down(params, state),
-        ControllerState::Disarmed | ControllerState::Fault => stand(params, state, input.feedback),
+        ControllerState::Disarmed | ControllerState::Arming | ControllerState::Fault => {
+            stand(params, state, input.feedback);
+        }
     }
     let command = command(params, state);
     let status = status(state);
-    settle(params, state, input.feedback);
+    settle(params, state, cycle, input.feedback);
     Output { command, status }
 }
 
@@ -54,22 +65,32 @@ fn rest(params: &Params, state: &mut State) {
 }
 
 fn command(params: &Params, state: &State) -> StepCommand {
-    let (machine, steering) = (state.supervision.machine, &state.steering);
-    let moving = matches!(machine, ControllerState::Running | ControllerState::QuickStop);
-    let holds = params.drive.after_stop != drive::AfterStop::DeEnergise;
+    use ControllerState::{Arming, Disarmed, Fault, Homing, QuickStop, Running};
+    let (machine, steering, shift) = (state.supervision.machine, &state.steering, state.homing.shift);
+    let energise = match machine {
+        Arming | Running | Homing | QuickStop => true,
+        Disarmed => params.holds_when_disarmed,
+        Fault => params.drive.after_stop != drive::AfterStop::DeEnergise,
+    };
+    // While the drive moves its zero, it shall hold and not follow a count of the old one.
+    let homes = machine == Homing && state.homing.phase != HomingPhase::SetZero;
     StepCommand {
         // The one place where micro-steps are rounded.
         position_microsteps: steering.position.round(),
         position_unrounded: steering.position.0,
         pulse_rate_hz: steering.travel.rate_hz(params.period_s),
         torque_feed_forward_nm: steering.wanted.torque_nm,
-        follow: u64::from(machine == ControllerState::Running),
-        energise: u64::from(moving || holds),
+        follow: u64::from(machine == Running || homes),
+        energise: u64::from(energise),
+        current_ratio: if machine == Homing { current_ratio(params, state) } else { 1.0 },
+        zero_id: shift.id,
+        zero_shift_rad: shift.angle_rad,
+        zero_shift_microsteps: shift.microsteps,
     }
 }
 
 fn status(state: &State) -> ControlStatus {
-    let State { supervision, reception, steering, observation, .. } = state;
+    let State { supervision, reception, steering, observation, homing, .. } = state;
     let wanted = &steering.wanted;
     ControlStatus {
         state: supervision.machine.code(),
@@ -88,6 +109,9 @@ fn status(state: &State) -> ControlStatus {
         tooth_offset: observation.recovery.teeth,
         operator_id: supervision.operator_id,
         operator_result: supervision.operator_result.code(),
+        homing_phase: homing.phase.code(),
+        alignment_offset_rad: homing.offset_rad,
+        alignment_spread_rad: homing.spread_rad,
         feedback_silent_cycles: reception.feedback.silent_cycles(),
         reference_silent_cycles: reception.reference.silent_cycles(),
     }

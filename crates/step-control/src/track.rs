@@ -1,7 +1,7 @@
 //! The command while running: it follows the reference, led by the wanted torque, within motor and driver.
 
 use crate::compensation::{
-    FeedForward, Wanted, command_position, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
+    FeedForward, Wanted, command_rad, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
 };
 use crate::correction::{Instant, Wish};
 use crate::params::{LostSteps, Params};
@@ -34,11 +34,11 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     steering.position = travel.position;
     steering.travel = travel.way;
     steering.limits = limits(&travel, steering.wanted.saturated || cut);
-    let rounded = Microsteps::from(steering.position.round());
+    let command_rad = steering.angle_rad(params, Microsteps::from(steering.position.round()));
     state.observation.correction.push(Instant {
         reference_rad: target.angle_rad,
-        beyond_nm: torque_beyond_nm(params, rounded, &target, &fed),
-        command_rad: rounded.0 * params.drive.microstep_angle_rad,
+        beyond_nm: torque_beyond_nm(params, command_rad, &target, &fed),
+        command_rad,
     });
     state.steering.time_scale = time_scale(params, state);
 }
@@ -74,7 +74,7 @@ pub(crate) fn coast(params: &Params, state: &mut State) {
     let instant = Instant {
         reference_rad: last.reference_rad + way_rad,
         beyond_nm: last.beyond_nm + freed_nm,
-        command_rad: steering.position.round() as f64 * params.drive.microstep_angle_rad,
+        command_rad: steering.angle_rad(params, Microsteps::from(steering.position.round())),
     };
     state.observation.correction.coast(params, instant);
 }
@@ -105,7 +105,8 @@ fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForwar
     let lead_rad = steering.wanted.lead_rad;
     let (kept_rad, cut) = deviation_rad
         .map_or((lead_rad, false), |deviation_rad| lead_within_pull_out(params, lead_rad, deviation_rad));
-    steering.target = command_position(params, target, kept_rad, observation.recovery.teeth);
+    let command_rad = command_rad(params, target, kept_rad, observation.recovery.teeth);
+    steering.target = steering.position_of(params, command_rad);
     cut
 }
 

@@ -194,7 +194,7 @@ impl<'a> Generation<'a> {
     /// Publishes an order; its id.
     pub fn give_order(&mut self, order: OperatorCommand) -> u64 {
         let id = (self.orders.published() + 1) * ORDER_ID_STEP;
-        let order = OperatorCommand { id, ..order };
+        let order = OperatorCommand { id, valid_until_cycle: self.cycle_after(self.patience), ..order };
         self.orders.write(0, realtime::now_ns(), order);
         id
     }

@@ -27,6 +27,9 @@ fn is_over(asked: &Asked) -> bool {
     asked.client.is_gone() || asked.until_ns.is_some_and(|until_ns| now_ns() > until_ns)
 }
 
+/// How long the drive may take to energise the motor; the controller gives up earlier.
+const ARMING_PATIENCE: Duration = Duration::from_secs(3);
+
 /// An order that says nothing but its kind.
 fn order_of(kind: OperatorKind) -> OperatorCommand {
     OperatorCommand { kind: kind.code(), ..OperatorCommand::default() }
@@ -101,12 +104,10 @@ impl Generation<'_> {
     /// Gives an order to the controller, and waits for what it says.
     fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
         let id = self.give_order(order);
-        let mut result = None;
-        self.wait(self.patience, |this| {
-            let answered = this.watch.status().filter(|status| status.body.operator_id >= id);
-            result = answered.map(|status| status.body);
-            result.is_some()
-        });
+        let mut result = self.result_of(id, self.patience, false);
+        if result.is_some() {
+            result = self.result_of(id, ARMING_PATIENCE, true);
+        }
         let Some(ControlStatus { operator_id, operator_result, state, fault, .. }) = result else {
             return Answer::refused(self.unanswered());
         };
@@ -137,6 +138,18 @@ impl Generation<'_> {
             ""
         };
         format!("the controller does not answer{drive}")
+    }
+
+    /// What the controller says of an order within a time; with `until_ended`, what became of one that takes its time.
+    fn result_of(&mut self, id: u64, patience: Duration, until_ended: bool) -> Option<ControlStatus> {
+        let mut result: Option<ControlStatus> = None;
+        self.wait(patience, |this| {
+            let answered = this.watch.status().filter(|status| status.body.operator_id >= id);
+            result = answered.map(|status| status.body);
+            let begun = OperatorResult::Begun.code();
+            result.is_some_and(|status| !until_ended || status.operator_result != begun)
+        });
+        result
     }
 
     fn set_parameter(&mut self, name: &str, value: f64) -> Answer {

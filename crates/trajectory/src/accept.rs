@@ -24,8 +24,12 @@ pub(crate) fn accept(
     set_point: &SetPoint,
 ) -> Result<(), SetPointRefusal> {
     let kind = SetPointKind::from_code(set_point.kind).ok_or(SetPointRefusal::NoPlan)?;
-    let absolute = matches!(kind, SetPointKind::Angle | SetPointKind::Opening | SetPointKind::Flow);
-    if absolute && !state.seen.homed {
+    let jogs = match kind {
+        SetPointKind::Hold => true,
+        SetPointKind::Speed => set_point.value.abs() <= params.limits.unhomed_speed_rad_per_s,
+        SetPointKind::Angle | SetPointKind::Opening | SetPointKind::Flow | SetPointKind::Sine => false,
+    };
+    if !state.seen.homed && !jogs {
         return Err(SetPointRefusal::NotHomed);
     }
     let active = match kind {

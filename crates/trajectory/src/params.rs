@@ -19,6 +19,20 @@ pub struct Limits {
     pub max_acceleration_rad_per_s2: f64,
     /// The highest jerk in both directions, rad/s³.
     pub max_jerk_rad_per_s3: f64,
+    /// The highest speed of a valve that is not homed, rad/s.
+    pub unhomed_speed_rad_per_s: f64,
+}
+
+impl Limits {
+    /// What holds while no angle means anything: slow jogging, wherever it leads.
+    pub(crate) fn unhomed(self) -> Self {
+        Self {
+            min_angle_rad: None,
+            max_angle_rad: None,
+            max_speed_rad_per_s: self.unhomed_speed_rad_per_s,
+            ..self
+        }
+    }
 }
 
 /// Everything that the trajectory needs to know of valve and machine.

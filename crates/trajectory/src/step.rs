@@ -39,6 +39,7 @@ const REPLAN_ANGLE_RAD: f64 = 1e-4;
 ///     max_speed_rad_per_s: 10.0,
 ///     max_acceleration_rad_per_s2: 500.0,
 ///     max_jerk_rad_per_s3: 1e5,
+///     unhomed_speed_rad_per_s: 0.2,
 /// };
 /// let params = Params { period_s: 1e-3, limits, orifice: None, oil_density_kg_per_m3: None };
 /// let mut state = State::at_rest(0.0);
@@ -58,6 +59,13 @@ const REPLAN_ANGLE_RAD: f64 = 1e-4;
 pub fn step(params: &Params, state: &mut State, input: &Input<'_>) -> Reference {
     note_status(state, input.status);
     note_feedback(state, input.feedback);
+    let unhomed;
+    let params = if state.seen.homed {
+        params
+    } else {
+        unhomed = Params { limits: params.limits.unhomed(), ..*params };
+        &unhomed
+    };
     if !state.seen.running {
         let measured_rad = input.feedback.map(|feedback| feedback.angle_rad);
         let angle_rad = measured_rad.unwrap_or_else(|| state.now(params).angle_rad);

@@ -51,6 +51,7 @@ fn limits() -> impl Strategy<Value = Limits> {
             max_speed_rad_per_s: 10_f64.powf(v),
             max_acceleration_rad_per_s2: 10_f64.powf(a),
             max_jerk_rad_per_s3: 10_f64.powf(j),
+            unhomed_speed_rad_per_s: 0.2,
         }
     })
 }

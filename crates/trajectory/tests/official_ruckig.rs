@@ -37,6 +37,7 @@ fn problems() -> impl Strategy<Value = Problem> {
         max_speed_rad_per_s: 10_f64.powf(v),
         max_acceleration_rad_per_s2: 10_f64.powf(a),
         max_jerk_rad_per_s3: 10_f64.powf(j),
+        unhomed_speed_rad_per_s: 0.2,
     });
     (limits, -6.0..6.0_f64, -6.0..6.0_f64, 0..300_usize, 1..30_usize).prop_map(
         |(limits, first_rad, then_rad, after, stride)| Problem { limits, first_rad, then_rad, after, stride },

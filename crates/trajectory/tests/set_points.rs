@@ -165,6 +165,7 @@ fn no_motion_swings_beyond_a_limit() {
         max_speed_rad_per_s: 6.4,
         max_acceleration_rad_per_s2: 92.0,
         max_jerk_rad_per_s3: 1550.0,
+        unhomed_speed_rad_per_s: 0.2,
     };
     let free = Limits { min_angle_rad: None, max_angle_rad: None, ..bounded };
     let highest = |limits: Limits, wish: &SetPoint, delay: u64| {
@@ -320,7 +321,7 @@ fn parameters_that_make_no_trajectory_are_refused() {
         Limits { max_angle_rad: Some(f64::NAN), ..good.limits },
         Limits { max_speed_rad_per_s: 0.0, ..good.limits },
         Limits { max_acceleration_rad_per_s2: -1.0, ..good.limits },
-        Limits { max_jerk_rad_per_s3: f64::INFINITY, ..good.limits },
+        Limits { max_jerk_rad_per_s3: f64::INFINITY, unhomed_speed_rad_per_s: 0.2, ..good.limits },
     ];
     for limits in bad_limits {
         println!("{}", Params { limits, ..good }.validate().unwrap_err());

@@ -143,7 +143,7 @@ fn without_current_the_valve_stays_where_it_is() {
         let valve = ValveParams::new(&model(params)).unwrap();
         let mut state = ValveState::at_rest(0.3);
         for _ in 0..1000 {
-            let out = step(&valve, &mut state, &ValveInput { energised: false, ..input(0.35, 0.35) }, 1e-3);
+            let out = step(&valve, &mut state, &ValveInput { current_ratio: 0.0, ..input(0.35, 0.35) }, 1e-3);
             assert_eq!(out.motor_torque_nm.abs() + out.friction_torque_nm.abs(), 0.0, "{name}");
         }
         assert_eq!(state.angle_rad, 0.3, "{name}");

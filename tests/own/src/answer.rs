@@ -281,7 +281,7 @@ fn follow(model: &Model, run: &Run) -> Result<Motion> {
             command_end_rad: command[to],
             pressure_drop_pa: at(&run.pressure_drop_pa, from, 0.0),
             oil_temperature_c: at(&run.oil_temperature_c, from, model.reference_temperature_c()),
-            energised: true,
+            current_ratio: 1.0,
         };
         let output = step(&params, &mut state, &input, run.time_s[to] - run.time_s[from]);
         motion.0[0].push(output.encoder_angle_rad);

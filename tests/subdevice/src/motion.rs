@@ -45,7 +45,7 @@ impl Valve {
             command_end_rad: end as f64 * microstep_rad,
             pressure_drop_pa: 0.0,
             oil_temperature_c: 40.0,
-            energised,
+            current_ratio: f64::from(u8::from(energised)),
         };
         valve_model::step(&self.params, &mut self.state, &input, seconds);
     }

@@ -1,14 +1,17 @@
 //! What a scenario says, in SI: the data that the supervisor hands out to the processes.
 
 mod checks;
+mod homing;
 mod profile;
 mod read;
 mod read_control;
+mod read_homing;
 mod read_set_points;
 mod read_timing;
 mod set_point;
 
 pub(crate) use checks::{angle_outside, angle_within, refuse_sine_outside};
+pub use homing::{Homing, HomingMarks, HomingMethod, HomingSearch};
 pub use profile::Profile;
 pub use read::parse_scenario;
 pub use set_point::{FlowPressure, ScheduledSetPoint, SetPoint};
@@ -41,6 +44,8 @@ pub struct Scenario {
     pub encoder: Encoder,
     /// When the controller gives up.
     pub safety: Safety,
+    /// Where the angle's zero comes from.
+    pub homing: Homing,
     /// How much friction the controller compensates.
     pub compensation: Compensation,
     /// What it does with the encoder, and against the resonance.
@@ -81,6 +86,12 @@ impl Scenario {
             warnings.push(
                 "no encoder: lost steps and following errors are not seen by the controller".to_owned(),
             );
+            if !self.driver.holds_when_disarmed {
+                warnings.push(
+                    "no encoder and no current while disarmed: disarming loses the zero of the angle"
+                        .to_owned(),
+                );
+            }
         }
         warnings
     }
@@ -99,6 +110,8 @@ pub struct MotionLimits {
     pub max_acceleration_rad_per_s2: f64,
     /// Largest jerk in either direction, in rad/s³.
     pub max_jerk_rad_per_s3: f64,
+    /// Largest speed while the valve is not homed, in rad/s: its limits of angle mean nothing then.
+    pub unhomed_speed_rad_per_s: f64,
 }
 
 impl MotionLimits {
@@ -127,6 +140,10 @@ pub struct Driver {
     pub quick_stop_deceleration_hz_per_s: f64,
     /// What follows when a quick stop has come to rest.
     pub after_stop: AfterStop,
+    /// Whether the motor carries current while the controller is disarmed.
+    pub holds_when_disarmed: bool,
+    /// How long the simulated driver takes to energise the motor, in seconds.
+    pub energise_time_s: f64,
 }
 
 /// What follows when the valve has stopped.
@@ -156,6 +173,8 @@ pub struct Encoder {
     pub noise_rad: f64,
     /// Age of its reading in Feedback, in cycles.
     pub delay_cycles: u64,
+    /// Whether it knows its angle from the start.
+    pub absolute: bool,
 }
 
 /// When the controller gives up.

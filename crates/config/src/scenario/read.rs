@@ -4,6 +4,7 @@ use crate::bounds::{ANGLE, Bounds, PRESSURE};
 use crate::error::ConfigErrors;
 use crate::reader::{Section, parse_document};
 use crate::scenario::read_control::read_compensation;
+use crate::scenario::read_homing::read_homing;
 use crate::scenario::read_set_points::{Frame, read_set_points};
 use crate::scenario::read_timing::read_timing;
 use crate::scenario::{
@@ -22,6 +23,9 @@ const ACCELERATION: Bounds = Bounds::positive(1e7);
 const JERK: Bounds = Bounds::positive(1e10);
 const PULSE_RATE: Bounds = Bounds::positive(1e7);
 const PULSE_ACCELERATION: Bounds = Bounds::positive(1e12);
+const ENERGISE_TIME: Bounds = Bounds::within(0.0, 1.0);
+/// 10°/s: slow enough to watch.
+const DEFAULT_UNHOMED_SPEED_RAD_PER_S: f64 = 0.174_532_925_199_432_95;
 const NOISE: Bounds = Bounds::within(0.0, 1.0);
 const FOLLOWING_ERROR: Bounds = Bounds::positive(1e6);
 const PER_SPEED: Bounds = Bounds::within(0.0, 10.0);
@@ -81,6 +85,7 @@ fn read(root: Section<'_>) -> Scenario {
         driver,
         encoder,
         safety: root.section("safety").map_or(NO_SAFETY, read_safety),
+        homing: read_homing(&root, &encoder),
         compensation,
         control,
         loop_delay_cycles: root.integer_or("loop_delay_cycles", 1..=2, 1),
@@ -106,12 +111,15 @@ const NO_LIMITS: MotionLimits = MotionLimits {
     max_speed_rad_per_s: f64::NAN,
     max_acceleration_rad_per_s2: f64::NAN,
     max_jerk_rad_per_s3: f64::NAN,
+    unhomed_speed_rad_per_s: f64::NAN,
 };
 const NO_DRIVER: Driver = Driver {
     max_pulse_rate_hz: f64::NAN,
     max_pulse_acceleration_hz_per_s: f64::NAN,
     quick_stop_deceleration_hz_per_s: f64::NAN,
     after_stop: AfterStop::Hold,
+    holds_when_disarmed: false,
+    energise_time_s: 0.0,
 };
 const NO_SAFETY: Safety = Safety {
     silence_cycles: 0,
@@ -121,8 +129,13 @@ const NO_SAFETY: Safety = Safety {
 };
 
 /// What a scenario without `[encoder]` means.
-const NO_ENCODER: Encoder =
-    Encoder { fitted: false, counts_per_turn: DEFAULT_COUNTS_PER_TURN, noise_rad: 0.0, delay_cycles: 0 };
+const NO_ENCODER: Encoder = Encoder {
+    fitted: false,
+    counts_per_turn: DEFAULT_COUNTS_PER_TURN,
+    noise_rad: 0.0,
+    delay_cycles: 0,
+    absolute: false,
+};
 
 /// The period in nanoseconds; 0 if refused.
 fn read_period_ns(root: &Section<'_>) -> u64 {
@@ -170,10 +183,13 @@ fn read_limits(section: Section<'_>) -> MotionLimits {
     {
         field.refuse(format!("an angle above min_angle, {}", Dimension::Angle.display(min)));
     }
+    let max_speed_rad_per_s = section.quantity("max_speed", Dimension::Speed, SPEED);
+    let unhomed = section.optional_quantity("unhomed_speed", Dimension::Speed, SPEED);
     let limits = MotionLimits {
         min_angle_rad,
         max_angle_rad,
-        max_speed_rad_per_s: section.quantity("max_speed", Dimension::Speed, SPEED),
+        max_speed_rad_per_s,
+        unhomed_speed_rad_per_s: unhomed.unwrap_or(DEFAULT_UNHOMED_SPEED_RAD_PER_S).min(max_speed_rad_per_s),
         max_acceleration_rad_per_s2: section.quantity(
             "max_acceleration",
             Dimension::Acceleration,
@@ -192,6 +208,10 @@ fn read_driver(section: Section<'_>, limits: &MotionLimits) -> Driver {
         max_pulse_acceleration_hz_per_s: ramp("max_pulse_acceleration"),
         quick_stop_deceleration_hz_per_s: ramp("quick_stop_deceleration"),
         after_stop: read_after_stop(&section, limits),
+        holds_when_disarmed: section.find("holds_when_disarmed").is_some_and(|field| field.boolean()),
+        energise_time_s: section
+            .optional_quantity("energise_time", Dimension::Time, ENERGISE_TIME)
+            .unwrap_or(0.0),
     };
     section.finish();
     driver
@@ -227,6 +247,7 @@ fn read_encoder(section: Section<'_>) -> Encoder {
         counts_per_turn: section.integer_or("counts_per_turn", 4..=1 << 32, DEFAULT_COUNTS_PER_TURN),
         noise_rad: section.optional_quantity("noise", Dimension::Angle, NOISE).unwrap_or(0.0),
         delay_cycles: section.integer_or("delay_cycles", 0..=16, 0),
+        absolute: section.find("absolute").is_some_and(|field| field.boolean()),
     };
     section.finish();
     encoder

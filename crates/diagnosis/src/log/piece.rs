@@ -235,7 +235,7 @@ impl Piece {
                 command_end_rad: driven.command_at(index + 1),
                 pressure_drop_pa,
                 oil_temperature_c,
-                energised: true,
+                current_ratio: 1.0,
             }
         };
         let side = start.side.unwrap_or(self.past.side);

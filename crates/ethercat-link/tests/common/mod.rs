@@ -85,6 +85,10 @@ pub fn guard() -> drive::Params {
         quick_stop_deceleration_hz_per_s: 20e6,
         after_stop: drive::AfterStop::Hold,
         silence_cycles: SILENCE_CYCLES,
+        energise_cycles: 0,
+        lowest_angle_rad: None,
+        highest_angle_rad: None,
+        standstill_rad: 1e-3,
     }
 }
 

@@ -154,13 +154,14 @@ impl Axis {
     pub fn send(&mut self, cycle: u64, command: Option<&StepCommand>, reset: bool) -> Sent {
         self.hear(command, reset);
         let before = self.guard;
+        let sensors = self.sensors();
         let output = if self.phase == Phase::Enabled {
-            drive::step(&self.params.drive, &mut self.guard, cycle + 1, command)
+            drive::step(&self.params.drive, &mut self.guard, cycle + 1, command, &sensors)
         } else {
             // It moves nothing, but it goes on hearing commands, and stands where the drive stands.
             let idle = command.map(|command| StepCommand { follow: 0, energise: 0, ..*command });
             self.guard.rebase(self.count(), false);
-            drive::step(&self.params.drive, &mut self.guard, cycle + 1, idle.as_ref())
+            drive::step(&self.params.drive, &mut self.guard, cycle + 1, idle.as_ref(), &sensors)
         };
         let moved = Moved::new(output, self.guard.command_cycle());
         self.unconfirmed = Some((before, moved));

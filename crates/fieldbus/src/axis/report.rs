@@ -3,6 +3,7 @@
 use super::{Axis, Phase};
 use crate::cia402::DriveState;
 use crate::drive_file::Homing;
+use drive::Sensors;
 use signals::{FaultCode, Feedback, validity};
 
 /// A cycle's motion of the guard, on its way through the bus.
@@ -47,18 +48,33 @@ impl Moved {
 }
 
 impl Axis {
+    /// What the guard is told of the valve.
+    pub(super) fn sensors(&self) -> Sensors {
+        let angle_rad = self.count() as f64 * self.params.drive.microstep_angle_rad;
+        let encoder_rad = (self.measured() && !self.needs_bring_up()).then_some(angle_rad);
+        Sensors { encoder_rad, homed: self.homed() }
+    }
+
+    /// Whether the count is measured, not the command's echo.
+    fn measured(&self) -> bool {
+        self.params.position_is_measured && self.counter.is_some()
+    }
+
+    fn homed(&self) -> bool {
+        self.counter.is_some() && !self.needs_bring_up() && self.params.homing != Homing::None
+    }
+
     /// Feedback k, with the motion that ended at t_k.
     pub(super) fn feedback(&self, cycle: u64, arrived: &Moved) -> Feedback {
         let failed = matches!(self.phase, Phase::Failed { .. });
         let enabled = self.phase == Phase::Enabled;
         let accepted = if enabled { arrived.end } else { self.count() };
-        let measured = self.params.position_is_measured && self.counter.is_some();
+        let measured = self.measured();
         let microstep_rad = self.params.drive.microstep_angle_rad;
         let own = arrived.flags & !(validity::ENERGISED | validity::STANDSTILL);
-        let homed = self.counter.is_some() && !self.needs_bring_up() && self.params.homing != Homing::None;
         let bits = [
             (validity::ENCODER, measured && !self.needs_bring_up()),
-            (validity::HOMED, homed),
+            (validity::HOMED, self.homed()),
             (validity::ENERGISED, enabled && arrived.flags & validity::ENERGISED != 0),
             (validity::STANDSTILL, self.stands(cycle, arrived)),
             (validity::STOPPED_ITSELF, failed),

@@ -77,7 +77,7 @@ pub fn rotation(candidate: &Candidate, pulse_rate_hz: f64) -> Result<Rotation> {
                 command_end_rad: at(piece + 1),
                 pressure_drop_pa: 0.0,
                 oil_temperature_c: candidate.model.reference_temperature_c(),
-                energised: true,
+                current_ratio: 1.0,
             };
             torque = step(&params, &mut state, &input, 0.1 * PERIOD_S).friction_torque_nm;
             peak_nm = peak_nm.max(torque.abs());

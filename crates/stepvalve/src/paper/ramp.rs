@@ -72,7 +72,7 @@ fn stick_slip_rad(candidate: &Candidate) -> Result<f64> {
             command_end_rad: end,
             pressure_drop_pa: 0.0,
             oil_temperature_c: candidate.model.reference_temperature_c(),
-            energised: true,
+            current_ratio: 1.0,
         };
         step(&params, &mut state, &input, PERIOD_S);
         if f64::from(k) * PERIOD_S > 0.5 * SLOW_S {

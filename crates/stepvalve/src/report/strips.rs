@@ -77,7 +77,7 @@ fn state(code: u64) -> Option<(String, Level)> {
     let level = match state {
         ControllerState::Disarmed => Level::Neutral,
         ControllerState::Running => Level::Normal,
-        ControllerState::QuickStop => Level::Attention,
+        ControllerState::QuickStop | ControllerState::Arming | ControllerState::Homing => Level::Attention,
         ControllerState::Fault => Level::Fault,
     };
     Some((state.name().to_owned(), level))

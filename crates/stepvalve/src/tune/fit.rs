@@ -131,7 +131,7 @@ fn angle_residual(
             command_end_rad: end.command_rad,
             pressure_drop_pa: begin.pressure_drop_pa,
             oil_temperature_c: begin.oil_temperature_c,
-            energised: true,
+            current_ratio: 1.0,
         };
         *slot = step(&params, &mut state, &input, period_s).encoder_angle_rad - end.angle_rad;
     }

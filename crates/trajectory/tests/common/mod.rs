@@ -30,6 +30,7 @@ pub fn limits() -> Limits {
         max_speed_rad_per_s: 20.0,
         max_acceleration_rad_per_s2: 1000.0,
         max_jerk_rad_per_s3: 2e5,
+        unhomed_speed_rad_per_s: 0.2,
     }
 }
 

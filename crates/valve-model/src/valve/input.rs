@@ -13,6 +13,6 @@ pub struct ValveInput {
     pub pressure_drop_pa: f64,
     /// Oil temperature, °C.
     pub oil_temperature_c: f64,
-    /// Whether the windings carry current; without, only the motor's damping is left of its torque.
-    pub energised: bool,
+    /// The part of the rated current that the windings carry; without any, only the motor's damping is left of its torque.
+    pub current_ratio: f64,
 }

@@ -241,7 +241,7 @@ fn step_behind_spring(
             command_end_rad,
             pressure_drop_pa: input.pressure_drop_pa,
             oil_temperature_c: input.oil_temperature_c,
-            energised: true,
+            current_ratio: 1.0,
         };
         let out = step(spring, &mut state.spool, &driven, dt_s / f64::from(pieces));
         (out, beside_rad)

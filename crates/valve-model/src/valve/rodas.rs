@@ -200,7 +200,7 @@ mod tests {
             command_end_rad: 0.0208,
             pressure_drop_pa: 0.0,
             oil_temperature_c: 40.0,
-            energised: true,
+            current_ratio: 1.0,
         };
         let shaft = Shaft::new(&valve, law, &input, 1e-3, &FrictionState::default());
         let memory = Memory::default();

@@ -134,7 +134,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             params,
             direction: 1.0,
             before: None,
-            holding_nm: if input.energised { params.available_torque_nm(command_rad_per_s) } else { 0.0 },
+            holding_nm: input.current_ratio * params.available_torque_nm(command_rad_per_s),
             command_rad: input.command_start_rad,
             command_rad_per_s,
             pressure_drop_pa: input.pressure_drop_pa,

@@ -125,7 +125,7 @@ pub fn input(command_start_rad: f64, command_end_rad: f64) -> ValveInput {
         command_end_rad,
         pressure_drop_pa: 0.0,
         oil_temperature_c: 40.0,
-        energised: true,
+        current_ratio: 1.0,
     }
 }
 

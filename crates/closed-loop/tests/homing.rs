@@ -1,0 +1,366 @@
+//! Arming and homing as a user meets them: current that comes late, marks at random places, teeth at random offsets.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+mod common;
+
+use closed_loop::{ControllerRole, CycleMessages, Parts, PlantRole, PlantStart, TrajectoryRole, wire};
+use common::{Valve, scenario};
+use config::{HomingMarks, HomingMethod, HomingSearch, Scenario};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use signals::{
+    ControllerState, FaultCode, HomingPhase, OperatorCommand, OperatorKind, OperatorResult, SetPoint,
+    SetPointKind, SetPointRefusal, validity,
+};
+
+/// A loop without a scenario's course, and what is asked of it.
+struct Bench {
+    plant: PlantRole,
+    trajectory: TrajectoryRole,
+    controller: ControllerRole,
+    cycle: u64,
+    orders: u64,
+    set_points: u64,
+    last: Option<CycleMessages>,
+}
+
+impl Bench {
+    fn new(parts: Parts) -> Self {
+        let parts = parts.without_end();
+        Self {
+            plant: PlantRole::new(parts.plant.clone()),
+            trajectory: TrajectoryRole::new(parts.trajectory.clone()),
+            controller: ControllerRole::new(&parts.controller),
+            cycle: 0,
+            orders: 0,
+            set_points: 0,
+            last: None,
+        }
+    }
+
+    fn step(&mut self, order: Option<OperatorCommand>, set_point: Option<SetPoint>) -> CycleMessages {
+        let cycle = self.cycle;
+        let (command, status) = (self.last.map(|last| last.command), self.last.map(|last| last.status));
+        let plant = self.plant.sample(cycle);
+        let feedback = Some(&plant.feedback);
+        let reference = self.trajectory.step(cycle, feedback, status.as_ref(), set_point.as_ref());
+        let output = self.controller.step(cycle, feedback, Some(&reference), order.as_ref());
+        self.plant.advance(cycle, command.as_ref());
+        self.cycle += 1;
+        let (command, status) = (output.command, output.status);
+        let messages = CycleMessages { cycle, plant, reference, command, status };
+        self.last = Some(messages);
+        messages
+    }
+
+    fn run(&mut self, cycles: u64) -> CycleMessages {
+        (0..cycles).map(|_| self.step(None, None)).last().unwrap()
+    }
+
+    fn order(&mut self, kind: OperatorKind) -> CycleMessages {
+        self.orders += 1;
+        let order = OperatorCommand {
+            id: self.orders,
+            valid_until_cycle: self.cycle + 10,
+            kind: kind.code(),
+            ..OperatorCommand::default()
+        };
+        self.step(Some(order), None)
+    }
+
+    /// Gives an order that takes its time, and says what came of it.
+    fn complete(&mut self, kind: OperatorKind) -> (OperatorResult, CycleMessages) {
+        let mut last = self.order(kind);
+        for _ in 0..200_000 {
+            let result = OperatorResult::from_code(last.status.operator_result).unwrap();
+            if result != OperatorResult::Begun {
+                return (result, last);
+            }
+            last = self.step(None, None);
+        }
+        panic!("{kind} never ends: {:?}", last.status);
+    }
+
+    fn set(&mut self, kind: SetPointKind, value: f64) -> CycleMessages {
+        self.set_points += 1;
+        let set_point = SetPoint {
+            id: self.set_points,
+            valid_until_cycle: u64::MAX,
+            kind: kind.code(),
+            value,
+            ..SetPoint::default()
+        };
+        self.step(None, Some(set_point));
+        self.run(3)
+    }
+}
+
+fn parts(scenario: &Scenario, truth: &Valve) -> Parts {
+    wire(scenario, &truth.model(), &Valve::default().model()).unwrap()
+}
+
+fn state(messages: &CycleMessages) -> ControllerState {
+    ControllerState::from_code(messages.status.state).unwrap()
+}
+
+#[test]
+fn disarmed_means_without_current_and_arming_waits_for_the_drive() {
+    let scenario = scenario(1.0, "");
+    let mut slow = scenario.clone();
+    slow.driver.energise_time_s = 0.2;
+    let mut bench = Bench::new(parts(&slow, &Valve::default()));
+    let disarmed = bench.run(50);
+    assert_eq!((disarmed.command.energise, disarmed.command.follow), (0, 0));
+    assert_eq!(disarmed.plant.feedback.validity & validity::ENERGISED, 0);
+    let begun = bench.order(OperatorKind::Arm);
+    assert_eq!(begun.status.operator_result, OperatorResult::Begun.code());
+    let arming = bench.run(195);
+    assert_eq!(
+        (state(&arming), arming.command.energise, arming.command.follow),
+        (ControllerState::Arming, 1, 0)
+    );
+    let running = bench.run(20);
+    assert_eq!((state(&running), running.command.follow), (ControllerState::Running, 1));
+    assert_eq!(running.status.operator_result, OperatorResult::Done.code());
+    bench.order(OperatorKind::Disarm);
+    let after = bench.run(100);
+    assert_eq!((state(&after), after.command.energise), (ControllerState::Disarmed, 0));
+    assert_eq!(after.plant.feedback.validity & validity::ENERGISED, 0);
+
+    slow.driver.energise_time_s = 0.0;
+    slow.driver.holds_when_disarmed = true;
+    let held = Bench::new(parts(&slow, &Valve::default())).run(50);
+    assert_eq!((state(&held), held.command.energise), (ControllerState::Disarmed, 1));
+    assert!(held.plant.feedback.validity & validity::ENERGISED != 0);
+}
+
+#[test]
+fn a_drive_that_never_energises_is_a_fault_and_nothing_was_followed() {
+    let mut scenario = scenario(1.0, "");
+    scenario.driver.energise_time_s = 3.0;
+    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    bench.run(20);
+    let (result, last) = bench.complete(OperatorKind::Arm);
+    assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::NotEnergised.code()));
+    assert!((2000..2100).contains(&(bench.cycle - 20)), "after {} cycles", bench.cycle - 20);
+    assert_eq!(last.command.follow, 0);
+}
+
+#[test]
+fn an_order_that_comes_too_late_does_nothing() {
+    let mut bench = Bench::new(parts(&scenario(1.0, ""), &Valve::default()));
+    bench.run(30);
+    let late = OperatorCommand {
+        id: 1,
+        valid_until_cycle: 29,
+        kind: OperatorKind::Arm.code(),
+        ..OperatorCommand::default()
+    };
+    let refused = bench.step(Some(late), None);
+    assert_eq!(refused.status.operator_result, OperatorResult::Expired.code());
+    assert_eq!(state(&bench.run(50)), ControllerState::Disarmed);
+    // The same id once more, in time: it was looked at already.
+    bench.step(Some(OperatorCommand { valid_until_cycle: 1000, ..late }), None);
+    assert_eq!(state(&bench.run(50)), ControllerState::Disarmed);
+    bench.step(Some(OperatorCommand { id: 2, valid_until_cycle: bench.cycle, ..late }), None);
+    assert_eq!(state(&bench.run(50)), ControllerState::Running);
+}
+
+#[test]
+fn energising_pulls_the_rotor_to_the_nearest_tooth_of_the_phase() {
+    for angle_rad in [0.3, 0.31, 0.33, -0.27] {
+        let mut scenario = scenario(1.0, "");
+        scenario.initial_angle_rad = angle_rad;
+        scenario.homing.begins_homed = false;
+        let truth = Valve { coulomb_torque_nm: 0.05, static_torque_nm: 0.06, ..Valve::default() };
+        let mut bench = Bench::new(parts(&scenario, &truth));
+        bench.run(20);
+        assert_eq!(bench.complete(OperatorKind::Arm).0, OperatorResult::Done);
+        let rests = bench.run(300);
+        let tooth_rad = std::f64::consts::TAU / 50.0;
+        let nearest_rad = (angle_rad / tooth_rad).round() * tooth_rad;
+        let beside_rad = rests.plant.truth.angle_rad - nearest_rad;
+        assert!(beside_rad.abs() < 1e-3, "from {angle_rad}: {beside_rad} rad beside {nearest_rad}");
+        assert_eq!(rests.status.fault, 0, "the jump is no fault");
+    }
+}
+
+#[test]
+fn a_valve_that_is_not_homed_jogs_slowly_and_does_nothing_else() {
+    let mut scenario = scenario(1.0, "");
+    scenario.homing.begins_homed = false;
+    (scenario.limits.min_angle_rad, scenario.limits.max_angle_rad) = (Some(-0.1), Some(0.1));
+    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    bench.run(20);
+    assert_eq!(bench.complete(OperatorKind::Arm).0, OperatorResult::Done);
+    let most = scenario.limits.unhomed_speed_rad_per_s;
+    let refused =
+        [(SetPointKind::Angle, 0.01), (SetPointKind::Sine, 0.01), (SetPointKind::Speed, 1.1 * most)];
+    for (kind, value) in refused {
+        let answer = bench.set(kind, value);
+        assert_eq!(answer.reference.refusal, SetPointRefusal::NotHomed.code(), "{kind}");
+        assert_eq!(answer.reference.refused_id, bench.set_points, "{kind}");
+    }
+    let jogs = bench.set(SetPointKind::Speed, most);
+    assert_eq!(jogs.reference.set_point_id, bench.set_points);
+    let far = bench.run(2000);
+    assert!(far.plant.feedback.angle_rad > 0.2, "limits of angle mean nothing yet: {:?}", far.plant.feedback);
+    assert_eq!((state(&far), far.status.fault), (ControllerState::Running, 0));
+}
+
+/// A valve just switched on, somewhere, with its marks.
+fn switched_on(rng: &mut Pcg64Mcg, method: HomingMethod) -> (Scenario, f64) {
+    let mut scenario = scenario(1.0, "");
+    let towards = if rng.random() { 1.0 } else { -1.0 };
+    let mark_rad: f64 = rng.random_range(-0.5..0.5);
+    scenario.seed = rng.random_range(0..1 << 60);
+    scenario.initial_angle_rad = mark_rad - towards * rng.random_range(0.3..0.8);
+    scenario.homing.begins_homed = false;
+    scenario.encoder.absolute = method == HomingMethod::Absolute;
+    scenario.homing.search = Some(HomingSearch {
+        method,
+        speed_rad_per_s: towards * rng.random_range(0.1..0.4),
+        angle_rad: mark_rad,
+        longest_rad: 1.5,
+        stop_current: 0.7,
+        largest_spread_rad: 4e-3,
+    });
+    let at = |wanted: HomingMethod| (method == wanted).then_some(mark_rad);
+    let stop = at(HomingMethod::Stop);
+    scenario.homing.marks = HomingMarks {
+        switch_angle_rad: at(HomingMethod::Switch),
+        index_angle_rad: at(HomingMethod::Index),
+        low_stop_rad: stop.filter(|_| towards < 0.0),
+        high_stop_rad: stop.filter(|_| towards > 0.0),
+    };
+    (scenario, mark_rad)
+}
+
+#[test]
+fn homing_finds_zero_and_teeth_wherever_they_are() {
+    let methods = [HomingMethod::Switch, HomingMethod::Stop, HomingMethod::Index, HomingMethod::Absolute];
+    for method in methods {
+        for seed in 0..12 {
+            let mut rng = Pcg64Mcg::seed_from_u64(seed);
+            let (scenario, mark_rad) = switched_on(&mut rng, method);
+            let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+            bench.run(20);
+            let (result, last) = bench.complete(OperatorKind::Home);
+            let what = format!("{method:?}, seed {seed}, mark at {mark_rad}: {:?}", last.status);
+            assert_eq!(result, OperatorResult::Done, "{what}");
+            assert_eq!(last.status.homing_phase, HomingPhase::Done.code(), "{what}");
+            let homed = bench.run(100);
+            assert_eq!(state(&homed), ControllerState::Disarmed);
+            let (feedback, truth) = (&homed.plant.feedback, &homed.plant.truth);
+            assert!(feedback.validity & validity::HOMED != 0, "{what}");
+            let zero_rad = feedback.angle_rad - truth.angle_rad;
+            assert!(zero_rad.abs() < 1e-3, "{what}: the zero is {zero_rad} rad off");
+            // Encoder and teeth agree: what the count says is where the phase holds the rotor, teeth aside.
+            let microstep_rad = std::f64::consts::TAU / 112_500.0;
+            let count_rad = feedback.accepted_microsteps as f64 * microstep_rad;
+            let tooth_rad = std::f64::consts::TAU / 50.0;
+            let apart = (count_rad - zero_rad - truth.command_angle_rad) / tooth_rad;
+            let teeth_rad = (apart - apart.round()) * tooth_rad;
+            assert!(teeth_rad.abs() < 3e-4, "{what}: teeth are {teeth_rad} rad off");
+        }
+    }
+}
+
+#[test]
+fn a_homed_valve_goes_where_it_is_sent() {
+    let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Switch);
+    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    bench.run(20);
+    assert_eq!(bench.complete(OperatorKind::Home).0, OperatorResult::Done);
+    bench.run(100);
+    assert_eq!(bench.complete(OperatorKind::Arm).0, OperatorResult::Done);
+    bench.set(SetPointKind::Angle, 0.25);
+    let there = bench.run(500);
+    assert!((there.plant.truth.angle_rad - 0.25).abs() < 1e-3, "{}", there.plant.truth.angle_rad);
+    assert_eq!(there.status.fault, 0);
+}
+
+#[test]
+fn homing_that_finds_nothing_is_a_fault_and_the_valve_stays_unhomed() {
+    for method in [HomingMethod::Switch, HomingMethod::Stop, HomingMethod::Index] {
+        let (mut scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(1), method);
+        scenario.homing.marks = HomingMarks {
+            switch_angle_rad: None,
+            index_angle_rad: None,
+            low_stop_rad: None,
+            high_stop_rad: None,
+        };
+        let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+        bench.run(20);
+        let (result, last) = bench.complete(OperatorKind::Home);
+        assert_eq!(
+            (result, last.status.fault),
+            (OperatorResult::Failed, FaultCode::Homing.code()),
+            "{method:?}"
+        );
+        let after = bench.run(200);
+        assert_eq!(state(&after), ControllerState::Fault);
+        assert_eq!(after.plant.feedback.validity & validity::HOMED, 0);
+    }
+}
+
+#[test]
+fn friction_beyond_the_reduced_current_is_no_stop() {
+    let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(3), HomingMethod::Stop);
+    let stiff = Valve { coulomb_torque_nm: 4.4, static_torque_nm: 4.6, ..Valve::default() };
+    let mut bench = Bench::new(parts(&scenario, &stiff));
+    bench.run(20);
+    let (result, last) = bench.complete(OperatorKind::Home);
+    assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::Homing.code()));
+}
+
+#[test]
+fn homing_interrupted_at_any_moment_stops_unhomed() {
+    // A hard stop is left and met again slowly: every phase takes its time.
+    let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Stop);
+    let parts = parts(&scenario, &Valve::default());
+    let mut phases = std::collections::BTreeSet::new();
+    for after in (0..20_000).step_by(97) {
+        let mut bench = Bench::new(parts.clone());
+        bench.run(20);
+        bench.order(OperatorKind::Home);
+        let before = bench.run(after + 1);
+        if before.status.homing_phase == HomingPhase::Done.code() {
+            break;
+        }
+        phases.insert(before.status.homing_phase);
+        bench.order(OperatorKind::Disarm);
+        let stopped = bench.run(300);
+        assert_eq!(state(&stopped), ControllerState::Disarmed, "interrupted after {after} cycles");
+        assert_eq!(stopped.plant.feedback.validity & validity::HOMED, 0, "interrupted after {after} cycles");
+        assert_eq!(stopped.plant.feedback.pulse_rate_hz, 0.0);
+    }
+    assert!(phases.len() >= 4, "phases met: {phases:?}");
+}
+
+#[test]
+fn what_is_known_of_the_position_outlives_the_process_where_current_or_encoder_kept_it() {
+    let mut scenario = scenario(1.0, "");
+    for (holds, absolute, energised, homed) in
+        [(true, false, true, true), (false, false, false, false), (false, true, false, true)]
+    {
+        scenario.driver.holds_when_disarmed = holds;
+        scenario.encoder.absolute = absolute;
+        let mut before = Bench::new(parts(&scenario, &Valve::default()));
+        before.run(20);
+        assert_eq!(before.complete(OperatorKind::Arm).0, OperatorResult::Done);
+        before.set(SetPointKind::Angle, 0.5);
+        before.run(500);
+        before.order(OperatorKind::Disarm);
+        let left = before.run(100);
+        let mut again = parts(&scenario, &Valve::default());
+        let microstep_rad = again.plant.drive.microstep_angle_rad;
+        let (feedback, truth) = (&left.plant.feedback, &left.plant.truth);
+        again.plant.start = PlantStart::left_by(feedback, truth, microstep_rad, absolute);
+        let first = Bench::new(again).run(1).plant.feedback;
+        assert!((first.angle_rad - truth.angle_rad).abs() < 1e-4, "{}", first.angle_rad);
+        assert_eq!(first.accepted_microsteps, feedback.accepted_microsteps);
+        assert_eq!(first.validity & validity::HOMED != 0, homed, "{holds} {absolute}");
+        assert_eq!(first.validity & validity::ENERGISED != 0, energised);
+    }
+}
