@@ -2,7 +2,7 @@
 
 use log_data::{AngleZero, Channel, Log, Run};
 use prediction::{Noise, Smoother};
-use valve_model::Motion;
+use valve_model::MotionSample;
 
 /// Rows of a stretch.
 const ROWS: usize = 4000;
@@ -15,7 +15,7 @@ pub(crate) struct Window {
     pub(crate) run: usize,
     /// Time between samples, s.
     pub(crate) interval_s: f64,
-    pub(crate) motions: Vec<Motion>,
+    pub(crate) motions: Vec<MotionSample>,
     /// What is held against the model: the torque, or command less angle.
     pub(crate) measured: Vec<f64>,
 }
