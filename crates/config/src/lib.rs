@@ -7,6 +7,7 @@
 
 mod against_models;
 mod bounds;
+mod drive_file;
 mod error;
 mod model;
 mod reachable;
@@ -17,10 +18,11 @@ mod suggest;
 mod units;
 
 pub use against_models::{belief_warnings, check_against_models};
+pub use drive_file::parse_drive;
 pub use error::{ConfigError, ConfigErrors};
 pub use model::{ModelComments, parse_model, write_model};
 pub use scenario::{
-    AfterStop, Compensation, Control, Damping, Driver, Encoder, FlowPressure, Homing, HomingMarks,
+    AfterStop, Compensation, Control, Damping, Drive, Driver, Encoder, FlowPressure, Homing, HomingMarks,
     HomingMethod, HomingSearch, LostSteps, MotionLimits, Profile, Safety, Scenario, ScheduledSetPoint,
     SetPoint, TaskTiming, Timing, parse_scenario,
 };

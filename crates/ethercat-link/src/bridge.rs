@@ -11,6 +11,7 @@ use core::pin::Pin;
 use core::task::Poll;
 use ethercrab::MainDevice;
 use fieldbus::{Axis, AxisParams, Clock, ClockParams, DriveFile, Exchange, Outcome, Outputs, Plan};
+use serde::{Deserialize, Serialize};
 use signals::{Feedback, StepCommand};
 
 /// Locked means so near, ns, for so many cycles.
@@ -26,7 +27,7 @@ const RETRY_NS: u64 = 1_000_000_000;
 const OP: u16 = 0x08;
 
 /// What a bridge is set to.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BridgeParams {
     /// The drive.
     pub file: DriveFile,
@@ -197,6 +198,26 @@ impl<L: Link> Bridge<L> {
         self.report.lost = self.axis.lost_frames();
         self.state = state;
         feedback
+    }
+
+    /// Lets the drive go: no current, and out of OP, so that its watchdog finds nothing to complain of.
+    pub fn leave(&mut self, period_ns: u64) {
+        /// Long enough for the drive to let go.
+        const CYCLES: u64 = 10;
+        const INIT: u16 = 0x01;
+        let State::Operate { mut wire, .. } =
+            core::mem::replace(&mut self.state, State::Wait { until_ns: 0 })
+        else {
+            return;
+        };
+        let outputs = self.axis.let_go();
+        for cycle in 0..=CYCLES {
+            let until_ns = self.link.now_ns() + period_ns;
+            let state = (cycle == CYCLES).then_some(INIT);
+            let _ = wire.exchange(&mut self.link, &outputs, state, until_ns);
+            let mut buffer = [0; 64];
+            while self.link.now_ns() < until_ns && self.link.receive(&mut buffer, until_ns).is_ok() {}
+        }
     }
 
     fn begin(&mut self, origin_ns: u64) -> BringUp {

@@ -8,6 +8,8 @@
 //! A device whose power went comes back with a right working counter, and one whose watchdog ran out keeps it; a main device
 //! that reads no reply may see its own bytes as inputs. So no single one of the three is proof.
 
+use serde::{Deserialize, Serialize};
+
 /// AL states (ETG.1000.6).
 const OP: u16 = 0x08;
 const AL_STATE: u16 = 0x0F;
@@ -56,7 +58,7 @@ pub enum BusFault {
 }
 
 /// Bounds of the judge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JudgeParams {
     /// So many cycles without a good reply are a lost bus.
     pub bus_lost_cycles: u64,

@@ -4,7 +4,8 @@ use crate::complain::complain;
 use crate::disarm::DisarmDesk;
 use crate::frame::{FrameError, read_frame, write_frame};
 use crate::part::{ChildSummary, FromChild, Mode, Part, Task, ToChild};
-use crate::{controller, plant, recorder, trajectory};
+use crate::{bridge, controller, plant, recorder, trajectory};
+use ethercat_link::{BringUpError, LinkError};
 use injection::Injection;
 use realtime::{Wanted, obtain};
 use signal_bus::{Bus, BusError};
@@ -54,6 +55,22 @@ pub enum ChildError {
     /// The record.
     #[error("record: {0}")]
     Recording(#[from] recording::RecordingError),
+    /// The interface of the drive.
+    #[error("{interface}: {error}")]
+    Link {
+        /// Its name.
+        interface: String,
+        /// What is wrong with it.
+        error: LinkError,
+    },
+    /// The drive.
+    #[error("{interface}: {error}")]
+    Drive {
+        /// The interface that it is on.
+        interface: String,
+        /// What was found, and what was expected.
+        error: BringUpError,
+    },
     /// The histograms of loop timing.
     #[error("histogram: {0}")]
     Histogram(String),
@@ -171,7 +188,9 @@ pub fn run(source: Source) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // Whoever reads stdout may be gone; stderr is there for that.
-            let _ = write_frame(stdout(), &FromChild::Failed(error.to_string()));
+            let refused = matches!(error, ChildError::Link { .. } | ChildError::Drive { .. });
+            let words = if refused { FromChild::Refused } else { FromChild::Failed };
+            let _ = write_frame(stdout(), &words(error.to_string()));
             complain(format_args!("{source}: {error}"));
             ExitCode::FAILURE
         }
@@ -210,6 +229,7 @@ fn live(source: Source) -> Result<(), ChildError> {
     };
     let summary = match part.task {
         Task::Plant(part) => plant::run(&child, *part),
+        Task::Bridge(part) => bridge::run(&child, *part),
         Task::Trajectory(part) => trajectory::run(&child, *part),
         Task::Controller(part) => controller::run(&child, &part),
         Task::Recorder(part) => recorder::run(&child, &part),

@@ -12,6 +12,7 @@ use signals::{ControlStatus, Feedback, OperatorCommand, Reference, Source, StepC
 use std::sync::Arc;
 
 struct Controller {
+    phase_correction_ns: i64,
     role: ControllerRole,
     command: Outbox<StepCommand>,
     status: Outbox<ControlStatus>,
@@ -27,6 +28,7 @@ struct Controller {
 
 pub(crate) fn run(child: &Child, part: &ControllerPart) -> Result<Option<ChildSummary>, ChildError> {
     let controller = Controller {
+        phase_correction_ns: 0,
         role: ControllerRole::new(part),
         command: Outbox::open(child, Source::Controller)?,
         status: Outbox::open(child, Source::Controller)?,
@@ -64,6 +66,9 @@ impl Cyclic for Controller {
 
     fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {
         let feedback = self.feedback.of_cycle(cycle);
+        if let Some(feedback) = &feedback {
+            self.phase_correction_ns = feedback.phase_correction_ns;
+        }
         let reference = self.reference.of_cycle(cycle + 2);
         let order = self.order();
         stamp.has_read();
@@ -88,6 +93,10 @@ impl Cyclic for Controller {
     fn inject(&mut self, injection: &Injection) {
         self.command.inject(injection);
         self.status.inject(injection);
+    }
+
+    fn phase_correction_ns(&self) -> i64 {
+        self.phase_correction_ns
     }
 
     fn missed(&self) -> u64 {

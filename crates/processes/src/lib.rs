@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod bridge;
 mod child;
 mod complain;
 mod controller;
@@ -27,6 +28,7 @@ pub use complain::complain;
 pub use disarm::{ORDER_ID_STEP, straight_disarm};
 pub use frame::{FrameError, read_frame, write_frame};
 pub use part::{
-    ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming, ToChild,
+    BridgePart, ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming,
+    ToChild,
 };
 pub use segments::{SegmentName, segments_in};

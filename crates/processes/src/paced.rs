@@ -16,6 +16,7 @@ const WARM_UP_CYCLES: u64 = 50;
 /// One cycle's clock: stamps messages, and measures the cycle's parts in real time.
 pub(crate) struct Stamp {
     lockstep_ns: Option<u64>,
+    deadline_ns: u64,
     last_ns: u64,
     read_ns: u64,
     step_ns: u64,
@@ -24,16 +25,35 @@ pub(crate) struct Stamp {
 
 impl Stamp {
     fn lockstep(cycle_ns: u64) -> Self {
-        Self { lockstep_ns: Some(cycle_ns), last_ns: 0, read_ns: 0, step_ns: 0, write_ns: 0 }
+        Self {
+            lockstep_ns: Some(cycle_ns),
+            deadline_ns: cycle_ns,
+            last_ns: 0,
+            read_ns: 0,
+            step_ns: 0,
+            write_ns: 0,
+        }
     }
 
-    fn realtime(woke_ns: u64) -> Self {
-        Self { lockstep_ns: None, last_ns: woke_ns, read_ns: 0, step_ns: 0, write_ns: 0 }
+    fn realtime(wake: &Wake) -> Self {
+        Self {
+            lockstep_ns: None,
+            deadline_ns: wake.deadline_ns,
+            last_ns: wake.woke_ns,
+            read_ns: 0,
+            step_ns: 0,
+            write_ns: 0,
+        }
     }
 
     /// The time to stamp a message with, ns: now, or in lockstep the cycle's.
     pub(crate) fn now(&self) -> u64 {
         self.lockstep_ns.unwrap_or_else(now_ns)
+    }
+
+    /// When the cycle should have begun for this process, ns.
+    pub(crate) fn deadline_ns(&self) -> u64 {
+        self.deadline_ns
     }
 
     /// Everything since the last mark was reading.
@@ -88,6 +108,12 @@ pub(crate) trait Cyclic {
     fn published(&self) -> (u64, u64);
     /// Maps the readers that are there.
     fn connect(&self);
+    /// What the deadlines are to be shifted by, ns, as the newest Feedback says: onto the clock of a drive's bus.
+    fn phase_correction_ns(&self) -> i64 {
+        0
+    }
+    /// After the last cycle.
+    fn leave(&mut self) {}
     /// Whether it may end: the plant only once the valve stands.
     fn may_end(&self) -> bool {
         true
@@ -106,6 +132,7 @@ pub(crate) fn run<C: Cyclic>(child: &Child, mut work: C) -> Result<Option<ChildS
         Mode::Realtime => realtime_cycles(child, &mut work, &mut timing, &mut stats, epoch_ns),
         Mode::Lockstep => lockstep_cycles(child, &mut work),
     };
+    work.leave();
     let (published, unsent) = work.published();
     let mut summary = ChildSummary {
         timing: stats.summary(),
@@ -154,6 +181,7 @@ fn realtime_cycles<C: Cyclic>(
     let mut steady = Steady::default();
     let mut faults = planned(child, work);
     let mut timer = CyclicTimer::new(epoch_ns, child.timeline.period_ns, child.phase_ns);
+    let mut correction_ns = 0;
     loop {
         let wake = timer.wait();
         stats.woke(&wake);
@@ -161,10 +189,12 @@ fn realtime_cycles<C: Cyclic>(
             suffer(child, work, &mut faults, &wake);
         }
         steady.note(wake.cycle, || work.published().0 + timing.published());
-        let mut stamp = Stamp::realtime(wake.woke_ns);
+        let mut stamp = Stamp::realtime(&wake);
         work.cycle(wake.cycle, wake.skipped, &mut stamp);
         timing.write(wake.cycle, stamp.last_ns, loop_timing(&wake, &stamp, stats, work.missed(), priority));
         stats.finished(&wake, now_ns());
+        // What Feedback k says holds from cycle k+2 on, in every process alike: nobody hears of it later than in cycle k.
+        timer.steer(std::mem::replace(&mut correction_ns, work.phase_correction_ns()));
         let over = wake.cycle >= child.timeline.last_cycle || child.wishes.stop();
         if over && work.may_end() {
             steady.end(wake.cycle + 1, work.published().0 + timing.published());

@@ -1,6 +1,7 @@
 //! What supervisor and processes say to each other.
 
 use closed_loop::{ControllerPart, PlantPart, Timeline, TrajectoryPart};
+use ethercat_link::BridgeParams;
 use injection::Injection;
 use realtime::{LoopSummary, Obtained, PageFaults};
 use recording::RecordInfo;
@@ -68,6 +69,8 @@ pub struct Part {
 pub enum Task {
     /// plant-simulator.
     Plant(Box<PlantPart>),
+    /// valve-bridge, in the simulator's place.
+    Bridge(Box<BridgePart>),
     /// trajectory-generator.
     Trajectory(Box<TrajectoryPart>),
     /// step-controller.
@@ -77,15 +80,33 @@ pub enum Task {
 }
 
 impl Task {
+    /// The program that does it, in the supervisor's folder.
+    pub fn program(&self) -> &'static str {
+        match self {
+            // The messages don't tell who is behind the plant's services; the processes do.
+            Self::Bridge(_) => "valve-bridge",
+            _ => self.source().name(),
+        }
+    }
+
     /// The process that it is for.
     pub fn source(&self) -> Source {
         match self {
-            Self::Plant(_) => Source::Plant,
+            Self::Plant(_) | Self::Bridge(_) => Source::Plant,
             Self::Trajectory(_) => Source::Trajectory,
             Self::Controller(_) => Source::Controller,
             Self::Recorder(_) => Source::Recorder,
         }
     }
+}
+
+/// What the bridge to a real drive is told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BridgePart {
+    /// The network interface that the drive is on.
+    pub interface: String,
+    /// The drive, the axis, and when its frame goes out.
+    pub params: BridgeParams,
 }
 
 /// What the recorder is told.
@@ -148,6 +169,8 @@ pub enum FromChild {
     Saved(Result<PathBuf, String>),
     /// All cycles are run.
     Done(Box<ChildSummary>),
+    /// The device on the bus is not the one that it should be: nothing was started.
+    Refused(String),
     /// It can't go on.
     Failed(String),
 }

@@ -10,6 +10,7 @@ use injection::Injection;
 use signals::{ControlStatus, Feedback, Reference, SetPoint, Source};
 
 struct Trajectory {
+    phase_correction_ns: i64,
     role: TrajectoryRole,
     reference: Outbox<Reference>,
     feedback: Inbox<Feedback>,
@@ -19,6 +20,7 @@ struct Trajectory {
 
 pub(crate) fn run(child: &Child, part: TrajectoryPart) -> Result<Option<ChildSummary>, ChildError> {
     let trajectory = Trajectory {
+        phase_correction_ns: 0,
         role: TrajectoryRole::new(part),
         reference: Outbox::open(child, Source::Trajectory)?,
         feedback: Inbox::open(child, Source::Plant)?,
@@ -34,6 +36,9 @@ impl Cyclic for Trajectory {
     fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {
         let status = cycle.checked_sub(1).and_then(|previous| self.status.of_cycle(previous));
         let feedback = self.feedback.of_cycle(cycle);
+        if let Some(feedback) = &feedback {
+            self.phase_correction_ns = feedback.phase_correction_ns;
+        }
         // One set-point a cycle; the scenario's come first.
         let set_point = if self.role.has_due(cycle) { None } else { self.set_points.in_order() };
         stamp.has_read();
@@ -51,6 +56,10 @@ impl Cyclic for Trajectory {
 
     fn inject(&mut self, injection: &Injection) {
         self.reference.inject(injection);
+    }
+
+    fn phase_correction_ns(&self) -> i64 {
+        self.phase_correction_ns
     }
 
     fn missed(&self) -> u64 {

@@ -11,6 +11,7 @@ pub struct CyclicTimer {
     first_ns: u64,
     period_ns: u64,
     next_cycle: u64,
+    shift_ns: i64,
 }
 
 /// A wake-up.
@@ -36,12 +37,21 @@ impl Wake {
 impl CyclicTimer {
     /// A timer whose cycle 0 begins at `epoch_ns + phase_ns` on CLOCK_MONOTONIC. A period of 0 counts as 1 ns.
     pub fn new(epoch_ns: u64, period_ns: u64, phase_ns: u64) -> Self {
-        Self { first_ns: epoch_ns + phase_ns, period_ns: period_ns.max(1), next_cycle: 0 }
+        Self { first_ns: epoch_ns + phase_ns, period_ns: period_ns.max(1), next_cycle: 0, shift_ns: 0 }
     }
 
     /// The deadline of the next cycle, in ns.
     pub fn next_deadline_ns(&self) -> u64 {
-        self.first_ns + self.next_cycle * self.period_ns
+        self.deadline_ns(self.next_cycle)
+    }
+
+    /// Shifts all deadlines from the next on by `shift_ns` from where they were at the start: onto the clock of a drive's bus.
+    pub fn steer(&mut self, shift_ns: i64) {
+        self.shift_ns = shift_ns;
+    }
+
+    fn deadline_ns(&self, cycle: u64) -> u64 {
+        (self.first_ns + cycle * self.period_ns).saturating_add_signed(self.shift_ns)
     }
 
     /// Sleeps until the next cycle begins. Where that is past, the present cycle is run at once, and those wholly
@@ -56,7 +66,7 @@ impl CyclicTimer {
         let skipped = late_ns / self.period_ns;
         let cycle = self.next_cycle + skipped;
         self.next_cycle = cycle + 1;
-        Wake { cycle, deadline_ns: self.first_ns + cycle * self.period_ns, woke_ns, skipped }
+        Wake { cycle, deadline_ns: self.deadline_ns(cycle), woke_ns, skipped }
     }
 }
 
@@ -91,6 +101,16 @@ mod tests {
                 previous = Some(wake.cycle);
             }
         }
+    }
+
+    #[test]
+    fn it_follows_another_clock() {
+        let mut timer = CyclicTimer::new(1_000, 1_000_000, 250_000);
+        assert_eq!(timer.next_deadline_ns(), 251_000);
+        timer.steer(-700);
+        assert_eq!(timer.woken(timer.next_deadline_ns()).deadline_ns, 250_300);
+        timer.steer(500);
+        assert_eq!(timer.next_deadline_ns(), 1_251_500);
     }
 
     #[test]

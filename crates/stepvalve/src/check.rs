@@ -8,7 +8,7 @@ use supervisor::{Failure, Outcome};
 /// What to check.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A scenario (its models are checked too) or a model
+    /// A scenario (its models and its drive file are checked too), a model, or a drive file
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
 }
@@ -20,9 +20,17 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let file = files::name(&arguments.file);
     let text = files::read(&arguments.file)?;
-    if is_model(&text) {
+    if says_format(&text, "stepvalve-model") {
         let model = config::parse_model(&text, &file).map_err(Failure::input)?;
         say(format_args!("{file}: model \"{}\", friction law {}: good", model.name, model.friction.law()));
+        return Ok(Outcome::Done);
+    }
+    if says_format(&text, "stepvalve-drive") {
+        let drive = config::parse_drive(&text, &file).map_err(Failure::input)?;
+        say(format_args!(
+            "{file}: drive \"{}\", {} units a revolution: good",
+            drive.name, drive.units_per_rev
+        ));
         return Ok(Outcome::Done);
     }
     let loaded = files::load(&arguments.file)?;
@@ -42,11 +50,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Whether the file says that it is a model; anything else is read as a scenario, whose errors then say what is missing.
-fn is_model(text: &str) -> bool {
+/// Whether the file says that it has this format; what says none is read as a scenario, whose errors then say what is missing.
+fn says_format(text: &str, format: &str) -> bool {
     text.lines().any(|line| {
         let mut sides = line.splitn(2, '=').map(str::trim);
         sides.next() == Some("format")
-            && sides.next().is_some_and(|value| value.starts_with("\"stepvalve-model\""))
+            && sides.next().is_some_and(|value| value.starts_with(&format!("\"{format}\"")))
     })
 }

@@ -1,9 +1,10 @@
 //! Scenario and model files: read here and nowhere else, checked before anything is started.
 
+use crate::drive;
 use anyhow::{Context, anyhow};
 use closed_loop::{Parts, wire};
 use config::{ConfigErrors, Scenario, belief_warnings, check_against_models, parse_model, parse_scenario};
-use processes::{TaskTiming, complain};
+use processes::{BridgePart, TaskTiming, complain};
 use recording::Texts;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ pub struct Loaded {
     pub microstep_rad: f64,
     /// What each process is told.
     pub parts: Parts,
+    /// The real drive in the simulated plant's place; `None` without one.
+    pub bridge: Option<BridgePart>,
     /// All three texts.
     pub texts: Texts,
 }
@@ -35,7 +38,13 @@ impl Loaded {
         };
         let timing = &self.scenario.timing;
         Timings {
-            plant: of(timing.plant),
+            plant: TaskTiming {
+                phase_ns: self
+                    .bridge
+                    .as_ref()
+                    .map_or(timing.plant.phase_ns, |bridge| bridge.params.place_ns.into()),
+                ..of(timing.plant)
+            },
             trajectory: of(timing.trajectory),
             controller: of(timing.controller),
             recorder: of(timing.recorder),
@@ -59,7 +68,11 @@ pub fn load(path: &Path) -> Result<Loaded, Failure> {
         complain(format_args!("note: {warning}"));
     }
     let texts = Texts { scenario: text, truth: truth_text, belief: belief_text };
-    assemble(scenario, &truth, &belief, texts, &name(path))
+    let mut loaded = assemble(scenario, &truth, &belief, texts, &name(path))?;
+    if let Some(drive) = &loaded.scenario.drive {
+        loaded.bridge = Some(drive::load(path, drive, &loaded)?);
+    }
+    Ok(loaded)
 }
 
 /// The same from texts that a record carries.
@@ -83,7 +96,7 @@ fn assemble(
     check_against_models(&scenario, truth, belief, &texts.scenario, file).map_err(input)?;
     let parts = wire(&scenario, truth, belief).with_context(|| file.to_owned()).map_err(Failure::Input)?;
     let microstep_rad = parts.plant.drive.microstep_angle_rad;
-    Ok(Loaded { scenario, microstep_rad, parts, texts })
+    Ok(Loaded { scenario, microstep_rad, parts, bridge: None, texts })
 }
 
 /// Reads a text file of bounded size.
@@ -121,7 +134,7 @@ pub fn name(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn beside(path: &Path, other: &str) -> PathBuf {
+pub fn beside(path: &Path, other: &str) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).join(other)
 }
 

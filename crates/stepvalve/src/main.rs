@@ -2,11 +2,13 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod bus;
 mod check;
 mod conclude;
 mod convert;
 mod diagnose;
 mod doctor;
+mod drive;
 mod errand;
 mod files;
 mod import;
@@ -71,6 +73,9 @@ enum Command {
     Tune(tune::Arguments),
     /// Check whether this machine holds the loop: what stands in the way, what to do, and how late a process wakes
     Doctor(doctor::Arguments),
+    /// Look who is on a drive's bus
+    #[command(subcommand)]
+    Bus(bus::Command),
     /// Turn a record (MCAP) into run.h5
     Convert(convert::Arguments),
     /// Tell how a run ended, once the supervisor is done
@@ -114,6 +119,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Bus(command) => bus::run(&command),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Conclude => conclude::conclude(),
         Command::Diagnose(arguments) => diagnose::run(&arguments),

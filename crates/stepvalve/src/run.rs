@@ -57,6 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         mode: Pace::Realtime,
         stays: true,
         timings: loaded.timings(),
+        bridge: loaded.bridge.clone(),
         folder: output.folder().to_owned(),
         keep: arguments.record,
         info: record_info(&loaded, Mode::Realtime, &arguments.instance.to_string()),

@@ -61,6 +61,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let injections = injections(arguments)?;
     let loaded = files::load(&arguments.scenario)?;
+    if loaded.bridge.is_some() {
+        // It arms by itself, which a real valve must not.
+        return Err(Failure::Input(anyhow!(
+            "{}: [drive] is a real one, expected none: `simulate` arms by itself; `stepvalve run` runs it",
+            files::name(&arguments.scenario)
+        )));
+    }
     for warning in loaded.scenario.warnings() {
         complain(format_args!("note: {warning}"));
     }
@@ -119,6 +126,7 @@ fn supervised(
         mode: pace,
         stays: false,
         timings: loaded.timings(),
+        bridge: None,
         folder: arguments.out.clone(),
         keep: arguments.record,
         info: record_info(&loaded, arguments.mode, &name.to_string()),

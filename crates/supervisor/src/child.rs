@@ -26,8 +26,8 @@ impl Child {
     ///
     /// # Errors
     /// Where the program is missing.
-    pub fn start(source: Source, number: u32, events: &Sender<News>) -> Result<Self> {
-        let path = beside(source.name())?;
+    pub fn start(source: Source, program: &str, number: u32, events: &Sender<News>) -> Result<Self> {
+        let path = beside(program)?;
         let mut process = Command::new(&path)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

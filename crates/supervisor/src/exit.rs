@@ -1,5 +1,6 @@
 //! How a program ends: done, stopped by a fault, interrupted; or a failure with its exit code.
 
+use crate::generation::Refused;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -48,6 +49,6 @@ impl fmt::Display for Failure {
 /// Everything that is not said to be wrong input is a failure.
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
-        Self::Failed(error)
+        if error.is::<Refused>() { Self::Input(error) } else { Self::Failed(error) }
     }
 }

@@ -11,7 +11,6 @@ use crate::progress::Progress;
 use crate::recorder_keeper::RecorderKeeper;
 use crate::watch::Watch;
 use anyhow::{Context, Result, bail};
-use closed_loop::Parts;
 use injection::Injection;
 use processes::{
     ChildSummary, FromChild, Keep, Membership, Mode, ORDER_ID_STEP, Part, RecorderPart, Task, ToChild,
@@ -47,6 +46,11 @@ const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller
 #[derive(Debug, Error)]
 #[error("{0} ended before it was ready")]
 pub struct DiedAtStart(Source);
+
+/// A device that is not the one it should be: wrong input, and nothing runs.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct Refused(String);
 
 /// What a generation is started from.
 pub struct Setup<'a> {
@@ -233,8 +237,7 @@ impl<'a> Generation<'a> {
         if self.recorded() {
             self.start_recorder()?;
         }
-        let parts = &self.setup.mission.parts;
-        for task in loop_tasks(parts) {
+        for task in loop_tasks(self.setup.mission) {
             self.start_child(task)?;
         }
         self.wait_until_ready()?;
@@ -255,7 +258,7 @@ impl<'a> Generation<'a> {
     }
 
     fn start_child(&mut self, task: Task) -> Result<()> {
-        let source = task.source();
+        let (source, program) = (task.source(), task.program());
         let part = Part {
             membership: Membership {
                 place: self.place.clone(),
@@ -273,7 +276,7 @@ impl<'a> Generation<'a> {
             task,
         };
         self.started += 1;
-        let mut child = Child::start(source, self.started, &self.channel.sender())?;
+        let mut child = Child::start(source, program, self.started, &self.channel.sender())?;
         let told = child.tell(&ToChild::Part(Box::new(part)));
         self.children.insert(source, child);
         told.map_err(|_| DiedAtStart(source).into())
@@ -312,6 +315,7 @@ impl<'a> Generation<'a> {
             };
             match event.said {
                 Some(FromChild::Ready(obtained)) => drop(self.obtained.insert(event.source, obtained)),
+                Some(FromChild::Refused(reason)) => return Err(Refused(reason).into()),
                 Some(FromChild::Failed(reason)) => bail!("{}: {reason}", event.source),
                 _ => return Err(DiedAtStart(event.source).into()),
             }
@@ -366,7 +370,9 @@ impl<'a> Generation<'a> {
         }
         match event.said {
             Some(FromChild::Done(summary)) => drop(self.summaries.insert(event.source, *summary)),
-            Some(FromChild::Failed(reason)) => self.fail(format!("{}: {reason}", event.source)),
+            Some(FromChild::Refused(reason) | FromChild::Failed(reason)) => {
+                self.fail(format!("{}: {reason}", event.source))
+            }
             Some(FromChild::Ready(obtained)) => self.successor_ready(event.source, obtained),
             Some(FromChild::Saved(saved)) => self.saved = Some(saved),
             None => self.died(event.source),
@@ -529,9 +535,14 @@ impl<'a> Generation<'a> {
     }
 }
 
-fn loop_tasks(parts: &Parts) -> [Task; 3] {
+fn loop_tasks(mission: &Mission) -> [Task; 3] {
+    let parts = &mission.parts;
+    let plant = match &mission.bridge {
+        Some(bridge) => Task::Bridge(Box::new(bridge.clone())),
+        None => Task::Plant(Box::new(parts.plant.clone())),
+    };
     [
-        Task::Plant(Box::new(parts.plant.clone())),
+        plant,
         Task::Trajectory(Box::new(parts.trajectory.clone())),
         Task::Controller(Box::new(parts.controller.clone())),
     ]

@@ -3,7 +3,7 @@
 use crate::runtime_folder::InstanceName;
 use closed_loop::Parts;
 use injection::Injection;
-use processes::{ChildSummary, Keep, Mode, TaskTiming};
+use processes::{BridgePart, ChildSummary, Keep, Mode, TaskTiming};
 use realtime::Obtained;
 use recording::RecordInfo;
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,8 @@ pub struct Mission {
     pub stays: bool,
     /// What each process of the loop is told.
     pub parts: Parts,
+    /// The real drive in the simulated plant's place; `None` without one.
+    pub bridge: Option<BridgePart>,
     /// When and where each process runs.
     pub timings: Timings,
     /// The folder that the record goes to.

@@ -52,6 +52,8 @@ pub struct Scenario {
     pub control: Control,
     /// Cycles from Feedback to the beginning of the command's cycle: 1, or 2 for a bus that returns inputs k while it carries command k+1.
     pub loop_delay_cycles: u64,
+    /// The real drive in the simulated plant's place; `None` without one.
+    pub drive: Option<Drive>,
     /// Phase, core and priority of each process.
     pub timing: Timing,
     /// Pressure drop over the orifice against time, in pascals.
@@ -60,6 +62,15 @@ pub struct Scenario {
     pub oil_temperature: Profile,
     /// Set-points in the order of their times.
     pub set_points: Vec<ScheduledSetPoint>,
+}
+
+/// A real drive.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drive {
+    /// The drive's file, as written: relative to the scenario's file.
+    pub file: String,
+    /// The network interface that it is on.
+    pub interface: String,
 }
 
 impl Scenario {

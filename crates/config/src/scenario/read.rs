@@ -8,7 +8,7 @@ use crate::scenario::read_homing::read_homing;
 use crate::scenario::read_set_points::{Frame, read_set_points};
 use crate::scenario::read_timing::read_timing;
 use crate::scenario::{
-    AfterStop, Driver, Encoder, LostSteps, MotionLimits, Profile, Safety, Scenario, checks,
+    AfterStop, Drive, Driver, Encoder, LostSteps, MotionLimits, Profile, Safety, Scenario, checks,
 };
 use crate::source::Source;
 use crate::units::Dimension;
@@ -89,6 +89,7 @@ fn read(root: Section<'_>) -> Scenario {
         compensation,
         control,
         loop_delay_cycles: root.integer_or("loop_delay_cycles", 1..=2, 1),
+        drive: root.optional_section("drive").map(read_drive),
         timing: read_timing(&root, period_ns),
         pressure_drop: read_profile(&root, "pressure_drop", Dimension::Pressure, PRESSURE, 0.0),
         oil_temperature: read_profile(
@@ -251,6 +252,15 @@ fn read_encoder(section: Section<'_>) -> Encoder {
     };
     section.finish();
     encoder
+}
+
+fn read_drive(section: Section<'_>) -> Drive {
+    let drive = Drive {
+        file: section.text("file", "the path of a drive file"),
+        interface: section.text("interface", "the name of a network interface"),
+    };
+    section.finish();
+    drive
 }
 
 fn read_safety(section: Section<'_>) -> Safety {

@@ -21,6 +21,7 @@ use crate::drive_file::{Homing, Profile};
 use crate::judge::{BusFault, Judge, JudgeParams, Outcome};
 use crate::process_data::{Inputs, Outputs};
 use report::Moved;
+use serde::{Deserialize, Serialize};
 use signals::{FaultCode, Feedback, StepCommand};
 
 /// Bit 12 of the status word in cyclic synchronous position: the drive follows the command value.
@@ -28,7 +29,7 @@ const FOLLOWS: u16 = 1 << 12;
 const CSP: i8 = 8;
 
 /// What an axis is set to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AxisParams {
     /// The guard's limits and reactions.
     pub drive: drive::Params,
@@ -200,6 +201,12 @@ impl Axis {
         self.unconfirmed = None;
         let arrived = self.settle(false);
         self.feedback(cycle, &arrived)
+    }
+
+    /// Process data of a drive that is let go where it stands.
+    pub fn let_go(&self) -> Outputs {
+        let control = if self.params.profile == Profile::El2522 { 0 } else { control::SHUTDOWN };
+        self.outputs(control, self.last_target, 0.0)
     }
 
     /// The count of the position on the bus, in the valve's direction.

@@ -1,0 +1,135 @@
+//! valve-bridge, in the plant simulator's place: StepCommand in, one frame to the drive, Feedback out. It has no PlantTruth: nobody
+//! knows it.
+
+use crate::child::{Child, ChildError};
+use crate::complain::complain;
+use crate::inbox::Inbox;
+use crate::outbox::Outbox;
+use crate::paced::{self, Absence, Cyclic, Stamp};
+use crate::part::{BridgePart, ChildSummary};
+use ethercat_link::{Bridge, BringUpError, BusPhase, PacketLink};
+use injection::Injection;
+use signals::{ControlStatus, ControllerState, Feedback, Source, StepCommand, validity};
+
+struct ValveBridge {
+    bridge: Bridge<PacketLink>,
+    interface: String,
+    period_ns: u64,
+    phase_ns: u64,
+    feedback: Outbox<Feedback>,
+    commands: Inbox<StepCommand>,
+    status: Inbox<ControlStatus>,
+    was_in_fault: bool,
+    standstill_told: bool,
+    /// What was said on stderr of the bus.
+    told: (BusPhase, Option<BringUpError>),
+}
+
+/// Looks at the drive first: a wrong one is refused before anything runs.
+pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary>, ChildError> {
+    let BridgePart { interface, params } = part;
+    let link = PacketLink::open(&interface)
+        .map_err(|error| ChildError::Link { interface: interface.clone(), error })?;
+    let mut bridge = Bridge::new(link, params);
+    bridge.check().map_err(|error| ChildError::Drive { interface: interface.clone(), error })?;
+    let bridge = ValveBridge {
+        bridge,
+        interface,
+        period_ns: child.timeline.period_ns,
+        phase_ns: child.phase_ns,
+        feedback: Outbox::open(child, Source::Plant)?,
+        commands: Inbox::open(child, Source::Controller)?,
+        status: Inbox::open(child, Source::Controller)?,
+        was_in_fault: false,
+        standstill_told: true,
+        told: (BusPhase::Wait, None),
+    };
+    paced::run(child, bridge)
+}
+
+impl ValveBridge {
+    /// Whether the operator's reset took the controller out of its fault, since the last cycle.
+    fn reset(&mut self, cycle: u64) -> bool {
+        let Some(status) = cycle.checked_sub(1).and_then(|previous| self.status.of_cycle(previous)) else {
+            return false;
+        };
+        let in_fault = status.state == ControllerState::Fault.code();
+        std::mem::replace(&mut self.was_in_fault, in_fault) && !in_fault
+    }
+
+    /// Says what changed on the bus, on stderr; a healthy bus says nothing in a cycle.
+    fn tell(&mut self) {
+        let now = (self.bridge.report().phase, self.bridge.error());
+        if now == self.told {
+            return;
+        }
+        let interface = &self.interface;
+        match now {
+            (BusPhase::Wait, Some(error)) if self.told.1 != now.1 => {
+                complain(format_args!("{interface}: {error}"))
+            }
+            (BusPhase::Operate, _) => complain(format_args!("{interface}: the drive is in operation")),
+            (BusPhase::Wait, _) if self.told.0 == BusPhase::Operate => {
+                complain(format_args!("{interface}: the drive is not in operation any more"));
+            }
+            _ => {}
+        }
+        self.told = now;
+    }
+}
+
+impl Cyclic for ValveBridge {
+    const SOURCE: Source = Source::Plant;
+
+    fn cycle(&mut self, cycle: u64, skipped: u64, stamp: &mut Stamp) {
+        for missed in cycle - skipped..cycle {
+            // Nothing was sent then; a command of the past is none.
+            let _ = self.commands.of_cycle(missed);
+        }
+        let command = if cycle == 0 { None } else { self.commands.of_cycle(cycle) };
+        let reset = self.reset(cycle);
+        stamp.has_read();
+        let begin_ns = stamp.deadline_ns().saturating_sub(self.phase_ns);
+        let feedback = self.bridge.cycle(cycle, begin_ns, command.as_ref(), reset);
+        stamp.has_stepped();
+        if let Some(feedback) = feedback {
+            self.feedback.write(cycle, cycle, stamp.now(), feedback);
+            self.standstill_told = feedback.validity & validity::STANDSTILL != 0;
+        }
+        self.tell();
+        stamp.has_written();
+    }
+
+    /// There is no bridge without a clock.
+    fn pass_over(&mut self, cycle: u64, time_ns: u64, _why: Absence) {
+        self.feedback.pass_over(cycle, time_ns);
+    }
+
+    fn phase_correction_ns(&self) -> i64 {
+        self.bridge.correction_ns()
+    }
+
+    fn leave(&mut self) {
+        self.bridge.leave(self.period_ns);
+    }
+
+    fn inject(&mut self, injection: &Injection) {
+        self.feedback.inject(injection);
+    }
+
+    fn missed(&self) -> u64 {
+        self.commands.missed() + self.status.missed()
+    }
+
+    fn published(&self) -> (u64, u64) {
+        (self.feedback.published(), self.feedback.failures())
+    }
+
+    fn connect(&self) {
+        self.feedback.connect();
+    }
+
+    fn may_end(&self) -> bool {
+        self.standstill_told
+    }
+}
