@@ -33,7 +33,7 @@ fn start(place: &TestPlace, scenario: &Path) -> Child {
     place.wait_for("the instance", || {
         let status = place.stepvalve(&["status", "--json"]);
         let status: Value = serde_json::from_str(&status.stdout).ok()?;
-        (status["processes"]["step-controller"]["cycle"].as_u64()? > 1000).then_some(())
+        (status["processes"]["step-controller"]["cycle"].as_u64()? > 0).then_some(())
     });
     run
 }
@@ -74,8 +74,11 @@ fn an_instance_turns_a_drive() {
         let log = place.path("drive.csv");
         let drive = DriveProcess::start(&model(), &["--log", log.to_str().unwrap(), "--drift", "20000"]);
         let run = start(&place, &scenario);
-        place.stepvalve(&["arm"]).expect_code(0);
-        place.stepvalve(&["set", "angle", "17deg"]).expect_code(0);
+        // Refused until the drive is in operation; absolute set-points until it is heard where it stands.
+        place.wait_for("the drive", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
+        place.wait_for("current", || {
+            (place.stepvalve(&["set", "angle", "17deg"]).code == Some(0)).then_some(())
+        });
         place.wait_for("17 degrees", || {
             let angle = status(&place)["angle_rad"].as_f64()?;
             ((angle - 17_f64.to_radians()).abs() < 2e-3).then_some(())

@@ -289,8 +289,11 @@ impl<L: Link> Bridge<L> {
     ) -> Back {
         let back = wire.exchange(&mut self.link, outputs, al_request, until_ns);
         match back {
-            Back::Reply { system_time_ns, working_counter, round_trip_ns, .. } => {
-                let error_ns = clock.error_ns(system_time_ns);
+            Back::Reply { sent_ns, system_time_ns, working_counter, round_trip_ns, .. } => {
+                // A process that woke late says nothing about the clocks: what counts is where a frame on time would be.
+                let planned_ns = until_ns - u64::from(self.params.reply_until_ns - self.params.place_ns);
+                let late_ns = sent_ns.saturating_sub(planned_ns);
+                let error_ns = clock.error_ns(system_time_ns.wrapping_sub(late_ns));
                 self.correction_ns = clock.follow(error_ns);
                 self.report.clock_error_ns = error_ns;
                 self.report.working_counter = working_counter;

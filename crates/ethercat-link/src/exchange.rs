@@ -8,6 +8,8 @@ use fieldbus::{CyclicFrame, FrameError, Inputs, MAX_FRAME, Outputs, Profile};
 pub(crate) enum Back {
     /// A reply, with what it says.
     Reply {
+        /// When the frame went out, on the link's clock.
+        sent_ns: u64,
         system_time_ns: u64,
         working_counter: u16,
         exchanged: bool,
@@ -61,6 +63,7 @@ impl Wire {
                 Ok(reply) => {
                     let exchanged = reply.exchanged();
                     return Back::Reply {
+                        sent_ns,
                         system_time_ns: reply.system_time_ns,
                         working_counter: reply.working_counter,
                         exchanged,

@@ -200,7 +200,10 @@ impl Axis {
         self.hear(command, false);
         self.unconfirmed = None;
         let arrived = self.settle(false);
-        self.feedback(cycle, &arrived)
+        let feedback = self.feedback(cycle, &arrived);
+        // Without a fault to tell, this one: nobody shall arm a drive that is not there.
+        let fault = if feedback.drive_fault == 0 { FaultCode::BusLost.code() } else { feedback.drive_fault };
+        Feedback { drive_fault: fault, ..feedback }
     }
 
     /// Process data of a drive that is let go where it stands.
