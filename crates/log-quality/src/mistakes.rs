@@ -401,13 +401,14 @@ impl Case<'_> {
         if let Some((tried, sums)) = explained {
             return Some(self.exchanged(source, tried, given, &sums));
         }
-        (given.correlation().abs() < NOTHING).then(|| Finding {
+        // An angle log's angle was held against its command before; lost steps and an eccentric encoder rule the lag.
+        let nothing = self.torque && given.correlation().abs() < NOTHING;
+        nothing.then(|| Finding {
             kind: Kind::WrongAngle,
             severity: Severity::Mistake,
             evidence: format!(
-                "{} has nothing to do with the motion that the angle says: their correlation in sliding is {:.2}, and the \
-                 error of the model {:.4} {}",
-                if self.torque { "the torque" } else { "the lag behind the command" },
+                "the torque has nothing to do with the motion that the angle says: their correlation in sliding is {:.2}, and \
+                 the error of the model {:.4} {}",
                 given.correlation(),
                 given.error(),
                 self.unit()
