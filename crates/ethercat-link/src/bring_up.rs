@@ -114,6 +114,10 @@ pub(crate) async fn init(
     match (filtered, refused) {
         (_, Some(error)) => Err(error),
         (Ok(group), None) => Ok(group),
+        // Several devices that ethercrab can't make a line of.
+        (Err(ethercrab::error::Error::Topology), None) => {
+            Err(BringUpError::Count { found: main.num_subdevices(), expected: 1 })
+        }
         (Err(error), None) => Err(BringUpError::Bus { step: Step::Init, error }),
     }
 }
