@@ -520,7 +520,7 @@ fn nothing_is_followed_from_elsewhere_than_where_the_drive_stands() {
         let mut state = State::at_rest_energised(1000);
         let output = step(&params, &mut state, 0, Some(&follow(1000.0 + by, by)));
         assert_eq!(state.mode() == Mode::Following, followed, "{by}");
-        assert_eq!(output.flags & validity::LIMITED != 0, true, "{by}: cut or refused, it shows");
+        assert!(output.flags & validity::LIMITED != 0, "{by}: cut or refused, it shows");
         assert_eq!(output.end_microsteps != 1000.0, followed, "{by}");
     }
 }
