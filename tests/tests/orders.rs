@@ -89,6 +89,22 @@ impl<'a> Instance<'a> {
 }
 
 #[test]
+fn an_arm_that_was_refused_does_not_arm_later() {
+    for stopped in ["step-controller", "supervisor", "plant-simulator", "trajectory-generator"] {
+        let place = TestPlace::new();
+        let instance = Instance::start(&place);
+        instance.signal(stopped, Signal::SIGSTOP);
+        // Long enough for the partners to notice.
+        sleep(Duration::from_millis(300));
+        let refused = instance.ask(&["arm"]).expect_code(1);
+        assert!(!refused.stderr.is_empty(), "{stopped}");
+        instance.signal(stopped, Signal::SIGCONT);
+        instance.never("running");
+        instance.end();
+    }
+}
+
+#[test]
 fn an_arm_whose_client_was_killed_does_not_arm_later() {
     let place = TestPlace::new();
     let instance = Instance::start(&place);

@@ -4,9 +4,6 @@ use oracle::{Judge, Order, Wish};
 use recording::AnyMessage;
 use signals::{OperatorCommand, OperatorKind, Source};
 
-/// An order holds no longer than its operator waits.
-const HOLDS_NS: u64 = 1_000_000_000;
-
 /// Orders of one start of the processes.
 #[derive(Debug, Clone)]
 pub struct RecordedOrders {
@@ -59,8 +56,7 @@ impl RecordedOrders {
                 _ => continue,
             };
             let from_cycle = time_ns.saturating_sub(self.epoch_ns) / self.period_ns;
-            let until_cycle = from_cycle + HOLDS_NS / self.period_ns;
-            judge.order(Order { wish, from_cycle, until_cycle });
+            judge.order(Order { wish, from_cycle, until_cycle: order.valid_until_cycle });
         }
     }
 }

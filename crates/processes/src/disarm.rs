@@ -30,7 +30,8 @@ pub const ORDER_ID_STEP: u64 = 1 << 16;
 
 /// The order that a disarm which came straight to the controller is, by its id.
 pub fn straight_disarm(id: u64) -> OperatorCommand {
-    OperatorCommand { id, kind: OperatorKind::Disarm.code(), ..OperatorCommand::default() }
+    let kind = OperatorKind::Disarm.code();
+    OperatorCommand { id, valid_until_cycle: u64::MAX, kind, ..OperatorCommand::default() }
 }
 
 /// What the cycle and the thread that listens know of each other.

@@ -195,10 +195,10 @@ impl<'a> Generation<'a> {
         since_epoch_ns / self.setup.mission.parts.timeline.period_ns
     }
 
-    /// Publishes an order; its id.
-    pub fn give_order(&mut self, order: OperatorCommand) -> u64 {
+    /// Publishes an order that holds so long; its id.
+    pub fn give_order(&mut self, order: OperatorCommand, holds: Duration) -> u64 {
         let id = (self.orders.published() + 1) * ORDER_ID_STEP;
-        let order = OperatorCommand { id, valid_until_cycle: self.cycle_after(self.patience), ..order };
+        let order = OperatorCommand { id, valid_until_cycle: self.cycle_after(holds), ..order };
         self.orders.write(0, realtime::now_ns(), order);
         id
     }
@@ -433,10 +433,8 @@ impl<'a> Generation<'a> {
     /// The user wants an end: the valve is stopped first.
     fn interrupt(&mut self) {
         if self.setup.mission.mode == Mode::Realtime {
-            self.give_order(OperatorCommand {
-                kind: OperatorKind::Disarm.code(),
-                ..OperatorCommand::default()
-            });
+            let disarm = OperatorCommand { kind: OperatorKind::Disarm.code(), ..OperatorCommand::default() };
+            self.give_order(disarm, self.stop_patience());
             let begun = Instant::now();
             while begun.elapsed() < self.stop_patience() && !self.watch.at_rest() && self.failure.is_none() {
                 self.look_around();

@@ -60,7 +60,7 @@ impl Generation<'_> {
     fn take_back(&mut self, request: &Request) {
         self.patience = EFFECT_PATIENCE;
         let answer = match request {
-            Request::Arm => self.disarm(),
+            Request::Arm | Request::Home => self.disarm(),
             Request::Set { .. } => self.hold(),
             _ => return,
         };
@@ -70,6 +70,7 @@ impl Generation<'_> {
     fn carry_out(&mut self, request: &Request) -> Answer {
         match request {
             Request::Arm => self.arm(),
+            Request::Home => self.order(order_of(OperatorKind::Home), "homing"),
             Request::Disarm => self.disarm(),
             Request::Reset => self.order(order_of(OperatorKind::Reset), "reset: disarmed"),
             Request::Set { kind, value, pressure_drop_pa } => self.set(*kind, *value, *pressure_drop_pa),
@@ -103,20 +104,26 @@ impl Generation<'_> {
 
     /// Gives an order to the controller, and waits for what it says.
     fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
-        let id = self.give_order(order);
-        let mut result = self.result_of(id, self.patience, false);
-        if result.is_some() {
-            result = self.result_of(id, ARMING_PATIENCE, true);
+        let id = self.give_order(order, self.patience.saturating_sub(SEEN_WITHIN));
+        // Arming lasts until the drive holds. Homing lasts long: whoever asked looks at the status meanwhile.
+        let arms = order.kind == OperatorKind::Arm.code();
+        let begun = |status: &ControlStatus| arms && status.operator_result == OperatorResult::Begun.code();
+        let mut answer = self.answer_to(id, self.patience, |_| true);
+        if answer.as_ref().is_some_and(begun) {
+            answer = self.answer_to(id, ARMING_PATIENCE, |status| !begun(status)).or(answer);
         }
-        let Some(ControlStatus { operator_id, operator_result, state, fault, .. }) = result else {
-            return Answer::refused(self.unanswered());
-        };
+        let Some(status) = answer else { return Answer::refused(self.unanswered()) };
+        let ControlStatus { operator_id, operator_result, state, fault, .. } = status;
         if operator_id != id {
             return Answer::refused("a disarm came in between");
         }
+        if begun(&status) {
+            self.give_order(order_of(OperatorKind::Disarm), self.stop_patience());
+            return Answer::refused("the drive did not energise the motor in time: disarmed again");
+        }
         let state = ControllerState::from_code(state).map_or("unknown", ControllerState::name);
         match OperatorResult::from_code(operator_result) {
-            Some(OperatorResult::Done) => Answer::done(done),
+            Some(OperatorResult::Done | OperatorResult::Begun) => Answer::done(done),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
                 let fault = fault.map_or(String::new(), |fault| format!(" ({fault})"));
@@ -140,16 +147,20 @@ impl Generation<'_> {
         format!("the controller does not answer{drive}")
     }
 
-    /// What the controller says of an order within a time; with `until_ended`, what became of one that takes its time.
-    fn result_of(&mut self, id: u64, patience: Duration, until_ended: bool) -> Option<ControlStatus> {
-        let mut result: Option<ControlStatus> = None;
+    /// The controller's answer to an order, once it is one that counts; `None` where there is none in time.
+    fn answer_to(
+        &mut self,
+        id: u64,
+        patience: Duration,
+        counts: impl Fn(&ControlStatus) -> bool,
+    ) -> Option<ControlStatus> {
+        let mut answer = None;
         self.wait(patience, |this| {
             let answered = this.watch.status().filter(|status| status.body.operator_id >= id);
-            result = answered.map(|status| status.body);
-            let begun = OperatorResult::Begun.code();
-            result.is_some_and(|status| !until_ended || status.operator_result != begun)
+            answer = answered.map(|status| status.body).filter(&counts);
+            answer.is_some()
         });
-        result
+        answer
     }
 
     fn set_parameter(&mut self, name: &str, value: f64) -> Answer {
