@@ -145,9 +145,8 @@ fn a_killed_loop_process_stops_the_valve_in_time() {
 /// From the last command on: at most `SILENCE_CYCLES` at the last rate, then the ramp from 200 kHz.
 fn check_ramp(all: &[(u64, Feedback)]) {
     let last_command = all.iter().map(|(_, feedback)| feedback.command_cycle).max().unwrap();
-    let still = all
-        .iter()
-        .find(|(cycle, feedback)| *cycle > last_command && feedback.validity & validity::STANDSTILL != 0);
+    // Without pulses: that the rotor has swung out too is STANDSTILL, some cycles later.
+    let still = all.iter().find(|(cycle, feedback)| *cycle > last_command && feedback.pulse_rate_hz == 0.0);
     let (stopped_cycle, feedback) = still.expect("it stops");
     // The scenario's quick stop takes 10 MHz/s: 20 ms from 200 kHz.
     let bound = SILENCE_CYCLES + 20 + 3;

@@ -85,7 +85,8 @@ impl Variant {
             quick_stop_deceleration_hz_per_s: driver.quick_stop_deceleration_hz_per_s,
             silence_cycles: scenario.safety.silence_cycles,
             command_delay_cycles: scenario.loop_delay_cycles - 1,
-            arming_cycles: 0,
+            // The controller gives up after 2 s of arming.
+            arming_cycles: (2.0 / scenario.period_s()) as u64,
             neutral_pulse_rate_hz: 0.0,
         };
         let safety = &scenario.safety;

@@ -51,7 +51,7 @@ impl RecordedOrders {
         }
         for (time_ns, order) in &self.given {
             let wish = match OperatorKind::from_code(order.kind) {
-                Some(OperatorKind::Arm) => Wish::Move,
+                Some(OperatorKind::Arm | OperatorKind::Home) => Wish::Move,
                 Some(OperatorKind::Disarm) => Wish::Stop,
                 _ => continue,
             };

@@ -11,6 +11,7 @@ mod doctor;
 mod drive;
 mod errand;
 mod files;
+mod home;
 mod import;
 mod in_process;
 mod inspect;
@@ -53,6 +54,8 @@ enum Command {
     Run(run::Arguments),
     /// Begin to follow set-points
     Arm(operator::Plain),
+    /// Find the angle's zero and align the motor's teeth to the encoder
+    Home(operator::Plain),
     /// Stop the valve and hold
     Disarm(operator::Plain),
     /// Leave a fault; the valve stays disarmed
@@ -109,6 +112,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Arm(arguments) => operator::plain(&Request::Arm, &arguments),
+        Command::Home(arguments) => home::run(&arguments),
         Command::Disarm(arguments) => operator::disarm(&arguments),
         Command::Reset(arguments) => operator::plain(&Request::Reset, &arguments),
         Command::Set(arguments) => operator::set(&arguments),

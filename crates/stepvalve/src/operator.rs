@@ -31,8 +31,9 @@ pub struct Which {
 /// A plain order.
 #[derive(Debug, Args)]
 pub struct Plain {
+    /// Which instance.
     #[command(flatten)]
-    which: Which,
+    pub which: Which,
 }
 
 /// A note for the record.
@@ -196,7 +197,11 @@ fn send(request: &Request, which: &Which) -> Result<Outcome, Failure> {
     tell(ask(&find(which)?, request, patience)?, which)
 }
 
-fn tell(answer: Answer, which: &Which) -> Result<Outcome, Failure> {
+/// Prints an answer; a refusal is a failure.
+///
+/// # Errors
+/// [`Failure::Failed`] for a refusal.
+pub fn tell(answer: Answer, which: &Which) -> Result<Outcome, Failure> {
     if which.json {
         say(serde_json::to_string(&answer).map_err(anyhow::Error::from)?);
     } else if answer.done {
@@ -211,7 +216,10 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, Failure> {
 }
 
 /// The socket of the instance that is meant.
-fn find(which: &Which) -> Result<PathBuf, Failure> {
+///
+/// # Errors
+/// [`Failure::Input`] where none runs, or several do and none is named.
+pub fn find(which: &Which) -> Result<PathBuf, Failure> {
     let base = base_folder()?;
     if let Some(name) = &which.instance {
         let socket = socket_path(&instance_folder(&base, name));

@@ -56,6 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         name: arguments.instance.clone(),
         mode: Pace::Realtime,
         stays: true,
+        absolute_encoder: loaded.scenario.encoder.absolute,
         timings: loaded.timings(),
         bridge: loaded.bridge.clone(),
         folder: output.folder().to_owned(),

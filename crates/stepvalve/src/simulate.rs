@@ -125,6 +125,7 @@ fn supervised(
     let mission = Mission {
         mode: pace,
         stays: false,
+        absolute_encoder: loaded.scenario.encoder.absolute,
         timings: loaded.timings(),
         bridge: None,
         folder: arguments.out.clone(),

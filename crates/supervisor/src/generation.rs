@@ -11,6 +11,7 @@ use crate::progress::Progress;
 use crate::recorder_keeper::RecorderKeeper;
 use crate::watch::Watch;
 use anyhow::{Context, Result, bail};
+use closed_loop::{Parts, PlantStart};
 use injection::Injection;
 use processes::{
     ChildSummary, FromChild, Keep, Membership, Mode, ORDER_ID_STEP, Part, RecorderPart, Task, ToChild,
@@ -19,7 +20,7 @@ use processes::{
 use realtime::Obtained;
 use recording::RecordInfo;
 use signal_bus::{Bus, Place, Writer};
-use signals::{OperatorCommand, OperatorKind, SetPoint, Source};
+use signals::{Feedback, OperatorCommand, OperatorKind, PlantTruth, SetPoint, Source};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::mpsc::RecvTimeoutError;
@@ -62,6 +63,24 @@ pub struct Setup<'a> {
     pub generation: u64,
     /// Whether the user wants it to end.
     pub interruption: &'a Interruption,
+    /// How the generation before left the valve.
+    pub left: Option<(Feedback, PlantTruth)>,
+}
+
+impl Setup<'_> {
+    /// What each process is told. A generation begins where the one before left the valve.
+    fn parts(&self) -> Parts {
+        let mut parts = self.mission.parts.clone();
+        if let Some((feedback, truth)) = &self.left {
+            let (microstep_rad, absolute) =
+                (parts.plant.drive.microstep_angle_rad, self.mission.absolute_encoder);
+            let start = PlantStart::left_by(feedback, truth, microstep_rad, absolute);
+            parts.controller.initial_microsteps = start.count_microsteps;
+            parts.trajectory.initial_angle_rad = feedback.angle_rad;
+            parts.plant.start = start;
+        }
+        parts
+    }
 }
 
 /// A generation under way.
@@ -116,7 +135,7 @@ impl<'a> Generation<'a> {
             saved: None,
             patience: Duration::ZERO,
             epoch_ns: 0,
-            watch: Watch::open(&bus, setup.mission.mode)?,
+            watch: Watch::open(&bus, setup.mission.mode, setup.mission.stays)?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
             progress: Progress::new(&setup.mission.parts.timeline),
@@ -139,8 +158,9 @@ impl<'a> Generation<'a> {
         !all_done && self.failure.is_none() && !self.setup.interruption.wanted()
     }
 
-    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest.
-    pub fn end(mut self) -> Ending {
+    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest. How it ended, and how it left the
+    /// valve.
+    pub fn end(mut self) -> (Ending, Option<(Feedback, PlantTruth)>) {
         if self.failure.is_none() && self.setup.interruption.wanted() {
             self.interrupted = true;
             self.interrupt();
@@ -150,8 +170,9 @@ impl<'a> Generation<'a> {
         }
         self.end_loop();
         self.finish_recorder();
+        let left = self.watch.valve_left();
         self.end_all();
-        self.ending()
+        (self.ending(), left)
     }
 
     /// Processes started so far.
@@ -237,7 +258,7 @@ impl<'a> Generation<'a> {
         if self.recorded() {
             self.start_recorder()?;
         }
-        for task in loop_tasks(self.setup.mission) {
+        for task in loop_tasks(self.setup.mission, &self.setup.parts()) {
             self.start_child(task)?;
         }
         self.wait_until_ready()?;
@@ -533,8 +554,7 @@ impl<'a> Generation<'a> {
     }
 }
 
-fn loop_tasks(mission: &Mission) -> [Task; 3] {
-    let parts = &mission.parts;
+fn loop_tasks(mission: &Mission, parts: &Parts) -> [Task; 3] {
     let plant = match &mission.bridge {
         Some(bridge) => Task::Bridge(Box::new(bridge.clone())),
         None => Task::Plant(Box::new(parts.plant.clone())),

@@ -24,6 +24,8 @@ pub struct Mission {
     pub parts: Parts,
     /// The real drive in the simulated plant's place; `None` without one.
     pub bridge: Option<BridgePart>,
+    /// Whether the encoder knows its angle whatever moved it meanwhile.
+    pub absolute_encoder: bool,
     /// When and where each process runs.
     pub timings: Timings,
     /// The folder that the record goes to.

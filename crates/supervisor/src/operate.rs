@@ -27,9 +27,6 @@ fn is_over(asked: &Asked) -> bool {
     asked.client.is_gone() || asked.until_ns.is_some_and(|until_ns| now_ns() > until_ns)
 }
 
-/// How long the drive may take to energise the motor; the controller gives up earlier.
-const ARMING_PATIENCE: Duration = Duration::from_secs(3);
-
 /// An order that says nothing but its kind.
 fn order_of(kind: OperatorKind) -> OperatorCommand {
     OperatorCommand { kind: kind.code(), ..OperatorCommand::default() }
@@ -70,7 +67,7 @@ impl Generation<'_> {
     fn carry_out(&mut self, request: &Request) -> Answer {
         match request {
             Request::Arm => self.arm(),
-            Request::Home => self.order(order_of(OperatorKind::Home), "homing"),
+            Request::Home => self.order(order_of(OperatorKind::Home), "homed"),
             Request::Disarm => self.disarm(),
             Request::Reset => self.order(order_of(OperatorKind::Reset), "reset: disarmed"),
             Request::Set { kind, value, pressure_drop_pa } => self.set(*kind, *value, *pressure_drop_pa),
@@ -104,26 +101,24 @@ impl Generation<'_> {
 
     /// Gives an order to the controller, and waits for what it says.
     fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
-        let id = self.give_order(order, self.patience.saturating_sub(SEEN_WITHIN));
-        // Arming lasts until the drive holds. Homing lasts long: whoever asked looks at the status meanwhile.
-        let arms = order.kind == OperatorKind::Arm.code();
-        let begun = |status: &ControlStatus| arms && status.operator_result == OperatorResult::Begun.code();
+        // What comes of it must be told while whoever asked is still there.
+        let patience = self.patience.saturating_sub(SEEN_WITHIN);
+        let (given, id) = (Instant::now(), self.give_order(order, patience));
         let mut answer = self.answer_to(id, self.patience, |_| true);
-        if answer.as_ref().is_some_and(begun) {
-            answer = self.answer_to(id, ARMING_PATIENCE, |status| !begun(status)).or(answer);
+        // Arming lasts until the drive holds. Homing lasts long: whoever asked looks at the status meanwhile.
+        if order.kind == OperatorKind::Arm.code() {
+            let ended = |status: &ControlStatus| status.operator_result != OperatorResult::Begun.code();
+            answer = self.answer_to(id, patience.saturating_sub(given.elapsed()), ended).or(answer);
         }
         let Some(status) = answer else { return Answer::refused(self.unanswered()) };
         let ControlStatus { operator_id, operator_result, state, fault, .. } = status;
         if operator_id != id {
             return Answer::refused("a disarm came in between");
         }
-        if begun(&status) {
-            self.give_order(order_of(OperatorKind::Disarm), self.stop_patience());
-            return Answer::refused("the drive did not energise the motor in time: disarmed again");
-        }
         let state = ControllerState::from_code(state).map_or("unknown", ControllerState::name);
         match OperatorResult::from_code(operator_result) {
-            Some(OperatorResult::Done | OperatorResult::Begun) => Answer::done(done),
+            Some(OperatorResult::Done) => Answer::done(done),
+            Some(OperatorResult::Begun) => Answer::done(state),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
                 let fault = fault.map_or(String::new(), |fault| format!(" ({fault})"));

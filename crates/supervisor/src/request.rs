@@ -21,6 +21,8 @@ pub(crate) struct Ask {
 pub enum Request {
     /// Begin to follow set-points.
     Arm,
+    /// Find the angle's zero.
+    Home,
     /// Stop the valve and hold.
     Disarm,
     /// Leave a fault.

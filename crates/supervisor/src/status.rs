@@ -43,6 +43,16 @@ pub struct Status {
     pub moving: bool,
     /// Measured angle, rad.
     pub angle_rad: f64,
+    /// Whether the angle's zero is known.
+    pub homed: bool,
+    /// Whether the windings carry current.
+    pub energised: bool,
+    /// Where homing is, or how far the last one came.
+    pub homing: String,
+    /// Angle of the encoder beyond the one that the motor's teeth held, as the last homing found it, rad.
+    pub alignment_offset_rad: f64,
+    /// How far single rests of the alignment lay from their mean, rad.
+    pub alignment_spread_rad: f64,
     /// Following error, rad.
     pub following_error_rad: f64,
     /// Its peak until the last reset, rad.
@@ -87,7 +97,8 @@ impl fmt::Display for Status {
         let motion = if self.moving { "moving to" } else { "at" };
         let kind = if self.set_point == 0 { "none yet" } else { &self.set_point_kind };
         writeln!(f, "set-point        {kind}, {motion} {:.3}°", self.target_angle_rad.to_degrees())?;
-        writeln!(f, "angle            {:.3}°", self.angle_rad.to_degrees())?;
+        let homed = if self.homed { "" } else { ", NOT HOMED" };
+        writeln!(f, "angle            {:.3}°{homed}", self.angle_rad.to_degrees())?;
         writeln!(
             f,
             "following error  {:.4}°, peak {:.4}°",

@@ -10,6 +10,7 @@ use crate::news::Channel;
 use crate::notify;
 use anyhow::Result;
 use processes::complain;
+use signals::{Feedback, PlantTruth};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -35,6 +36,7 @@ pub fn supervise(mission: &Mission) -> Result<Ending, Failure> {
         instance: &instance,
         generation: mission.info.generation,
         interruption: &interruption,
+        left: None,
     };
     let mut ending = if mission.stays {
         serve(instance.folder(), channel.sender())?;
@@ -52,7 +54,7 @@ fn once(setup: &Setup, channel: &Channel) -> Result<Ending> {
     while generation.goes_on() {
         generation.look_around();
     }
-    Ok(generation.end())
+    Ok(generation.end().0)
 }
 
 /// Keeps an instance alive until the user ends it, or its processes die too often.
@@ -60,7 +62,8 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
     let mut deaths = VecDeque::new();
     let mut started = 0;
     loop {
-        let ending = generation(&setup, channel, &mut started)?;
+        let (ending, left) = generation(&setup, channel, &mut started)?;
+        setup.left = left.or(setup.left);
         // What a killed process left in shared memory goes now, not at the instance's end.
         setup.instance.wipe_generation(setup.generation)?;
         let Some(failure) = ending.failure.clone() else { return Ok(ending) };
@@ -77,14 +80,18 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
 }
 
 /// One generation of those that follow each other; `started` counts the processes of all of them.
-fn generation(setup: &Setup, channel: &Channel, started: &mut u32) -> Result<Ending> {
+fn generation(
+    setup: &Setup,
+    channel: &Channel,
+    started: &mut u32,
+) -> Result<(Ending, Option<(Feedback, PlantTruth)>)> {
     let mut generation = match Generation::start(setup, channel, *started) {
         Ok(generation) => generation,
         Err(error) if error.is::<DiedAtStart>() => {
             // Whatever was started then, nobody's last words may be taken for its successor's.
             *started += PROCESSES;
             let failure = Some(format!("{error:#}"));
-            return Ok(Ending { generations: setup.generation, failure, ..Ending::default() });
+            return Ok((Ending { generations: setup.generation, failure, ..Ending::default() }, None));
         }
         Err(error) => return Err(error),
     };

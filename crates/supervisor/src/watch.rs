@@ -5,8 +5,8 @@ use anyhow::Result;
 use processes::Mode;
 use signal_bus::{Bus, CycleReader, Service};
 use signals::{
-    ControlStatus, ControllerState, FaultCode, Feedback, LoopTiming, Message, RecorderProgress, Reference,
-    SetPointKind, Source, validity,
+    ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, LoopTiming, Message, PlantTruth,
+    RecorderProgress, Reference, SetPointKind, Source, validity,
 };
 use std::time::{Duration, Instant};
 
@@ -34,6 +34,7 @@ pub struct Watch {
     status: CycleReader<ControlStatus>,
     feedback: Option<CycleReader<Feedback>>,
     reference: Option<CycleReader<Reference>>,
+    truth: Option<CycleReader<PlantTruth>>,
     recorder: Option<Heard<RecorderProgress>>,
     timing: Vec<Timing>,
 }
@@ -43,7 +44,7 @@ impl Watch {
     ///
     /// # Errors
     /// Where a service can't be read.
-    pub fn open(bus: &Bus, pace: Mode) -> Result<Self> {
+    pub fn open(bus: &Bus, pace: Mode, stays: bool) -> Result<Self> {
         let realtime = pace == Mode::Realtime;
         let timed = [Source::Plant, Source::Trajectory, Source::Controller];
         let timing = timed
@@ -54,6 +55,8 @@ impl Watch {
             status: bus.cycle_reader(Source::Controller)?,
             feedback: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             reference: realtime.then(|| bus.cycle_reader(Source::Trajectory)).transpose()?,
+            // Another plant process is to begin where this one ends.
+            truth: stays.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             recorder: realtime.then(|| Heard::open(bus, Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
         })
@@ -63,6 +66,9 @@ impl Watch {
     pub fn listen(&mut self) {
         if let Some(recorder) = &mut self.recorder {
             recorder.listen();
+        }
+        if let Some(truth) = &mut self.truth {
+            truth.latest();
         }
         for timing in &mut self.timing {
             let lost_before = timing.lost();
@@ -86,6 +92,12 @@ impl Watch {
     /// The newest Feedback.
     pub fn feedback(&mut self) -> Option<Message<Feedback>> {
         self.feedback.as_mut()?.latest()
+    }
+
+    /// How the plant left the valve, by its last messages; `None` where it never said anything.
+    pub fn valve_left(&mut self) -> Option<(Feedback, PlantTruth)> {
+        let truth = self.truth.as_mut()?.latest()?.body;
+        Some((self.feedback()?.body, truth))
     }
 
     /// Whether the drive says that it stands, and nobody will move it: it stopped by itself, or the controller has come to
@@ -125,6 +137,13 @@ impl Watch {
             target_angle_rad: reference.target_angle_rad,
             moving: reference.moving == 1,
             angle_rad: feedback.angle_rad,
+            homed: feedback.validity & validity::HOMED != 0,
+            energised: feedback.validity & validity::ENERGISED != 0,
+            homing: HomingPhase::from_code(status.homing_phase)
+                .map_or("unknown", HomingPhase::name)
+                .to_owned(),
+            alignment_offset_rad: status.alignment_offset_rad,
+            alignment_spread_rad: status.alignment_spread_rad,
             following_error_rad: status.following_error_rad,
             following_error_peak_rad: status.following_error_peak_rad,
             torque_reserve_nm: status.torque_reserve_nm,

@@ -1,0 +1,110 @@
+//! What an instance knows of the angle's zero: kept over a restart of its processes, found by `stepvalve home`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use stepvalve_tests::TestPlace;
+
+const NAME: &str = "zero";
+
+fn status(place: &TestPlace) -> Option<Value> {
+    serde_json::from_str(&place.stepvalve(&["status", "--json"]).stdout).ok()
+}
+
+fn start(place: &TestPlace, scenario: &Path) -> Child {
+    let mut command = place.command("stepvalve");
+    command
+        .args(["run", "--instance", NAME, "--record", "none", "--out"])
+        .arg(place.path("out"))
+        .arg(scenario);
+    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    generation(place, 1);
+    run
+}
+
+/// Waits until the processes of this start run; the status then.
+fn generation(place: &TestPlace, number: u64) -> Value {
+    place.wait_for("the processes", || {
+        status(place).filter(|status| {
+            let cycle = status["processes"]["step-controller"]["cycle"].as_u64();
+            status["generation"].as_u64() == Some(number) && cycle > Some(100)
+        })
+    })
+}
+
+fn end(place: &TestPlace, run: Child) {
+    kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGTERM).unwrap();
+    run.wait_with_output().unwrap();
+    place.assert_nothing_left(&[NAME]);
+}
+
+fn degrees(status: &Value) -> f64 {
+    status["angle_rad"].as_f64().unwrap().to_degrees()
+}
+
+/// The step sequence with more in it, and room for the stalls of a busy test machine.
+fn scenario(place: &TestPlace, more: &str) -> PathBuf {
+    let path = place.scenario(
+        "step-sequence.toml",
+        &[
+            ("silence_cycles", "silence_cycles = 500"),
+            ("max_following_error", "max_following_error = \"30deg\""),
+        ],
+    );
+    let text = std::fs::read_to_string(&path).unwrap();
+    place.write("with-more.toml", &format!("{text}\n{more}"))
+}
+
+#[test]
+fn a_restart_of_the_processes_leaves_the_valve_where_it_is() {
+    let place = TestPlace::new();
+    let run = start(&place, &scenario(&place, ""));
+    place.stepvalve(&["arm"]).expect_code(0);
+    place.stepvalve(&["set", "angle", "30deg"]).expect_code(0);
+    let before = place.wait_for("the angle", || {
+        status(&place).filter(|status| status["moving"] == false && degrees(status) > 29.0)
+    });
+    for (victim, next) in [("step-controller", 2), ("plant-simulator", 3)] {
+        let pid = place.child_of(run.id(), victim).unwrap();
+        kill(pid, Signal::SIGKILL).unwrap();
+        let after = generation(&place, next);
+        let moved = degrees(&after) - degrees(&before);
+        // Half a tooth pitch, where the current went and came.
+        assert!(moved.abs() < 3.7, "{victim}: {} was {}", degrees(&after), degrees(&before));
+        assert_eq!(after["state"], "disarmed");
+    }
+    end(&place, run);
+}
+
+#[test]
+fn a_valve_that_is_not_homed_is_homed_by_a_switch() {
+    let place = TestPlace::new();
+    let homing = "[homing]\nbegins_homed = false\nmethod = \"switch\"\nspeed = \"-20deg/s\"\nangle = \"-5deg\"\n\
+                  longest = \"90deg\"\n[homing.simulated]\nswitch = \"-5deg\"\n";
+    let run = start(&place, &scenario(&place, homing));
+    assert_eq!(status(&place).unwrap()["homed"], false);
+    place.stepvalve(&["arm"]).expect_code(0);
+    let refused = place.stepvalve(&["set", "angle", "5deg"]).expect_code(1);
+    assert!(refused.stderr.contains("not homed"), "{}", refused.stderr);
+    place.stepvalve(&["disarm"]).expect_code(0);
+    let homed = place.stepvalve(&["home"]).expect_code(0);
+    assert!(homed.stdout.contains("homed at"), "{}", homed.stdout);
+    let after = status(&place).unwrap();
+    assert_eq!((after["homed"].as_bool(), after["homing"].as_str()), (Some(true), Some("done")), "{after}");
+    place.stepvalve(&["disarm"]);
+    place.stepvalve(&["arm"]).expect_code(0);
+    place.stepvalve(&["set", "angle", "5deg"]).expect_code(0);
+    end(&place, run);
+}
+
+#[test]
+fn a_valve_that_can_not_be_homed_says_so() {
+    let place = TestPlace::new();
+    let run = start(&place, &scenario(&place, ""));
+    let refused = place.stepvalve(&["home"]).expect_code(1);
+    assert!(refused.stderr.contains("no way of homing"), "{}", refused.stderr);
+    end(&place, run);
+}
