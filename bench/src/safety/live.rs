@@ -124,6 +124,8 @@ pub struct Session {
     socket: PathBuf,
     complaints: PathBuf,
     deaths: u32,
+    /// The exit code that its end is to have.
+    code: i32,
 }
 
 impl Session {
@@ -142,7 +144,7 @@ impl Session {
         command.stdout(Stdio::null()).stderr(File::create(&complaints)?);
         let process = command.spawn().context("stepvalve run")?;
         let socket = place.path("runtime/stepvalve/fault/control.sock");
-        let mut session = Self { process, socket, complaints, deaths: 0 };
+        let mut session = Self { process, socket, complaints, deaths: 0, code: 0 };
         if session
             .wait(|status| status["processes"]["step-controller"]["cycle"].as_u64() > Some(0))?
             .is_none()
@@ -155,6 +157,11 @@ impl Session {
     /// What it complained of.
     pub fn complaints(&self) -> String {
         std::fs::read_to_string(&self.complaints).unwrap_or_default()
+    }
+
+    /// Its record will not be whole, which its exit code is to tell.
+    pub fn loses_record(&mut self) {
+        self.code = 1;
     }
 
     /// Whether it still runs.
@@ -350,7 +357,7 @@ impl Session {
             let begun = Instant::now();
             loop {
                 if let Some(status) = self.process.try_wait()? {
-                    if status.code() != Some(0) {
+                    if status.code() != Some(self.code) {
                         wrong.push(format!("ended with {status}: {}", self.complaints()));
                     }
                     break;

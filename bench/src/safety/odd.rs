@@ -236,6 +236,7 @@ fn on_running(
         }
         "disk full" => {
             session.inject("disk-full")?;
+            session.loses_record();
             300
         }
         "disk stalled 10 s" => {
