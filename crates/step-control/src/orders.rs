@@ -143,8 +143,11 @@ mod tests {
     use ControllerState::{Arming, Disarmed, Fault, Homing, QuickStop, Running};
     use OperatorResult::{Begun, Done, NoHoming, None as Nothing, NotReady, WrongState};
 
+    /// The state that an order leads to, where it changes it, and the answer.
+    type Outcome = (Option<ControllerState>, OperatorResult);
+
     /// The table, written once more: order, then the outcome when everything is ready, by state.
-    const READY: [(OperatorKind, [(Option<ControllerState>, OperatorResult); 6]); 6] = [
+    const READY: [(OperatorKind, [Outcome; 6]); 6] = [
         (OperatorKind::Nothing, [(None, Nothing); 6]),
         (
             OperatorKind::Arm,
