@@ -89,6 +89,9 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
         (ControlParameter::ObserverBandwidth, f64::NAN),
         (ControlParameter::ObserverLimit, 7.0),
         (ControlParameter::MaxFollowingError, 0.0),
+        // The scenario says 3°.
+        (ControlParameter::MaxFollowingError, 3.01_f64.to_radians()),
+        (ControlParameter::FollowingErrorPerSpeed, 1e-6),
         (ControlParameter::FollowingErrorPerSpeed, f64::INFINITY),
         (ControlParameter::None, 1.0),
     ];

@@ -5,10 +5,11 @@ use crate::params::{Compensation, Params};
 use crate::riccati::Filter;
 use signals::{ControlParameter, OperatorResult};
 
-/// The bounds of the values, as the scenario's reader has them.
+/// The bounds of the bandwidth, as the scenario's reader has them.
 const BANDWIDTH_HZ: (f64, f64) = (0.1, 1000.0);
-const FOLLOWING_ERROR_RAD: (f64, f64) = (1e-9, 1e6);
-const PER_SPEED_S: (f64, f64) = (0.0, 10.0);
+
+/// No following error that is a fault may be smaller, rad.
+const SMALLEST_ERROR_RAD: f64 = 1e-9;
 
 /// What was changed; all else is as in [`Params`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -35,12 +36,15 @@ impl Tuning {
                 let limit_nm = within(value, (0.0, params.motor.holding_torque_nm));
                 put(&mut self.observer_limit_nm, limit_nm.filter(|_| params.observer.is_some()))
             }
-            ControlParameter::MaxFollowingError => {
-                put(&mut self.max_following_error_rad, within(value, FOLLOWING_ERROR_RAD))
-            }
-            ControlParameter::FollowingErrorPerSpeed => {
-                put(&mut self.following_error_per_speed_s, within(value, PER_SPEED_S))
-            }
+            // The scenario is the ceiling: what stops the valve can be made tighter from afar, never wider.
+            ControlParameter::MaxFollowingError => put(
+                &mut self.max_following_error_rad,
+                within(value, (SMALLEST_ERROR_RAD, params.max_following_error_rad)),
+            ),
+            ControlParameter::FollowingErrorPerSpeed => put(
+                &mut self.following_error_per_speed_s,
+                within(value, (0.0, params.following_error_per_speed_s)),
+            ),
         };
         if taken { OperatorResult::Done } else { OperatorResult::Refused }
     }
