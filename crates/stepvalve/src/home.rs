@@ -4,7 +4,7 @@ use crate::operator::{Plain, find, tell};
 use crate::say::say;
 use anyhow::{Context, anyhow};
 use indicatif::ProgressBar;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 use supervisor::{Answer, Failure, Interruption, Outcome, Request, Status, ask, disarm};
 
@@ -39,7 +39,7 @@ pub fn run(arguments: &Plain) -> Result<Outcome, Failure> {
 
 /// The status once homing is over; `None` where the operator interrupted it.
 fn follow(
-    socket: &PathBuf,
+    socket: &Path,
     interruption: &Interruption,
     bar: &ProgressBar,
 ) -> Result<Option<Status>, anyhow::Error> {
