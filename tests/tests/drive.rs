@@ -92,7 +92,7 @@ fn an_instance_turns_a_drive() {
         let operating = rows.iter().filter(|row| row.al == 8).count();
         let fresh = rows.iter().filter(|row| row.al == 8 && row.fresh).count();
         println!("{operating} SYNC0 in operation, {fresh} with fresh outputs");
-        assert!(operating > 1000 && fresh * 10 > operating * 9);
+        assert!(operating > 50 && fresh * 10 > operating * 9);
         for row in &rows {
             assert!((row.end - row.start).abs() <= 600, "no way of a cycle is longer than 600 kHz allow");
         }

@@ -109,7 +109,7 @@ fn a_few_lost_frames_are_survived() {
         for on_missed in [OnMissed::Hold, OnMissed::Extrapolate] {
             let count = SILENCE_CYCLES as u32 - 1;
             let settings = Settings { on_missed, ..Settings::default() };
-            let (rig, driver, _, rows) = suffer(settings, 200e3, Hurt::Line(line, count), 300);
+            let (rig, driver, _, rows) = suffer(settings, 600e3, Hurt::Line(line, count), 300);
             let what = format!("{line:?} {on_missed:?}");
             assert_eq!(driver.fault, FaultCode::None, "{what}");
             assert!(rig.bridge.enabled(), "{what}");
@@ -320,7 +320,7 @@ fn faults_drawn_by_the_hundred() {
             stands(&rows, &what);
         }
         // Everything passes: at the end the bus operates again, and goes when it is asked to.
-        for _ in 0..9000 {
+        for _ in 0..90_000 {
             rig.step(Some(&off()), false);
             if rig.bridge.report().phase == BusPhase::Operate && rig.cycle > 9000 {
                 break;
