@@ -183,7 +183,7 @@ fn logs_to_predict_and_diagnose() {
     both_refuse(&place, &bad(&|run| cut(run, 1)), &rig, &["run slide", "1 sample"]);
     both_refuse(
         &place,
-        &bad(&|run| run.angle_rad[41] = f64::NAN),
+        &bad(&|run| run.angle_rad[41..].fill(f64::NAN)),
         &rig,
         &["run slide", "row 42", "angle is NaN"],
     );

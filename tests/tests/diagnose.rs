@@ -115,6 +115,84 @@ fn nothing_is_found_where_nothing_is_wrong() {
     assert!(viscosity["reason"].as_str().unwrap().contains("oil_temperature"), "{viscosity}");
 }
 
+/// A few samples that a recorder missed are bridged, and count for nothing.
+#[test]
+fn missing_samples_cost_their_own_weight_alone() {
+    let place = TestPlace::new();
+    let mut runs = campaign(0.02);
+    for run in &mut runs {
+        run.torque_nm.as_mut().unwrap()[100..150].fill(f64::NAN);
+        run.angle_rad[300..310].fill(f64::NAN);
+        run.pressure_drop_pa.as_mut().unwrap()[500..600].fill(f64::NAN);
+    }
+    let log = write(&place, "log.h5", runs);
+    diagnose(&place, &log, &rig(), "out").expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "explained", "{found}");
+    assert_eq!(found["causes"][0]["id"], "pressure-dependent-friction");
+}
+
+/// What a number is off by within its tolerance is no cause, and told all the same.
+#[test]
+fn a_number_within_its_tolerance_is_corrected_and_not_accused() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.0));
+    let text = std::fs::read_to_string(rig()).unwrap();
+    let off = text
+        .replace("coulomb_torque_nm = 1.5 ", "coulomb_torque_nm = 1.455 ")
+        .replace("static_torque_nm = 3.0 ", "static_torque_nm = 2.91 ");
+    assert_ne!(off, text);
+    let model = place.write("model.toml", &off);
+    let said = diagnose(&place, &log, &model, "out").expect_code(0).stdout;
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "no-discrepancy", "{found}");
+    assert!(!found["within_tolerance"].as_array().unwrap().is_empty(), "{found}");
+    assert!(said.contains("within tolerance"), "{said}");
+    // Known exactly, it is wrong.
+    let arguments = ["diagnose", "--log", log.to_str().unwrap(), "--model", model.to_str().unwrap()];
+    let out = place.path("exactly");
+    let rest = ["--tolerance", "0", "--out", out.to_str().unwrap()];
+    place.stepvalve(&[&arguments[..], &rest].concat()).expect_code(0);
+    assert_ne!(json(&place, "exactly")["verdict"], "no-discrepancy");
+    for wrong in ["-0.1", "3", "nan", "3%"] {
+        let said = place
+            .stepvalve(&[&arguments[..], &["--out", "none", &format!("--tolerance={wrong}")]].concat())
+            .expect_code(2)
+            .stderr;
+        assert!(said.contains("expected a number from 0 to 0.25"), "{said}");
+    }
+}
+
+/// The first thing that a user tries: a recording of our own, against the model that made it.
+#[test]
+fn a_recording_of_our_own_agrees_with_its_own_model() {
+    let place = TestPlace::new();
+    let scenarios = repository().join("rt-config/scenarios");
+    for (scenario, model) in [
+        ("step-sequence", "rig"),
+        ("sine-1hz", "rig"),
+        ("flow-steps", "rig"),
+        ("rotation-200khz", "rig"),
+        ("rotation-600khz", "rig"),
+        ("paper-revised", "paper-revised"),
+        ("paper-initial", "paper-initial"),
+    ] {
+        place.stepvalve(&[
+            "simulate",
+            scenarios.join(format!("{scenario}.toml")).to_str().unwrap(),
+            "--mode",
+            "in-process",
+            "--out",
+            place.path(scenario).to_str().unwrap(),
+        ]);
+        let log = place.path(scenario).join("run.h5");
+        let model = repository().join(format!("rt-config/models/{model}.toml"));
+        diagnose(&place, &log, &model, &format!("{scenario}-found")).expect_code(0);
+        let found = json(&place, &format!("{scenario}-found"));
+        assert_eq!(found["verdict"], "no-discrepancy", "{scenario}: {found}");
+    }
+}
+
 /// A number of the model that is off is corrected where it stands; the extended model runs wherever a model does, and the
 /// page says what it is worth in the loop.
 /// Filtered data scatter less than the measurement does: who knows its noise says it.
@@ -309,11 +387,11 @@ fn logs_from_which_nothing_can_be_learnt() {
     refused(&place, &with(&cut), &rig(), &["run run-05", "row 3", "3 samples"]);
     refused(
         &place,
-        &with(&|run| run.angle_rad[41] = f64::NAN),
+        &with(&|run| run.angle_rad[41..400].fill(f64::NAN)),
         &rig(),
         &["run run-05", "row 42", "angle is NaN"],
     );
-    let torque = |run: &mut Run| run.torque_nm.as_mut().unwrap()[7] = f64::NAN;
+    let torque = |run: &mut Run| run.torque_nm.as_mut().unwrap()[7..400].fill(f64::NAN);
     refused(&place, &with(&torque), &rig(), &["run run-05", "row 8", "torque is NaN"]);
     let still = |run: &mut Run| run.angle_rad.fill(0.25);
     refused(&place, &with(&still), &rig(), &["run run-05", "rows 1 to 1000", "0.25 rad throughout"]);

@@ -33,7 +33,7 @@ pub fn one(case: &Case, limits: Limits) -> Result<Row> {
     let run_h5 = place.newest_run().context("a run")?.join("run.h5");
     let key = answer(&recording, &run_h5)?;
     let begun = Instant::now();
-    let diagnosis = diagnose(&run_h5, &given.join("belief.toml"), &place.path("out"), None, limits.each)?;
+    let diagnosis = diagnose(&run_h5, &given.join("belief.toml"), &place.path("out"), &[], limits.each)?;
     let wall_s = begun.elapsed().as_secs_f64();
     let finding = Finding::of(&diagnosis);
     let outcome = finding.judge(&key.truth);

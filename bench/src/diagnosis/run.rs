@@ -81,7 +81,8 @@ fn one(case: &Case, limits: Limits) -> Result<Option<Row>> {
     let truth = &campaign.truth;
     let folder = tempfile::Builder::new().prefix("stepvalve-bench-").tempdir()?;
     let begun = Instant::now();
-    let diagnosis = diagnose_campaign(&campaign, None, folder.path(), limits.each)?;
+    let diagnosis =
+        diagnose_campaign(&campaign, case.family == Family::Exact, None, folder.path(), limits.each)?;
     let wall_s = begun.elapsed().as_secs_f64();
     let finding = Finding::of(&diagnosis);
     let outcome = finding.judge(truth);
@@ -121,7 +122,7 @@ fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value, limit: Duration) -> 
     }
     let quiet = Campaign::draw(case.seed, &Hidden { noise_free: true, ..case.hidden.clone() });
     let folder = tempfile::Builder::new().prefix("stepvalve-bench-").tempdir()?;
-    let best = diagnose_campaign(&quiet, Some(truth.noise), folder.path(), limit)?;
+    let best = diagnose_campaign(&quiet, true, Some(truth.noise), folder.path(), limit)?;
     let best = intervals(&quiet.truth, &best, false);
     found.retain_mut(|interval| match best.iter().find(|other| other.of == interval.of) {
         Some(other) => {
@@ -133,30 +134,29 @@ fn best_fits(case: &Case, truth: &Truth, diagnosis: &Value, limit: Duration) -> 
     Ok(found)
 }
 
-/// What `stepvalve diagnose` says of a campaign. It sees the log and the model, no more, but for a noise that it is told.
+/// What `stepvalve diagnose` says of a campaign. It sees the log and the model, no more, but for a noise that it is told, and
+/// that the numbers of the exact family's models are exact.
 fn diagnose_campaign(
     campaign: &Campaign,
+    exact: bool,
     noise: Option<f64>,
     folder: &Path,
     limit: Duration,
 ) -> Result<Value> {
     campaign.write(folder)?;
     std::fs::remove_file(folder.join("truth.json"))?;
-    let noise = noise.map(|noise| format!("--noise={noise:e}"));
-    diagnose(&folder.join("log.h5"), &folder.join("model.toml"), &folder.join("out"), noise, limit)
+    let mut more: Vec<String> = noise.map(|noise| format!("--noise={noise:e}")).into_iter().collect();
+    if exact {
+        more.push("--tolerance=0".to_owned());
+    }
+    diagnose(&folder.join("log.h5"), &folder.join("model.toml"), &folder.join("out"), &more, limit)
 }
 
 /// What `stepvalve diagnose` says of a log; one that it refuses, or doesn't end with in time, has that for a verdict.
 ///
 /// # Errors
 /// Where the program is missing or writes what can't be read.
-pub fn diagnose(
-    log: &Path,
-    model: &Path,
-    out: &Path,
-    more: Option<String>,
-    limit: Duration,
-) -> Result<Value> {
+pub fn diagnose(log: &Path, model: &Path, out: &Path, more: &[String], limit: Duration) -> Result<Value> {
     let said = out.with_extension("said");
     let mut child = Command::new(beside("stepvalve")?)
         .args(["diagnose", "--seed", "0", "--log"])

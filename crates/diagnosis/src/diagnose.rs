@@ -1,25 +1,31 @@
 //! Entry point: log and model in, diagnosis out. Prepares the campaign, fits, searches for causes, and concludes.
 
 use crate::DiagnosisError;
-use crate::conclude::verdict::conclude;
+use crate::conclude::verdict::{conclude, is_noise};
 use crate::extend::catalogue::candidates;
-use crate::extend::hypothesis::Hypothesis;
+use crate::extend::hypothesis::{Correction, Hypothesis};
+use crate::extend::tolerance::corrections;
 use crate::fit::equations::{Nuisances, Point, Setting};
-use crate::fit::gauss_newton::fit;
+use crate::fit::gauss_newton::{Fitted, fit};
 use crate::found::{Event, Found};
 use crate::log::campaign::Campaign;
 use crate::log::excitation::excitation;
-use crate::log::noise::{NoiseLevel, estimate};
+use crate::log::noise::{NoiseLevel, as_left, estimate};
 use crate::log::piece::{Piece, Ready};
 use crate::measure::judgement::Judgement;
-use crate::name::select::select;
+use crate::name::select::{nothing_yet, select};
 use crate::name::selection::Selection;
+use crate::name::tried::Tried;
 use crate::options::Options;
-use crate::show::residual::{Jumps, left_with, rms_left, settled};
+use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
+use crate::show::whiteness::is_white;
 use crate::workers::{Workers, map};
 use log_data::Log;
 use valve_model::Model;
+
+/// Steps of a fit of the corrections within their tolerance.
+const CORRECTING: usize = 6;
 
 /// Diagnoses a log against a model.
 ///
@@ -80,14 +86,24 @@ pub fn diagnose(
         angle_zero: !campaign.kind.motion_is_measured && campaign.angle_zero_per_run,
     };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+    let corrected = corrections(&campaign.facts, &able, options.tolerance);
+    let first = (first, corrected);
     let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
     let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
-    if zero_nm == 0.0 {
-        return conclude(&judged, &able, &unable);
-    }
-    tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
-    let setting = Setting { nuisances: Nuisances { zero_nm, ..nuisances }, ..setting };
-    let judged = judge(setting, noise, &first, Some(&judged.selection), &able, options.seed, tell)?;
+    let nuisances = Nuisances { zero_nm, ..nuisances };
+    let judged = if zero_nm == 0.0 {
+        judged
+    } else {
+        tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
+        let setting = Setting { nuisances, ..setting };
+        judge(setting, noise, &first, Some(&judged.selection), &able, options.seed, tell)?
+    };
+    let Some(colour) = judged.colour()? else { return conclude(&judged, &able, &unable) };
+    tell(Event::Step("once more, with noise whose neighbours are alike"));
+    let earlier = judged.selection;
+    let noise = as_left(&mut campaign, noise, colour);
+    let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+    let judged = judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?;
     conclude(&judged, &able, &unable)
 }
 
@@ -95,18 +111,25 @@ pub fn diagnose(
 fn judge<'a>(
     setting: Setting<'a>,
     noise: NoiseLevel,
-    first: &Point,
+    (first, corrections): &(Point, Vec<Correction>),
     earlier: Option<&Selection>,
     able: &[crate::extend::candidate::Candidate],
     seed: u64,
     tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Judgement<'a>, DiagnosisError> {
-    let base = fit(&setting, first.clone(), &Piece::is_fitted, 4)?;
-    let begun = base.point.clone();
+    let given = fit(&setting, first.clone(), &Piece::is_fitted, 4)?;
+    let begun = given.point.clone();
     let seen = left_with(&setting, &begun, Jumps::Seen)?;
     tell(Event::Noise { rms: rms_left(&setting, &seen, &Piece::is_fitted), noise: noise.total });
     tell(Event::Step("screening causes"));
-    let selection = select(&setting, able, base, earlier, &mut |ranking| tell(Event::Ranking(ranking)))?;
+    let corrected = within_tolerance(&setting, &given, corrections)?;
+    let enough = corrected.as_ref().map(|corrected| leaves_noise(&setting, corrected)).transpose()?;
+    let selection = if enough == Some(true) {
+        nothing_yet(&setting, given)
+    } else {
+        select(&setting, able, given, earlier, &mut |ranking| tell(Event::Ranking(ranking)))?
+    };
+    let selection = with_corrections(&setting, selection, corrected, corrections)?;
     tell(Event::Step("measuring the gain"));
     // Only now: who waits for the first ranking need not wait for this.
     let everything = |_: &Piece| true;
@@ -116,9 +139,56 @@ fn judge<'a>(
     Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
 }
 
+/// The given model with its numbers corrected within their tolerance; `None` where it leaves no more than noise as it is, and
+/// nothing speaks against them.
+fn within_tolerance(
+    setting: &Setting<'_>,
+    given: &Fitted,
+    corrections: &[Correction],
+) -> Result<Option<Fitted>, DiagnosisError> {
+    if corrections.is_empty() || is_white(setting, &left(setting, &given.point)?) {
+        return Ok(None);
+    }
+    let hypothesis = Hypothesis { corrections: corrections.to_vec(), ..given.point.hypothesis.clone() };
+    let begin = Point { hypothesis, starts: given.point.starts.clone() };
+    fit(setting, begin, &Piece::is_fitted, CORRECTING).map(Some)
+}
+
+/// Whether a fit leaves no more than noise.
+fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
+    let left = left(setting, &fitted.point)?;
+    Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)))
+}
+
+/// A selection beside which all numbers of the model are known within their tolerance alone, so that its causes' numbers are
+/// known no better than that lets them be. A cause that says no more than that a number is off within its tolerance is none.
+fn with_corrections(
+    setting: &Setting<'_>,
+    mut selection: Selection,
+    corrected: Option<Fitted>,
+    corrections: &[Correction],
+) -> Result<Selection, DiagnosisError> {
+    let Some(corrected) = corrected else { return Ok(selection) };
+    let mut point = selection.fitted.point.clone();
+    point.hypothesis.members.retain(|member| {
+        let number = member.numbers.first().copied().unwrap_or(f64::NAN);
+        !corrections.iter().any(|of| of.id == member.candidate.id && of.holds(number))
+    });
+    selection.ambiguous.retain(|(best, _)| point.hypothesis.has(*best));
+    if point.hypothesis.members.is_empty() {
+        selection.take(Tried::judged(setting, corrected));
+        return Ok(selection);
+    }
+    let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
+    point.hypothesis.corrections = others.collect();
+    let fitted = fit(setting, point, &Piece::is_fitted, CORRECTING)?;
+    selection.take(Tried::judged(setting, fitted));
+    Ok(selection)
+}
+
 fn begin(campaign: &Campaign, ready: &Ready) -> Point {
     let common = !campaign.kind.motion_is_measured && !campaign.angle_zero_per_run;
-    let hypothesis = Hypothesis { members: Vec::new(), zero_rad: common.then_some(0.0) };
+    let hypothesis = Hypothesis { zero_rad: common.then_some(0.0), ..Hypothesis::default() };
     Point { hypothesis, starts: campaign.pieces.iter().map(|piece| piece.first_start(ready)).collect() }
 }
 

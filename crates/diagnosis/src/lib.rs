@@ -28,7 +28,8 @@ pub use error::DiagnosisError;
 pub use found::{Event, Found, Shown};
 pub use options::Options;
 pub use outcome::{
-    Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Dependence, Description, Diagnosis, Evidence, Gain,
-    Judged, Order, ParameterFound, Parameters, Residual, Verdict, Whiteness,
+    Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,
+    Diagnosis, Evidence, Gain, Judged, Nearest, Order, ParameterFound, Parameters, Residual, Verdict,
+    Whiteness,
 };
 pub use workers::{OneAfterTheOther, Workers};

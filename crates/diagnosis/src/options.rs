@@ -7,4 +7,7 @@ pub struct Options {
     pub seed: u64,
     /// The measured channel's noise where it is known, RMS in its unit, above zero; without, it is estimated from the log.
     pub noise: Option<f64>,
+    /// How well the model's numbers are known: the standard deviation of each in parts of it (of the torque's zero in parts of
+    /// T_c); 0: exactly.
+    pub tolerance: f64,
 }

@@ -239,10 +239,50 @@ pub struct Diagnosis {
     pub description_before: Description,
     /// What is left, the same way.
     pub description_after: Description,
+    /// Numbers of the model that are corrected within their tolerance: no causes.
+    pub within_tolerance: Vec<Corrected>,
+    /// What the given causes' and corrections' numbers have in common.
+    pub covariance: Covariance,
+    /// Where nothing is accepted: what removes the largest part all the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<Nearest>,
     /// What differs from run to run by itself.
     pub nuisances: Vec<String>,
     /// What the runs show that is no cause, in words.
     pub observations: Vec<String>,
+}
+
+/// A number of the model that is corrected within its tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Corrected {
+    /// The effect that the same change would be.
+    pub id: EffectId,
+    /// "factor", or "offset_nm".
+    pub key: String,
+    /// By how much.
+    #[serde(flatten)]
+    pub found: ParameterFound,
+}
+
+/// The covariance of all numbers that were fitted, in the units of the model file.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Covariance {
+    /// "id.key" of each; a correction as "within_tolerance.id.key", the encoder's zero as "angle_zero_rad".
+    pub of: Vec<String>,
+    /// Row by row.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// Causes that fit best and leave too much to be accepted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Nearest {
+    /// Their names.
+    pub ids: Vec<EffectId>,
+    /// The part of the mean square beyond noise that they remove together, on runs that they were not fitted on.
+    pub removes: f64,
+    /// What most of what they leave depends on; none where nothing that was recorded stands out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaves_by: Option<String>,
 }
 
 /// A piece of evidence.

@@ -20,7 +20,7 @@ pub use angle::encoder_angle_after;
 pub use delay::delay;
 pub use error::PredictionError;
 pub use median::median;
-pub use noise::Noise;
+pub use noise::{Noise, goes_through_steps};
 pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
 
 use log_data::{Channel, Run};

@@ -29,7 +29,7 @@ impl Noise {
         let largest = angles.iter().fold(1e-3, |most: f64, angle| most.max(angle.abs()));
         let step_rad = encoder_step(angles, ROUNDING * largest);
         let quantisation_rad = step_rad / 12f64.sqrt();
-        let deviation_rad = block_deviation(angles).max(quantisation_rad).max(ROUNDING * largest);
+        let deviation_rad = block_deviation(angles, step_rad).max(quantisation_rad).max(ROUNDING * largest);
         Self { deviation_rad, step_rad }
     }
 
@@ -40,7 +40,29 @@ impl Noise {
     }
 }
 
-fn block_deviation(angles: &[f64]) -> f64 {
+/// An angle goes through so many steps of its encoder in a block before its rounding counts as noise.
+const STEPS: f64 = 8.0;
+
+/// Whether an angle goes through so many of its encoder's steps that their rounding is noise; rests and slow motions would
+/// show less of it, or more.
+pub fn goes_through_steps(angle_rad: &[f64], step_rad: f64) -> bool {
+    let (least, most) = angle_rad
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), angle| (angle.min(least), angle.max(most)));
+    most - least >= STEPS * step_rad
+}
+
+fn block_deviation(angles: &[f64], step_rad: f64) -> f64 {
+    let moving: Vec<&[f64]> =
+        angles.chunks(BLOCK).filter(|block| goes_through_steps(block, step_rad)).collect();
+    if moving.is_empty() {
+        middle_deviation(angles.chunks(BLOCK))
+    } else {
+        middle_deviation(moving.into_iter())
+    }
+}
+
+fn middle_deviation<'a>(blocks: impl Iterator<Item = &'a [f64]>) -> f64 {
     let variance = |block: &[f64]| {
         let (sum, count) = block.windows(5).fold((0.0, 0.0), |(sum, count), five| {
             let fourth: f64 =
@@ -49,8 +71,7 @@ fn block_deviation(angles: &[f64]) -> f64 {
         });
         if count > 0.0 { sum / (count * FOURTH) } else { 0.0 }
     };
-    let mut variances: Vec<f64> =
-        angles.chunks(BLOCK).map(variance).filter(|variance| *variance > 0.0).collect();
+    let mut variances: Vec<f64> = blocks.map(variance).filter(|variance| *variance > 0.0).collect();
     median(&mut variances).unwrap_or(0.0).sqrt()
 }
 

@@ -64,7 +64,7 @@ impl Place {
         run_log::write_log(&log, &Log { title: name.to_owned(), runs, ..Log::default() })?;
         let out = self.path(name);
         let begun = Instant::now();
-        let json = diagnose(&log, model, &out, None, self.limit)?;
+        let json = diagnose(&log, model, &out, &[], self.limit)?;
         Ok(Found { json, folder: out, wall_s: begun.elapsed().as_secs_f64() })
     }
 

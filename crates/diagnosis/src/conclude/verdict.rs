@@ -12,7 +12,7 @@ use crate::measure::accept::{Accepted, accept, best_of_groups};
 use crate::measure::judgement::{Judgement, MISFIT};
 use crate::name::selection::Selection;
 use crate::outcome::{
-    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Verdict,
+    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Nearest, Verdict,
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
@@ -21,14 +21,15 @@ use crate::show::ripple::phase;
 use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, structure};
 use crate::show::tone::{Tone, tone};
-use crate::show::whiteness::whiteness;
+use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
-use valve_model::{Effect, EffectId};
+use valve_model::{Condition, Effect, EffectId};
 
 /// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than this share of
 /// it.
 const RMS_LEFT: f64 = 1.1;
 const SHARE_LEFT: f64 = 0.02;
+const DEVIATIONS: f64 = 3.0;
 /// Significance level, corrected for the number of tests.
 const CHANCE: f64 = 0.01;
 /// The share of the residual beyond noise that one cause, or several together, must explain to be accepted. Several
@@ -64,8 +65,9 @@ pub(crate) fn conclude(
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
     };
+    let nearest = against.doubtful.then(|| nearest(judged, &structure_of_all)).flatten();
     let with_all = judged.gain_of(&left_of_all).rms_after;
-    let Accepted { point, after, mut causes, harmful } =
+    let Accepted { point, after, mut causes, corrected, covariance, harmful } =
         accept(judged, undisputed(selection, &against), (point_of_all, left_of_all))?;
     against.harmful = harmful;
     let structure_kept = structure(&judged.setting, &after);
@@ -78,7 +80,11 @@ pub(crate) fn conclude(
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     let mut ambiguous = ambiguities(selection, &against, facts);
     let proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
-    let verdict = verdict(&causes, &ambiguous, is_noise(&structure_kept) && tone.is_none());
+    let verdict = verdict(
+        &causes,
+        &ambiguous,
+        is_rounding(&judged.setting, &after) || is_noise(&structure_kept) && tone.is_none(),
+    );
     let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     let untestable: Vec<Judged> = unable
         .iter()
@@ -86,7 +92,8 @@ pub(crate) fn conclude(
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
     let mut observations = observations(judged, verdict, &after, &structure_kept);
-    observations.extend(tone.map(|tone| hum(judged, tone)));
+    let is_rounding = is_rounding(&judged.setting, &after);
+    observations.extend(tone.filter(|_| !is_rounding).map(|tone| hum(judged, tone)));
     observations.extend(against.geared.iter().map(|(_, order)| {
         format!(
             "A torque goes by the angle {order:.2} times in a turn. What turns with the spool itself would go by a whole number: look for something geared to it."
@@ -109,6 +116,9 @@ pub(crate) fn conclude(
         structure_after: structure_left,
         description_before: description(judged, &judged.before, &judged.structure_before),
         description_after: description(judged, &after, &structure_kept),
+        within_tolerance: corrected,
+        covariance,
+        nearest,
         nuisances: judged.nuisances(),
         observations,
     };
@@ -242,19 +252,62 @@ fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
 fn another_cause(selection: &Selection, structure: &Structure) -> bool {
     let left = structure.rms.powi(2) - 1.0;
     let explained = selection.explained();
-    let telling = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
-    let share = telling.map(|of| of.share).fold(0.0, f64::max);
-    let general = selection.fitted.point.hypothesis.members.iter();
-    if general.map(|member| member.candidate.id).all(|id| GENERAL.contains(&id)) && left > LITTLE * explained
-    {
+    let ids: Vec<EffectId> =
+        selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
+    let own = |of: &&Dependence| of.p_value < CHANCE && !is_of_another(&ids, &of.on);
+    let share = structure.dependences.iter().filter(own).map(|of| of.share).fold(0.0, f64::max);
+    let others = structure.dependences.iter().filter(|of| of.p_value < CHANCE && is_of_another(&ids, &of.on));
+    let of_others = others.map(|of| of.share).fold(0.0, f64::max);
+    let general = ids.iter().all(|id| GENERAL.contains(id)) && of_others < share.max(ANOTHER);
+    if general && left > LITTLE * explained {
         return true;
     }
     left > MISFIT * explained && share * structure.rms.powi(2) > ANOTHER * left
 }
 
-fn is_noise(structure: &Structure) -> bool {
-    let depends = structure.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
-    structure.rms <= RMS_LEFT && !depends
+/// Whether what is left by a covariate speaks of another cause beside these: they have nothing to do with it. Speed, acceleration
+/// and runs have to do with all of them.
+fn is_of_another(ids: &[EffectId], on: &str) -> bool {
+    let over_the_angle = |id: &EffectId| {
+        matches!(
+            id,
+            EffectId::AngleDependentFriction
+                | EffectId::PositionTorque
+                | EffectId::FlowTorque
+                | EffectId::DetentTorque
+                | EffectId::MicrostepError
+                | EffectId::EncoderEccentricity
+        )
+    };
+    if on.starts_with("angle") {
+        return !ids.iter().any(over_the_angle);
+    }
+    let needs = |condition: Condition| ids.iter().any(|id| id.spec().needs == Some(condition));
+    match on {
+        "pressure" => !needs(Condition::PressureDrop),
+        "temperature" => !needs(Condition::OilTemperature),
+        _ => false,
+    }
+}
+
+/// What was selected and not accepted, where it removes more than half of what is beyond noise.
+fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Option<Nearest> {
+    let selection = &judged.selection;
+    let removes = selection.share_explained(judged.setting.loss());
+    let members = selection.fitted.point.hypothesis.members.iter();
+    let ids: Vec<EffectId> = members.map(|member| member.candidate.id).collect();
+    let leaves_by = structure.dependences.iter().find(|of| of.p_value < CHANCE && of.share > SHARE_LEFT);
+    (removes > EXPLAINED).then(|| Nearest { ids, removes, leaves_by: leaves_by.map(|of| of.on.clone()) })
+}
+
+/// Whether a residual is no more than noise.
+pub(crate) fn is_noise(structure: &Structure) -> bool {
+    // Of what is less than noise no part is more than it.
+    let square = structure.rms.powi(2).min(1.0);
+    let depends =
+        structure.dependences.iter().any(|of| of.share * square > SHARE_LEFT && of.p_value < CHANCE);
+    // An RMS of few samples is itself uncertain.
+    structure.rms <= RMS_LEFT + DEVIATIONS / (2.0 * structure.count).sqrt() && !depends
 }
 
 fn telling(structure: &Structure) -> Vec<Dependence> {

@@ -1,7 +1,9 @@
 //! A hypothesis: the given model with candidate causes, and the numbers that a fit moves.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::extend::candidate::Candidate;
-use valve_model::{EffectId, Model, ParamError};
+use crate::numerics::gram::Gram;
+use valve_model::{Effect, EffectId, EffectValue, Model, ParamError};
 
 /// A cause with its numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,10 +34,63 @@ impl Member {
     }
 }
 
-/// The model, causes, and the angle's zero.
+/// A number of the given model that is known within a tolerance, and by how much it is corrected: no cause.
 #[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Correction {
+    /// A factor, or an offset.
+    pub id: EffectId,
+    pub key: &'static str,
+    pub neutral: f64,
+    pub value: f64,
+    /// The standard deviation that the tolerance gives it.
+    pub deviation: f64,
+    /// Whether the fit moves it.
+    pub free: bool,
+}
+
+impl Correction {
+    /// A correction of more deviations than this is none: the number is wrong, which is a cause.
+    const MOST: f64 = 2.0;
+    /// The change by which its sensitivity is taken, in deviations.
+    const STEP: f64 = 0.5;
+
+    /// Whether a value is within what a correction may be.
+    pub fn holds(&self, value: f64) -> bool {
+        (value - self.neutral).abs() <= Self::MOST * self.deviation
+    }
+
+    fn set(&mut self, value: f64) {
+        let most = Self::MOST * self.deviation;
+        self.value = value.clamp(self.neutral - most, self.neutral + most);
+    }
+
+    /// The model with it: on top of what the model's own effect of this name says.
+    fn apply(&self, model: &mut Model) -> Result<(), ParamError> {
+        if self.value == self.neutral {
+            return Ok(());
+        }
+        let present = model.effects.iter().position(|effect| effect.id() == self.id);
+        let own = present.and_then(|place| model.effects.get(place)).map(|effect| effect.number(self.key));
+        let value = match own {
+            Some(own) if self.neutral == 1.0 => own * self.value,
+            Some(own) => own + self.value,
+            None => self.value,
+        };
+        let effect = Effect::new(self.id, &[(self.key, EffectValue::Number(value))])?;
+        match present.and_then(|place| model.effects.get_mut(place)) {
+            Some(slot) => *slot = effect,
+            None => model.effects.push(effect),
+        }
+        Ok(())
+    }
+}
+
+/// The model, causes, and the angle's zero.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Hypothesis {
     pub members: Vec<Member>,
+    /// Of the model's numbers, within their tolerance.
+    pub corrections: Vec<Correction>,
     /// Offset of the encoder's zero, rad; for angle logs whose runs share a zero.
     pub zero_rad: Option<f64>,
 }
@@ -44,6 +99,8 @@ pub(crate) struct Hypothesis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Free {
     Zero,
+    /// A correction, by its place.
+    Correction(usize),
     /// Member and number.
     Number(usize, usize),
 }
@@ -59,6 +116,7 @@ impl Hypothesis {
                 None => model.effects.push(effect),
             }
         }
+        self.corrections.iter().try_for_each(|correction| correction.apply(&mut model))?;
         Ok(model)
     }
 
@@ -70,7 +128,7 @@ impl Hypothesis {
 
     /// The given model, with no cause.
     pub fn without_causes(&self) -> Self {
-        Self { members: Vec::new(), zero_rad: self.zero_rad }
+        Self { members: Vec::new(), ..self.clone() }
     }
 
     pub fn without(&self, index: usize) -> Self {
@@ -87,6 +145,25 @@ impl Hypothesis {
         self
     }
 
+    /// What the tolerance says of the numbers that are free, as a group of equations without samples: of the first `columns`
+    /// numbers that are free.
+    pub fn prior(&self, columns: usize) -> Gram {
+        let mut prior = Gram::zero(columns);
+        let last = columns;
+        for (place, free) in self.free().into_iter().enumerate() {
+            let Free::Correction(index) = free else { continue };
+            let Some(of) = self.corrections.get(index) else { continue };
+            let (known, off) = (1.0 / of.deviation, (of.neutral - of.value) / of.deviation);
+            prior.matrix[(last, last)] += off * off;
+            if place < columns {
+                prior.matrix[(place, place)] += known * known;
+                prior.matrix[(place, last)] += known * off;
+                prior.matrix[(last, place)] += known * off;
+            }
+        }
+        prior
+    }
+
     pub fn has(&self, id: EffectId) -> bool {
         self.members.iter().any(|member| member.candidate.id == id)
     }
@@ -99,12 +176,15 @@ impl Hypothesis {
             .iter()
             .enumerate()
             .flat_map(|(member, of)| of.free.iter().map(move |number| Free::Number(member, *number)));
-        zero.into_iter().chain(numbers).collect()
+        let corrections = self.corrections.iter().enumerate().filter(|(_, of)| of.free);
+        let corrections = corrections.map(|(index, _)| Free::Correction(index));
+        zero.into_iter().chain(corrections).chain(numbers).collect()
     }
 
     pub fn get(&self, free: Free) -> f64 {
         match free {
             Free::Zero => self.zero_rad.unwrap_or(0.0),
+            Free::Correction(index) => self.corrections.get(index).map_or(0.0, |of| of.value),
             Free::Number(member, number) => {
                 self.members.get(member).and_then(|of| of.numbers.get(number)).copied().unwrap_or(0.0)
             }
@@ -115,6 +195,9 @@ impl Hypothesis {
     pub fn set(&mut self, free: Free, value: f64) {
         match free {
             Free::Zero => self.zero_rad = Some(value),
+            Free::Correction(index) => {
+                self.corrections.get_mut(index).into_iter().for_each(|of| of.set(value));
+            }
             Free::Number(member, number) => {
                 let Some(of) = self.members.get_mut(member) else { return };
                 let Some(parameter) = of.candidate.parameters.get(number) else { return };
@@ -127,6 +210,11 @@ impl Hypothesis {
 
     /// The finite-difference step of a number, away from its upper bound.
     pub fn step(&self, free: Free) -> f64 {
+        if let Free::Correction(index) = free {
+            let Some(of) = self.corrections.get(index) else { return 1e-5 };
+            let size = Correction::STEP * of.deviation;
+            return if of.value > of.neutral { -size } else { size };
+        }
         let Free::Number(member, number) = free else { return 1e-5 };
         let Some(parameter) = self.members.get(member).and_then(|of| of.candidate.parameters.get(number))
         else {
@@ -140,6 +228,12 @@ impl Hypothesis {
 
     /// True if a number is at a bound.
     pub fn on_bound(&self, free: Free) -> bool {
+        if let Free::Correction(index) = free {
+            // Up to rounding.
+            let bound =
+                |of: &Correction| (of.value - of.neutral).abs() > 0.999 * Correction::MOST * of.deviation;
+            return self.corrections.get(index).is_some_and(bound);
+        }
         let Free::Number(member, number) = free else { return false };
         let parameter = self.members.get(member).and_then(|of| of.candidate.parameters.get(number));
         parameter.is_some_and(|parameter| {

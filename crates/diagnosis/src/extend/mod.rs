@@ -3,3 +3,4 @@
 pub(crate) mod candidate;
 pub(crate) mod catalogue;
 pub(crate) mod hypothesis;
+pub(crate) mod tolerance;

@@ -137,6 +137,11 @@ impl Setting<'_> {
         seen: impl Fn(&Piece) -> Option<Piece> + Sync,
     ) -> Result<Vec<Option<PieceEquations>>, DiagnosisError> {
         let ready = self.ready(&point.hypothesis)?;
+        let moved = columns.iter().filter_map(|column| match column {
+            Column::Simulated(moved, _) => Some(moved),
+            Column::Direct(_) => None,
+        });
+        self.predict_courses(point, &std::iter::once(&ready).chain(moved).collect::<Vec<_>>());
         let job = |index: usize| {
             let piece = self.campaign.pieces.get(index).filter(|piece| wanted(piece))?;
             let start = point.start(index);
@@ -145,6 +150,25 @@ impl Setting<'_> {
             Some(self.piece_equations(other.as_ref().unwrap_or(piece), &ready, start, zero, columns))
         };
         Ok(map(self.workers, self.campaign.pieces.len(), job))
+    }
+
+    /// Predicts the runs that are cut, several at a time: their pieces would wait for each other.
+    fn predict_courses(&self, point: &Point, models: &[&Ready]) {
+        let pieces = self.campaign.pieces.iter().enumerate();
+        let seconds: Vec<usize> = pieces
+            .filter(|(index, piece)| {
+                let before = index.checked_sub(1).and_then(|before| self.campaign.pieces.get(before));
+                piece.follows() && before.is_some_and(|before| !before.follows())
+            })
+            .map(|(index, _)| index)
+            .collect();
+        if seconds.is_empty() {
+            return;
+        }
+        map(self.workers, models.len() * seconds.len(), |job| {
+            let (model, second) = (models.get(job / seconds.len())?, seconds.get(job % seconds.len())?);
+            self.campaign.pieces.get(*second).map(|piece| piece.predict(model, point.start(*second)).len())
+        });
     }
 
     fn piece_equations(
@@ -217,8 +241,7 @@ impl Setting<'_> {
 
 fn finish(x: &DMatrix<f64>, ridges: &[f64], piece: &Piece) -> PieceEquations {
     let all = x.tr_mul(x);
-    let count = piece.weights.iter().filter(|weight| **weight > 0.0).count() as f64;
-    let gram = Gram::without_nuisances(&all, ridges, count);
+    let gram = Gram::without_nuisances(&all, ridges, piece.count());
     let nuisances = ridges.len();
     let mut inner = all.view((0, 0), (nuisances, nuisances)).into_owned();
     for (index, ridge) in ridges.iter().enumerate() {
@@ -246,9 +269,10 @@ fn direct(additive: Additive, piece: &Piece) -> Box<dyn Iterator<Item = f64> + '
     }
 }
 
-/// Equations summed by group; groups without a piece stay empty.
+/// Equations summed by group, groups without a piece empty; last, in no fold, what the tolerance says.
 pub(crate) fn by_group(
     campaign: &Campaign,
+    hypothesis: &Hypothesis,
     equations: &[Option<PieceEquations>],
     columns: usize,
 ) -> Vec<Gram> {
@@ -258,6 +282,7 @@ pub(crate) fn by_group(
             group.add(&equations.gram);
         }
     }
+    groups.push(hypothesis.prior(columns));
     groups
 }
 

@@ -203,7 +203,7 @@ fn evaluate(
 ) -> Result<Here, DiagnosisError> {
     let columns = setting.own_columns(&point.hypothesis)?;
     let equations = setting.equations(&point, &columns, wanted)?;
-    let groups = by_group(setting.campaign, &equations, columns.len());
+    let groups = by_group(setting.campaign, &point.hypothesis, &equations, columns.len());
     let loss = setting.loss().total(&groups);
     Ok(Here { equations, fitted: Fitted { point, groups, loss, ended: false, progress: Progress::NONE } })
 }
@@ -266,7 +266,7 @@ fn loss_of(
     wanted: &(impl Fn(&Piece) -> bool + Sync),
 ) -> Result<f64, DiagnosisError> {
     let equations = setting.equations(point, &[], wanted)?;
-    let groups = by_group(setting.campaign, &equations, 0);
+    let groups = by_group(setting.campaign, &point.hypothesis, &equations, 0);
     Ok(setting.loss().total(&groups))
 }
 
@@ -338,11 +338,14 @@ fn each_start(
 ) -> Result<Vec<Begun>, DiagnosisError> {
     let ready = setting.ready(hypothesis)?;
     let pieces = &setting.campaign.pieces;
-    Ok(map(setting.workers, pieces.len(), |index| {
+    let found = map(setting.workers, pieces.len(), |index| {
         let start = point.start(index);
-        let piece = pieces.get(index).filter(|piece| wanted(piece));
+        // Others begin as the first piece of a run does, so that it is always wanted.
+        let piece =
+            pieces.get(index).filter(|piece| !piece.follows() && (wanted(piece) || piece.course.is_some()));
         piece.map_or(start, |piece| new(index, piece, &ready, start))
-    }))
+    });
+    Ok(setting.campaign.with_followers(found))
 }
 
 #[cfg(test)]
@@ -392,7 +395,7 @@ mod tests {
         inertia.parameters.iter_mut().for_each(|factor| factor.lower = 0.0);
         let of = |factor: f64| {
             let members = vec![Member::new(&inertia, vec![factor], vec![0])];
-            Point { hypothesis: Hypothesis { members, zero_rad: None }, starts: Vec::new() }
+            Point { hypothesis: Hypothesis { members, ..Hypothesis::default() }, starts: Vec::new() }
         };
         let everything = |_: &Piece| true;
         assert!(evaluate(&setting, of(0.0), &everything).is_err(), "nothing is refused here");

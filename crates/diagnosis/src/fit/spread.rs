@@ -85,7 +85,7 @@ fn changes_with_more(
         return Ok(Vec::new());
     }
     let equations = setting.equations(&fitted.point, &columns, Piece::is_fitted)?;
-    let groups = by_group(setting.campaign, &equations, columns.len());
+    let groups = by_group(setting.campaign, &fitted.point.hypothesis, &equations, columns.len());
     let total = sum(&setting.loss().weighted(&groups));
     let Some((alone, _)) = solve(&total, &own) else { return Ok(Vec::new()) };
     let with = |(more, places): &(Vec<Free>, Vec<usize>)| {
@@ -118,11 +118,17 @@ fn change_with_motion(
     let columns = setting.own_columns(&fitted.point.hypothesis)?;
     let again = |piece: &Piece| Some(piece.again(seed));
     let equations = setting.equations_as_seen(&fitted.point, &columns, Piece::is_fitted, again)?;
-    let there = sum(&by_group(setting.campaign, &equations, columns.len()));
+    let there = sum(&by_group(setting.campaign, &fitted.point.hypothesis, &equations, columns.len()));
     let all: Vec<usize> = (0..columns.len()).collect();
     let (_, left_here) = sum(&fitted.groups).part(&all);
     let (a, left_there) = there.part(&all);
     Ok(invert(a).map(|inverse| inverse * (left_there - left_here)))
+}
+
+fn sum_of<'a>(groups: impl Iterator<Item = &'a Gram>, columns: usize) -> Gram {
+    let mut total = Gram::zero(columns);
+    groups.for_each(|group| total.add(group));
+    total
 }
 
 /// Covariance of a fit's free numbers by the jackknife over groups, at least that of white noise.
@@ -145,6 +151,10 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
         clustered += &change * change.transpose();
     }
     clustered *= (count - 1.0) / count;
+    // What is held within its tolerance moves as far as that lets it, which no run shows.
+    let prior =
+        sum_of(fitted.groups.iter().filter(|group| group.count == 0.0), columns.len()).part(&columns).0;
+    clustered += &white * prior * &white;
     // Never better than white noise allows.
     let mut covariance = clustered;
     for i in 0..covariance.nrows() {
@@ -214,7 +224,7 @@ mod tests {
         };
         let series = candidate(EffectId::PositionTorque, &campaign.facts).unwrap();
         let member = Member::new(&series, series.neutral(), vec![0, 1]);
-        let hypothesis = Hypothesis { members: vec![member], zero_rad: None };
+        let hypothesis = Hypothesis { members: vec![member], ..Hypothesis::default() };
         let ready = setting.ready(&hypothesis).unwrap();
         let starts = campaign.pieces.iter().map(|piece: &Piece| piece.first_start(&ready)).collect();
         let fitted = fit(&setting, Point { hypothesis, starts }, &Piece::is_fitted, 8).unwrap();

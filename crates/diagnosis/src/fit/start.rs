@@ -55,7 +55,7 @@ impl Search<'_> {
     }
 
     fn is_unsettled(&self) -> bool {
-        square(&self.best.1) > UNSETTLED * self.piece.len() as f64
+        square(&self.best.1) > UNSETTLED * self.piece.count()
     }
 
     fn try_all<const N: usize>(&mut self, others: [Begun; N]) {

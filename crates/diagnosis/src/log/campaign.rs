@@ -1,20 +1,23 @@
 //! A log cut into pieces, grouped into what is fitted and what is held out, with the facts that it spans.
 
 use crate::DiagnosisError;
-use crate::log::driven::lead_of;
+use crate::log::course::Course;
+use crate::log::driven::{Driven, lead_of};
 use crate::log::facts::Facts;
+use crate::log::gaps::bridged;
 use crate::log::kind::LogKind;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
-use crate::log::piece::{Piece, Ready, check};
+use crate::log::piece::{Begun, Piece, Ready, check};
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run};
-use prediction::{Noise, median, predicted_channel};
+use prediction::{Noise, median, motion_at, predicted_channel};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 use valve_model::{Model, ParamError};
 
 /// The fewest samples of a run that are of use.
@@ -26,7 +29,7 @@ const PIECES_OF_A_RUN: usize = 2;
 /// Samples of an angle's piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;
 /// An error of the integrator in a sub-step may be this part of the encoder's.
-const OF_THE_NOISE: f64 = 1e-3;
+const OF_THE_NOISE: f64 = 3e-5;
 /// Runs of one kind from which whole runs are held out; below, runs are cut into so many blocks.
 const RUNS_OF_A_KIND: usize = 4;
 const BLOCKS: usize = 4;
@@ -69,7 +72,9 @@ struct Plan {
 
 impl Campaign {
     pub fn new(log: &Log, model: &Model, seed: u64, workers: &dyn Workers) -> Result<Self, DiagnosisError> {
-        let kind = LogKind::predicting(channel_of(log)?);
+        let (log, masks) = bridged(log);
+        let log = log.as_ref();
+        let kind = LogKind::predicting(channel_of(log, model)?);
         let usable: Vec<bool> = log.runs.iter().map(|run| run.channel(kind.channel).is_some()).collect();
         for (run, _) in log.runs.iter().zip(&usable).filter(|(_, usable)| **usable) {
             check(run, kind, LEAST_SAMPLES)?;
@@ -87,6 +92,7 @@ impl Campaign {
         let first_run = log.runs.first().map_or("", |run| run.name.as_str());
         let ready = Ready::new(model, kind, angle_error_rad).map_err(|source| refused(first_run, source))?;
         let pitch_rad = model.motor.filter(|_| !kind.motion_is_measured).map(|motor| motor.tooth_pitch_rad());
+        let courses = courses(log, &plans, &chosen, &noises, (kind, facts.reference_temperature_c));
         let make = |index: usize| {
             let plan = plans.get(index)?;
             if pitch_rad.is_none() && !*chosen.get(index)? {
@@ -98,6 +104,8 @@ impl Campaign {
             let mut piece =
                 Piece::new(run, plan.run, rows, kind, plan.past, noise, facts.reference_temperature_c);
             piece.group = plan.group;
+            piece.mask = masks.get(plan.run)?.get(piece.rows.clone()).unwrap_or_default().to_vec();
+            piece.course = courses.get(&plan.run).cloned();
             // Lost steps are seen at once, and taken out of what the other causes are judged by.
             piece.jumps.extend(pitch_rad.and_then(|pitch_rad| lost_steps::find(&piece, &ready, pitch_rad)));
             (*chosen.get(index)? || !piece.jumps.is_empty()).then_some(piece)
@@ -131,6 +139,19 @@ impl Campaign {
         refused(self.runs.first().map_or("", |(name, _)| name), source)
     }
 
+    /// Starts by piece, those of pieces that follow another one as that one has it.
+    pub fn with_followers(&self, mut starts: Vec<Begun>) -> Vec<Begun> {
+        let mut head = Begun::default();
+        for (piece, start) in self.pieces.iter().zip(&mut starts) {
+            if piece.follows() {
+                *start = head;
+            } else {
+                head = *start;
+            }
+        }
+        starts
+    }
+
     /// Names of the runs, or blocks, that are held out.
     pub fn held_out(&self) -> Vec<String> {
         let mut held: Vec<usize> =
@@ -145,8 +166,13 @@ fn refused(run: &str, source: ParamError) -> DiagnosisError {
     DiagnosisError::Model { run: run.to_owned(), source }
 }
 
-/// Torque where any run has it; the others are then left out.
-fn channel_of(log: &Log) -> Result<Channel, DiagnosisError> {
+/// The angle where it can be predicted from a command: the model has a motor, and every run its command. A command is known
+/// exactly and between the samples too, a motion only as well as its encoder, which stiff bristles turn into torque. Else the
+/// torque where any run has it; the others are then left out.
+fn channel_of(log: &Log, model: &Model) -> Result<Channel, DiagnosisError> {
+    if model.motor.is_some() && log.runs.iter().all(|run| run.angle_command_rad.is_some()) {
+        return Ok(Channel::Angle);
+    }
     let mut found = Channel::Angle;
     for run in &log.runs {
         if predicted_channel(run)? == Channel::Torque {
@@ -220,6 +246,38 @@ fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts:
     }
     facts.travel_rad = follower.distance_rad();
     facts.longest_rest_s = follower.longest_rest_s;
+}
+
+/// The runs of an angle log that are cut and looked at as a whole: their pieces follow each other.
+fn courses(
+    log: &Log,
+    plans: &[Plan],
+    chosen: &[bool],
+    noises: &[Noise],
+    (kind, reference_temperature_c): (LogKind, f64),
+) -> BTreeMap<usize, Arc<Course>> {
+    let mut found = BTreeMap::new();
+    if kind.motion_is_measured {
+        return found;
+    }
+    let places: Vec<usize> = (0..plans.len()).collect();
+    let run_of = |place: &usize| plans.get(*place).map(|plan| plan.run);
+    for own in places.chunk_by(|a, b| run_of(a) == run_of(b)) {
+        let all = own.iter().all(|place| chosen.get(*place) == Some(&true));
+        let Some(head) = own.first().and_then(|place| plans.get(*place)).filter(|_| all && own.len() > 1)
+        else {
+            continue;
+        };
+        let (Some(run), Some(noise)) = (log.runs.get(head.run), noises.get(head.run)) else { continue };
+        let course = Course {
+            run: head.run,
+            driven: Driven::new(run, 0, &(0..run.len()), reference_temperature_c),
+            first: motion_at(&run.time_s, &run.angle_rad, *noise, 0),
+            past: head.past,
+        };
+        found.insert(head.run, Arc::new(course));
+    }
+    found
 }
 
 /// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.

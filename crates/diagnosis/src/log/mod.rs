@@ -1,9 +1,12 @@
 //! The log made ready: cut into pieces, its noise estimated, and what its motion excites.
 
 pub(crate) mod campaign;
+pub(crate) mod course;
 pub(crate) mod driven;
+pub(crate) mod error_model;
 pub(crate) mod excitation;
 pub(crate) mod facts;
+pub(crate) mod gaps;
 pub(crate) mod holds;
 pub(crate) mod kind;
 pub(crate) mod lost_steps;

@@ -29,6 +29,8 @@ const WITHOUT_JUMPS: f64 = 0.623;
 /// louder by this factor, they count as it says.
 const AROUND: usize = 16;
 const JUMPING: f64 = 2.5;
+/// No angle is known better than this, rad: the finest encoders' own errors; a simulation's angle is read as exact.
+const FINEST_RAD: f64 = 1e-7;
 /// Samples on either side over which the encoder's share is averaged.
 const REACH: usize = 50;
 
@@ -39,6 +41,8 @@ pub(crate) struct NoiseLevel {
     pub channel: f64,
     /// With what the encoder makes of the prediction; root mean square over all samples.
     pub total: f64,
+    /// How many neighbours are worth one sample; 1: white noise.
+    pub per_independent: f64,
 }
 
 /// Estimates the noise where it isn't known, and sets the pieces' weights.
@@ -61,26 +65,54 @@ pub(crate) fn estimate(
     let fast = pool(&mut found.iter().flat_map(|of| of.fast.iter().copied()));
     let fast_of_motion = pool(&mut found.iter().flat_map(|of| of.fast_of_motion.iter().copied()));
     let steps = pieces.iter().map(|piece| piece.noise.step_rad).fold(0.0, f64::max);
-    let least = if kind.motion_is_measured { 1e-9 } else { (steps * steps / 12.0).max(1e-18) };
+    let least =
+        if kind.motion_is_measured { 1e-9 } else { (steps * steps / 12.0).max(FINEST_RAD * FINEST_RAD) };
     let of_holds = holds::pooled(found.iter().flat_map(|of| of.holds.iter().copied()).collect());
     let estimated = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
     let channel = options.noise.map_or(estimated, |known| known * known);
     let (mut sum, mut count) = (0.0, 0.0);
     for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
-        for (index, weight) in piece.weights.iter_mut().enumerate() {
-            let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
-            let variance =
-                if kind.motion_is_measured { look.with_what_is_louder(index, known) } else { known };
-            *weight = 1.0 / variance.sqrt();
+        let variances: Vec<f64> = (0..piece.len())
+            .map(|index| {
+                let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
+                if kind.motion_is_measured { look.with_what_is_louder(index, known) } else { known }
+            })
+            .collect();
+        piece.information = piece.information_of(kind, &variances, channel);
+        for ((weight, information), variance) in
+            piece.weights.iter_mut().zip(&piece.information).zip(&variances)
+        {
+            *weight = (information / variance).sqrt();
             sum += variance;
             count += 1.0;
+        }
+        for (weight, _) in piece.weights.iter_mut().zip(&piece.mask).filter(|(_, missing)| **missing) {
+            *weight = 0.0;
         }
         // The first sample begins the prediction; it tells nothing.
         if let Some(first) = piece.weights.first_mut() {
             *first = 0.0;
         }
     }
-    NoiseLevel { channel: channel.sqrt(), total: (sum / f64::max(count, 1.0)).sqrt() }
+    NoiseLevel { channel: channel.sqrt(), total: (sum / f64::max(count, 1.0)).sqrt(), per_independent: 1.0 }
+}
+
+/// Noise whose neighbours are alike shows less of itself between them than it has: what is left where all that was recorded
+/// explains nothing of it. The pieces' weights and what their samples count for follow.
+pub(crate) fn as_left(
+    campaign: &mut Campaign,
+    noise: NoiseLevel,
+    (louder, per_independent): (f64, f64),
+) -> NoiseLevel {
+    for piece in &mut campaign.pieces {
+        piece.weights.iter_mut().for_each(|weight| *weight /= louder * per_independent.sqrt());
+        piece.information.iter_mut().for_each(|information| *information /= per_independent);
+    }
+    NoiseLevel {
+        channel: noise.channel * louder,
+        total: noise.total * louder,
+        per_independent: noise.per_independent * per_independent,
+    }
 }
 
 #[derive(Default)]
@@ -109,8 +141,11 @@ impl Look {
 
 fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) -> Look {
     let predicted = piece.predict(ready, start);
-    let residual: Vec<f64> =
+    let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
+    if !kind.motion_is_measured {
+        leave_out_rests(piece, &mut residual);
+    }
     let error = piece.error_of_motion(ready, start, seed);
     Look {
         fast: blocks(&residual, mean),
@@ -119,6 +154,15 @@ fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) ->
         steady: blocks(&residual, without_jumps),
         around: around(&residual),
         of_motion: local_mean_square(&error, REACH),
+    }
+}
+
+/// Where an encoder goes through a few of its steps only, its rounding is no noise: such blocks say nothing.
+fn leave_out_rests(piece: &Piece, residual: &mut [f64]) {
+    for (angles, residual) in piece.measured.chunks(BLOCK).zip(residual.chunks_mut(BLOCK)) {
+        if !prediction::goes_through_steps(angles, piece.noise.step_rad) {
+            residual.fill(f64::NAN);
+        }
     }
 }
 

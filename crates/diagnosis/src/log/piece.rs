@@ -1,7 +1,9 @@
 //! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
 
 use crate::DiagnosisError;
+use crate::log::course::{Course, Whole, angle_rad};
 use crate::log::driven::Driven;
+use crate::log::error_model::{information, rest_variance, stretches};
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
 use log_data::{Channel, Run};
@@ -10,20 +12,22 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
+use std::sync::Arc;
 use valve_model::{
-    ContactPast, Model, MotionInput, MotionParams, MotionSample, ParamError, ValveInput, ValveParams,
-    motion_step,
+    ContactPast, Model, MotionInput, MotionParams, MotionSample, ParamError, ValveParams, motion_step,
 };
 
 /// Samples beyond a piece's ends that its smoothing sees.
 const MARGIN: usize = 2048;
 /// After how long the torque of the first sample is taken, s: as good as none.
 const MOMENT_S: f64 = 1e-9;
+/// As good as one sample, up to rounding.
+const WHOLE: f64 = 0.999;
 
 /// A model made ready to predict one of the channels.
 pub(crate) enum Ready {
     Torque(Box<MotionParams>),
-    Angle(Box<ValveParams>),
+    Angle(Box<ValveParams>, Whole),
 }
 
 impl Ready {
@@ -32,7 +36,8 @@ impl Ready {
         if kind.motion_is_measured {
             return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
         }
-        Ok(Self::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad))))
+        let params = ValveParams::new(model)?.accepting(angle_error_rad);
+        Ok(Self::Angle(Box::new(params), Whole::default()))
     }
 }
 
@@ -75,11 +80,17 @@ pub(crate) struct Piece {
     pub measured: Vec<f64>,
     /// Before its lead.
     pub past: Before,
-    /// 1/(standard deviation of measured less predicted); 0 where a sample doesn't count.
+    /// Root of what a sample counts for over the standard deviation of measured less predicted; 0 where it doesn't count.
     pub weights: Vec<f64>,
+    /// The samples that were missing; none where it is empty.
+    pub mask: Vec<bool>,
+    /// What each sample counts for: less than one where it shares its error with its neighbours.
+    pub information: Vec<f64>,
     /// Where the rotor lost steps: sample and angle, rad.
     pub jumps: Vec<(usize, f64)>,
     pub noise: Noise,
+    /// Of an angle log whose runs are cut, the whole run.
+    pub course: Option<Arc<Course>>,
 }
 
 impl Piece {
@@ -111,8 +122,11 @@ impl Piece {
             measured: measured.to_vec(),
             past,
             weights: vec![1.0; rows.len()],
+            mask: Vec::new(),
+            information: vec![1.0; rows.len()],
             jumps: Vec::new(),
             noise,
+            course: None,
             rows,
         }
     }
@@ -124,6 +138,39 @@ impl Piece {
 
     pub fn len(&self) -> usize {
         self.measured.len()
+    }
+
+    /// As how many samples with an error each of their own those count that count at all.
+    pub fn count(&self) -> f64 {
+        self.counted().map(|(_, information)| information).sum()
+    }
+
+    /// Weight of each sample that counts, and what it counts for.
+    pub fn counted(&self) -> impl Iterator<Item = (f64, f64)> {
+        let samples = self.weights.iter().copied().zip(self.information.iter().copied());
+        samples.filter(|(weight, _)| *weight > 0.0)
+    }
+
+    /// What is left of each sample in parts of its standard deviation; 0 where a sample doesn't count.
+    pub fn in_deviations(&self, residual: &[f64]) -> Vec<f64> {
+        let samples = residual.iter().zip(&self.weights).zip(&self.information);
+        samples.map(|((value, weight), information)| value * weight / information.sqrt()).collect()
+    }
+
+    /// What is left in parts of its standard deviation, samples that share an error put together until they count as one.
+    pub fn together(&self, residual: &[f64]) -> Vec<f64> {
+        let (mut found, mut sum, mut count) = (Vec::new(), 0.0, 0.0);
+        for ((value, weight), information) in residual.iter().zip(&self.weights).zip(&self.information) {
+            if *weight > 0.0 {
+                sum += value * weight * information.sqrt();
+                count += information;
+            }
+            if count > WHOLE {
+                found.push(sum / f64::sqrt(count));
+                (sum, count) = (0.0, 0.0);
+            }
+        }
+        found
     }
 
     /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
@@ -141,7 +188,8 @@ impl Piece {
         match ready {
             Ready::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
             Ready::Torque(params) => 1.2 * params.friction_law().steady_torque(f64::MIN_POSITIVE),
-            Ready::Angle(_) => 0.01,
+            Ready::Angle(..) if self.follows() => 0.0,
+            Ready::Angle(..) => 0.01,
         }
     }
 
@@ -149,7 +197,7 @@ impl Piece {
     pub fn has_sides(&self, ready: &Ready) -> bool {
         match ready {
             Ready::Torque(params) => params.friction_law().has_memory(),
-            Ready::Angle(params) => {
+            Ready::Angle(params, _) => {
                 params.backlash_half_width_rad() > 0.0 || params.friction_law().has_memory()
             }
         }
@@ -161,7 +209,7 @@ impl Piece {
         match ready {
             Ready::Torque(_) => part,
             // Beyond the encoder's noise a resting rotor may break away.
-            Ready::Angle(_) => self.noise.deviation_rad.clamp(1e-3 * part, part),
+            Ready::Angle(..) => self.noise.deviation_rad.clamp(1e-3 * part, part),
         }
     }
 
@@ -169,7 +217,7 @@ impl Piece {
     pub fn predict(&self, ready: &Ready, start: Begun) -> Vec<f64> {
         let mut predicted = match ready {
             Ready::Torque(params) => self.torque(params, &self.motions, start),
-            Ready::Angle(params) => self.angle(params, start),
+            Ready::Angle(params, whole) => self.angle(params, whole, start),
         };
         for (from, jump) in &self.jumps {
             predicted.iter_mut().skip(*from).for_each(|value| *value += jump);
@@ -224,32 +272,19 @@ impl Piece {
         torque
     }
 
-    fn angle(&self, params: &ValveParams, start: Begun) -> Vec<f64> {
-        let Some(first) = self.motions.first() else { return Vec::new() };
-        let driven = &self.driven;
-        let met_rad = first.angle_rad + start.shift;
-        let input = |index: usize| {
-            let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index + 1);
-            ValveInput {
-                command_start_rad: driven.command_at(index),
-                command_end_rad: driven.command_at(index + 1),
-                pressure_drop_pa,
-                oil_temperature_c,
-                current_ratio: 1.0,
-            }
-        };
-        let side = start.side.unwrap_or(self.past.side);
-        let came_from_rad = side * params.friction_law().break_away_deflection_rad();
-        let past = ContactPast { came_from_rad, ..self.past.contact };
-        let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &past);
-        let mut angle = Vec::with_capacity(driven.all_times_s().len());
-        angle.push(met_rad);
-        for (index, times) in driven.all_times_s().windows(2).enumerate() {
-            let dt_s = times.iter().fold(0.0, |before, after| after - before);
-            angle.push(prediction::encoder_angle_after(params, &mut state, &input(index), dt_s));
+    fn angle(&self, params: &ValveParams, whole: &Whole, start: Begun) -> Vec<f64> {
+        if let Some(course) = self.course.as_ref().filter(|_| self.follows()) {
+            let all = whole.angle_rad(course, params, start);
+            return all.get().and_then(|all| all.get(self.rows.clone())).unwrap_or_default().to_vec();
         }
-        prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay_s());
-        angle.split_off(driven.lead().min(angle.len()))
+        let Some(first) = self.motions.first() else { return Vec::new() };
+        let mut angle = angle_rad(&self.driven, *first, self.past, params, start);
+        angle.split_off(self.driven.lead().min(angle.len()))
+    }
+
+    /// Whether it goes on from where the piece before it in its run ends, and begins as the run does.
+    pub fn follows(&self) -> bool {
+        self.course.is_some() && self.rows.start > 0
     }
 
     /// What the encoder's steps and noise make of the prediction: that of a torque less the one from the same motion measured
@@ -261,12 +296,37 @@ impl Piece {
                 let again = self.measured_again(seed);
                 (self.torque(params, &self.motions, start), self.torque(params, &again, start))
             }
-            Ready::Angle(params) => {
+            Ready::Angle(params, whole) => {
                 let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
-                (self.angle(params, start), self.angle(params, start.shifted(shift)))
+                (self.angle(params, whole, start), self.angle(params, whole, start.shifted(shift)))
             }
         };
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
+    }
+
+    /// What each sample counts for, by the variances of what is measured less predicted: within a stretch in which the encoder
+    /// can't tell one angle from another they have an error in common, of an angle log its rounding, of a torque log what that
+    /// makes of the prediction, which is what they have beyond the transducer's `own_variance`.
+    pub fn information_of(&self, kind: LogKind, variances: &[f64], own_variance: f64) -> Vec<f64> {
+        let rest = rest_variance(self.noise);
+        let mut found = vec![1.0; self.len()];
+        let stretches = if kind.motion_is_measured {
+            let reach_rad = 0.5 * self.noise.step_rad.max(self.noise.beyond_quantisation_rad());
+            stretches(self.motions.iter().map(|motion| motion.angle_rad), reach_rad)
+        } else {
+            let reach_rad = 1.01 * self.noise.step_rad + 4.0 * self.noise.beyond_quantisation_rad();
+            stretches(self.measured.iter().copied(), reach_rad)
+        };
+        for stretch in stretches.into_iter().filter(|stretch| stretch.len() > 1) {
+            let (Some(found), Some(variances)) = (found.get_mut(stretch.clone()), variances.get(stretch))
+            else {
+                continue;
+            };
+            let all = variances.iter().sum::<f64>() / variances.len() as f64;
+            let shared = if kind.motion_is_measured { (all - own_variance).max(0.0) } else { rest.min(all) };
+            found.fill(information(shared, all - shared, variances.len()));
+        }
+        found
     }
 
     /// The piece as if its motion had been measured once more; of a torque log.
@@ -278,9 +338,13 @@ impl Piece {
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
         let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());
         let step_rad = self.noise.step_rad;
+        // A rest is anywhere within the step that was read: as far from its middle as rests are in the mean.
+        let beside_rad = rest_variance(self.noise).sqrt().copysign(if seed & 1 == 0 { 1.0 } else { -1.0 });
         let mut measure = |angle_rad: f64| {
-            let noisy = angle_rad + normal.as_ref().map_or(0.0, |normal| normal.sample(&mut random));
-            if step_rad > 0.0 { (noisy / step_rad).round() * step_rad } else { noisy }
+            let noisy =
+                angle_rad + beside_rad + normal.as_ref().map_or(0.0, |normal| normal.sample(&mut random));
+            let read = if step_rad > 0.0 { (noisy / step_rad).round() * step_rad } else { noisy };
+            read - beside_rad
         };
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
@@ -340,7 +404,9 @@ pub(crate) fn check(run: &Run, kind: LogKind, least_samples: usize) -> Result<()
     let first = run.angle_rad.first().copied().unwrap_or(0.0);
     let holds = ["hold", "dwell", "rest", "static", "presliding"];
     let may_rest = holds.iter().any(|kind| run.kind.to_lowercase().contains(kind));
-    if run.angle_rad.iter().all(|angle| *angle == first) && !may_rest {
+    // A rotor may stay where it is though its command moves: that is to be explained.
+    let driven = !kind.motion_is_measured && run.angle_command_rad.iter().flatten().any(|at| *at != first);
+    if run.angle_rad.iter().all(|angle| *angle == first) && !may_rest && !driven {
         return Err(DiagnosisError::NeverMoves { run: run.name.clone(), rows: run.len(), angle_rad: first });
     }
     Ok(())

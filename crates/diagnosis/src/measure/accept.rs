@@ -9,7 +9,7 @@ use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
-use crate::outcome::{Cause, Evidence, ParameterFound, Parameters};
+use crate::outcome::{Cause, Corrected, Covariance, Evidence, ParameterFound, Parameters};
 use crate::show::residual::{Left, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId};
@@ -23,6 +23,9 @@ pub(crate) struct Accepted {
     /// The residual, by piece.
     pub after: Vec<Left>,
     pub causes: Vec<Cause>,
+    /// Numbers of the model corrected within their tolerance.
+    pub corrected: Vec<Corrected>,
+    pub covariance: Covariance,
     /// Those that were harmful.
     pub harmful: Vec<EffectId>,
 }
@@ -50,11 +53,15 @@ pub(crate) fn accept(
             Some(all) if whole => all,
             _ => judged.everywhere(&kept)?,
         };
-        let weighed = weigh(judged, &kept, &after)?;
+        let spread = errors_of(judged, &kept)?;
+        let weighed = weigh(judged, &kept, &after, spread.as_ref())?;
         let worst = (0..weighed.len()).min_by(|a, b| weighed[*a].worth.total_cmp(&weighed[*b].worth));
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
             let causes = weighed.into_iter().map(|of| of.cause).collect();
-            return Ok(Accepted { point, after, causes, harmful });
+            let hypothesis = &kept.point.hypothesis;
+            let corrected = corrected(hypothesis, spread.as_ref());
+            let covariance = spread.map(|spread| covariance(hypothesis, &spread)).unwrap_or_default();
+            return Ok(Accepted { point, after, causes, corrected, covariance, harmful });
         };
         harmful.push(weighed[worst].cause.id);
         members.remove(worst);
@@ -75,14 +82,18 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
 }
 
 /// Each member's cause, in order.
-fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<Weighed>, DiagnosisError> {
+fn weigh(
+    judged: &Judgement<'_>,
+    kept: &Fitted,
+    after: &[Left],
+    spread: Option<&Spread>,
+) -> Result<Vec<Weighed>, DiagnosisError> {
     let setting = &judged.setting;
     let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
     let wanted = |piece: &Piece| piece.hold_out || !any_held;
     let all = rms_left(setting, after, &wanted);
     let all_as_fitted = rms_as_fitted(setting, after, &wanted);
     let hypothesis = &kept.point.hypothesis;
-    let spread = errors_of(judged, kept)?;
     let mut weighed = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
         let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
@@ -96,7 +107,7 @@ fn weigh(judged: &Judgement<'_>, kept: &Fitted, after: &[Left]) -> Result<Vec<We
         }
         let cause = Cause {
             id: member.candidate.id,
-            parameters: parameters(hypothesis, index, spread.as_ref()),
+            parameters: parameters(hypothesis, index, spread),
             evidence,
             rms_gain: part_taken(all, rms),
         };
@@ -129,6 +140,56 @@ fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, 
         }
         spread => Ok(spread),
     }
+}
+
+/// A correction is told where it is so many of its standard errors from none.
+const CLEAR: f64 = 2.0;
+
+/// The model's numbers that are clearly off within their tolerance.
+fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
+    let free = hypothesis.free().into_iter().enumerate();
+    let each = free.filter_map(|(place, free)| {
+        let Free::Correction(index) = free else { return None };
+        let of = hypothesis.corrections.get(index)?;
+        let std_error = spread?.covariance[(place, place)].max(0.0).sqrt();
+        let half = spread?.half_width * std_error;
+        let found = ParameterFound {
+            value: of.value,
+            std_error,
+            ci95: [of.value - half, of.value + half],
+            unit: Candidate::unit(of.key, of.id).to_owned(),
+        };
+        let clear = (of.value - of.neutral).abs() > CLEAR * std_error;
+        clear.then(|| Corrected { id: of.id, key: of.key.to_owned(), found })
+    });
+    each.collect()
+}
+
+/// The covariance of everything that was fitted, in the units of the model file.
+fn covariance(hypothesis: &Hypothesis, spread: &Spread) -> Covariance {
+    let free = hypothesis.free();
+    let named = |free: &Free| match *free {
+        Free::Zero => ("angle_zero_rad".to_owned(), 1.0),
+        Free::Correction(index) => {
+            let of = hypothesis.corrections.get(index);
+            let name = of.map_or(String::new(), |of| format!("within_tolerance.{}.{}", of.id.name(), of.key));
+            (name, 1.0)
+        }
+        Free::Number(member, number) => {
+            let of = hypothesis.members.get(member);
+            let parameter = of.and_then(|of| of.candidate.parameters.get(number)).zip(of);
+            parameter.map_or((String::new(), 1.0), |(parameter, of)| {
+                let slot = parameter.slot.map_or(String::new(), |slot| format!("[{}]", slot + 1));
+                let name = format!("{}.{}{slot}", of.candidate.id.name(), parameter.key);
+                (name, parameter.map.slope(hypothesis.get(*free)))
+            })
+        }
+    };
+    let (of, slopes): (Vec<String>, Vec<f64>) = free.iter().map(named).unzip();
+    let row = |one: usize| {
+        (0..slopes.len()).map(|two| slopes[one] * spread.covariance[(one, two)] * slopes[two]).collect()
+    };
+    Covariance { of, matrix: (0..slopes.len()).map(row).collect() }
 }
 
 /// The share of the residual that is removed.

@@ -11,11 +11,23 @@ use crate::name::selection::Selection;
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::residual::{Left, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
+use crate::show::tone::tone;
+use crate::show::whiteness::is_white;
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
 /// What the misfit of a cause's form may leave, in parts of what the causes explain.
 pub(crate) const MISFIT: f64 = 0.02;
+
+/// What chance may do.
+const CHANCE: f64 = 0.01;
+/// Noise is coloured where so many neighbours are worth one sample, up to where it is a drift; and no louder than so many times
+/// what its neighbours differ by.
+const ALIKE: f64 = 1.2;
+const MOST_ALIKE: f64 = 200.0;
+const LOUDEST: f64 = 10.0;
+/// ... of an angle, which a rotor that slips at other moments leaves as well, and beside causes, whose misfit it may be.
+const LOUDEST_BESIDE: f64 = 1.5;
 
 /// Everything that the conclusion rests on.
 pub(crate) struct Judgement<'a> {
@@ -65,10 +77,28 @@ impl Judgement<'_> {
     /// What an error as large as the noise everywhere comes to, weighted as the samples are: of a residual in parts of its
     /// noise, the unit.
     pub fn noise_where_it_counts(&self) -> f64 {
-        let weights = || self.setting.campaign.pieces.iter().flat_map(|piece| &piece.weights);
-        let (square, count) =
-            weights().fold((0.0, 0.0), |(square, count), weight| (square + weight * weight, count + 1.0));
+        let counted = self.setting.campaign.pieces.iter().flat_map(Piece::counted);
+        let (square, count) = counted.fold((0.0, 0.0), |(square, count), (weight, information)| {
+            (square + weight * weight, count + information)
+        });
         if square > 0.0 { f64::sqrt(count / square) } else { self.noise.total }
+    }
+
+    /// How much louder than it seemed the noise is, and how many of its neighbours are worth one sample, where more is left than
+    /// white noise and nothing that was recorded explains any of it; `None` where it is white, or something does.
+    pub fn colour(&self) -> Result<Option<(f64, f64)>, DiagnosisError> {
+        let (_, left) = self.everywhere(&self.selection.fitted)?;
+        if is_white(&self.setting, &left) || tone(&self.setting, &left).is_some() {
+            return Ok(None);
+        }
+        let structure = structure(&self.setting, &left);
+        let depends = structure.dependences.iter().any(|of| of.share > MISFIT && of.p_value < CHANCE);
+        let no_cause = self.selection.fitted.point.hypothesis.members.is_empty();
+        let loudest =
+            if self.setting.campaign.kind.motion_is_measured && no_cause { LOUDEST } else { LOUDEST_BESIDE };
+        let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < loudest;
+        let colour = (structure.rms.max(1.0), structure.per_independent);
+        Ok((coloured && !depends).then_some(colour))
     }
 
     /// What differs from run to run by itself.
@@ -79,6 +109,13 @@ impl Judgement<'_> {
             found.push(format!(
                 "the torque's zero differs from run to run by about {:.3} N·m",
                 nuisances.zero_nm
+            ));
+        }
+        if self.noise.per_independent > 1.0 {
+            let alike_s = self.noise.per_independent * self.setting.campaign.facts.step_s;
+            found.push(format!(
+                "the noise is coloured: neighbours within about {:.1} ms are alike",
+                1e3 * alike_s
             ));
         }
         if nuisances.angle_zero {

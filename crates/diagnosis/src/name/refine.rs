@@ -88,7 +88,7 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
         places.push((pair, at));
     }
     let equations = setting.equations(&point, &columns, Piece::is_fitted)?;
-    let groups = by_group(setting.campaign, &equations, columns.len());
+    let groups = by_group(setting.campaign, &point.hypothesis, &equations, columns.len());
     let loss = setting.loss();
     let weighted = loss.weighted(&groups);
     let left = |columns: &[usize]| {

@@ -78,7 +78,7 @@ pub(crate) fn screen<'a>(
         }
     }
     let equations = setting.equations(point, &columns, looked_at(setting.campaign))?;
-    let groups = by_group(setting.campaign, &equations, columns.len());
+    let groups = by_group(setting.campaign, &point.hypothesis, &equations, columns.len());
     let tally = Tally::new(setting, groups, own);
     let mut ranked = Vec::new();
     for (index, candidate) in candidates.iter().enumerate() {

@@ -60,7 +60,8 @@ pub(crate) fn select(
     Ok(state)
 }
 
-fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
+/// No cause yet.
+pub(crate) fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
     let held_out = judge(setting, &begin.groups);
     let rms_first = setting.loss().rms(held_out.each(&begin.groups));
     Selection {
@@ -139,7 +140,9 @@ fn take_over(
     earlier: &Selection,
     state: &mut Selection,
 ) -> Result<(), DiagnosisError> {
-    let tried = Tried::from(setting, earlier.fitted.point.clone(), 8)?;
+    let mut point = earlier.fitted.point.clone();
+    point.hypothesis.corrections.clear();
+    let tried = Tried::from(setting, point, 8)?;
     let members = &tried.fitted.point.hypothesis.members;
     if members.iter().any(|member| Forms::is_inexact(member.candidate.id)) {
         state.forms.inexact = earlier.forms.inexact.min(state.rms.powi(2) - tried.rms.powi(2)).max(0.0);

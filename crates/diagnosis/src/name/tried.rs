@@ -45,7 +45,7 @@ impl Tried {
         Self::from_progress(setting, (self.fitted.point, self.fitted.progress), steps)
     }
 
-    fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
+    pub fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
         let held_out = judge(setting, &fitted.groups);
         let rms = setting.loss().rms(held_out.each(&fitted.groups));
         Self { fitted, held_out, rms }

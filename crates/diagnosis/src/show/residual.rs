@@ -20,6 +20,7 @@ pub(crate) fn settled(
 ) -> Result<Point, DiagnosisError> {
     let mut frozen = point.clone();
     frozen.hypothesis.members.iter_mut().for_each(|member| member.free.clear());
+    frozen.hypothesis.corrections.iter_mut().for_each(|of| of.free = false);
     let zero = frozen.hypothesis.zero_rad.take();
     let steps = setting.campaign.kind.settling_steps;
     let mut shifted = fit(setting, with_zero(frozen, zero), wanted, steps)?.point;
@@ -90,9 +91,11 @@ pub(crate) fn squares(
     let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
         if let Some((square, count)) = groups.get_mut(piece.group) {
-            // The first sample begins the prediction; it tells nothing.
-            *square += left.residual.iter().skip(1).map(|value| value * value).sum::<f64>();
-            *count += left.residual.len().saturating_sub(1) as f64;
+            let counts = left.residual.iter().zip(&piece.weights).filter(|(_, weight)| **weight > 0.0);
+            for (value, _) in counts {
+                *square += value * value;
+                *count += 1.0;
+            }
         }
     }
     groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
@@ -114,10 +117,8 @@ pub(crate) fn rms_as_fitted(setting: &Setting<'_>, left: &[Left], wanted: &impl 
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
         let Some((square, count)) = groups.get_mut(piece.group) else { continue };
         let samples = left.residual.iter().zip(&piece.weights).filter(|(_, weight)| **weight > 0.0);
-        for (value, weight) in samples {
-            *square += (value * weight).powi(2);
-            *count += 1.0;
-        }
+        *square += samples.map(|(value, weight)| (value * weight).powi(2)).sum::<f64>();
+        *count += piece.count();
     }
     setting.loss().rms(groups.into_iter())
 }

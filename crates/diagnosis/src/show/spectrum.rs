@@ -27,7 +27,7 @@ pub(crate) struct Spectrum {
 pub(crate) fn spectrum(setting: &Setting<'_>, left: &[Left]) -> Spectrum {
     spectrum_of(setting, |index, piece| {
         let residual = left.get(index).map_or(&[][..], |left| &left.residual);
-        residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect()
+        piece.in_deviations(residual)
     })
 }
 

@@ -10,12 +10,17 @@ use crate::show::residual::Left;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
+/// Covariate, residual as in [`Sample`], and what the sample counts for.
+type Counted = (f64, f64, f64);
+
 /// Bins of a covariate; of the angle one for so many rad, where that is not too many.
 const BINS: usize = 12;
 const ANGLE_BIN_RAD: f64 = 0.3;
 const MOST_BINS: usize = 120;
 /// Lags over which neighbours are compared.
 const LAGS: usize = 400;
+/// Samples of a piece that are compared.
+const LOOKED_AT: usize = 4096;
 /// Orders over a turn that are tested, and that are shown; of angle logs the rotor's teeth times these beside them.
 const ORDERS: usize = 16;
 const SHOWN_ORDERS: usize = 32;
@@ -30,8 +35,10 @@ const LEAST_RUNS: usize = 4;
 struct Sample {
     /// The run, or the piece where there are few runs.
     unit: usize,
-    /// Residual in parts of its noise.
+    /// Residual in parts of its noise, times the root of what the sample counts for.
     residual: f64,
+    /// What it counts for.
+    information: f64,
     direction: f64,
     covariates: [f64; COVARIATES.len()],
 }
@@ -55,13 +62,17 @@ pub(crate) struct Structure {
     pub orders: Vec<Order>,
     /// RMS in parts of the noise.
     pub rms: f64,
+    /// As how many independent samples all of them count.
+    pub count: f64,
+    /// How many of those are worth one, since neighbours are alike.
+    pub per_independent: f64,
 }
 
 /// Tests a residual against everything that is known beside it.
 pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     let per_independent = correlation(setting, left);
     let samples = samples(setting, left);
-    let count = samples.len() as f64;
+    let count: f64 = samples.iter().map(|sample| sample.information).sum();
     let square: f64 = samples.iter().map(|sample| sample.residual * sample.residual).sum();
     let independent = (count / per_independent).max(4.0);
     let mut dependences = Vec::new();
@@ -71,8 +82,12 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
                 let sign = if as_friction { sample.direction } else { 1.0 };
                 (sample.covariates.get(index).copied().unwrap_or(f64::NAN), sign * sample.residual)
             };
-            let counts = |(covariate, value): &(f64, f64)| covariate.is_finite() && *value != 0.0;
-            let values: Vec<(f64, f64)> = samples.iter().map(of).filter(counts).collect();
+            let counts = |(covariate, value, _): &Counted| covariate.is_finite() && *value != 0.0;
+            let counted = |sample: &Sample| {
+                let (covariate, value) = of(sample);
+                (covariate, value, sample.information)
+            };
+            let values: Vec<Counted> = samples.iter().map(counted).filter(counts).collect();
             let by_name = index < 2;
             let mut found = binned(name, as_friction, values, by_name, square, independent);
             if let Some(found) = found.as_mut().filter(|_| OF_RUNS.contains(name)) {
@@ -91,7 +106,7 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     let rms = (square / count.max(1.0)).sqrt();
     let teeth = setting.campaign.facts.motor.filter(|_| !setting.campaign.kind.motion_is_measured);
     let orders = orders(&samples, teeth.map(|motor| motor.1), square, independent, rms);
-    Structure { dependences, orders, rms }
+    Structure { dependences, orders, rms, count, per_independent }
 }
 
 /// The probability that the runs' means go with a covariate like this by chance: a line through them, each with the weight
@@ -102,7 +117,9 @@ fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f
         let (covariate, value) = of(sample);
         if covariate.is_finite() && value != 0.0 {
             let sums = units.entry(sample.unit).or_default();
-            *sums = (sums.0 + 1.0, sums.1 + covariate, sums.2 + value);
+            let information = sample.information;
+            *sums =
+                (sums.0 + information, sums.1 + information * covariate, sums.2 + information.sqrt() * value);
         }
     }
     if units.len() < LEAST_RUNS {
@@ -179,6 +196,7 @@ fn of_piece(piece: &Piece, left: &Left, (unit, kind): (usize, f64), samples: &mu
             samples.push(Sample {
                 unit,
                 residual: residual * weight,
+                information: piece.information.get(index).copied().unwrap_or(1.0),
                 direction,
                 covariates: [
                     piece.run as f64,
@@ -199,7 +217,7 @@ fn of_piece(piece: &Piece, left: &Left, (unit, kind): (usize, f64), samples: &mu
 fn binned(
     name: &str,
     as_friction: bool,
-    mut values: Vec<(f64, f64)>,
+    mut values: Vec<Counted>,
     by_value: bool,
     square: f64,
     independent: f64,
@@ -209,19 +227,22 @@ fn binned(
     if first == last {
         return None;
     }
-    let bins: Vec<&[(f64, f64)]> = if by_value {
+    let bins: Vec<&[Counted]> = if by_value {
         values.chunk_by(|a, b| a.0 == b.0).collect()
     } else {
         let fine = ((last - first) / ANGLE_BIN_RAD) as usize;
         let wanted = if name == "angle" && (BINS..MOST_BINS).contains(&fine) { fine } else { BINS };
         values.chunks(values.len().div_ceil(wanted)).collect()
     };
-    let within = |bin: &&[(f64, f64)]| {
-        let sum: f64 = bin.iter().map(|(_, value)| value).sum();
-        sum * sum / bin.len() as f64
+    let within = |bin: &&[Counted]| {
+        let add = |(sum, count): (f64, f64), (_, value, information): &Counted| {
+            (sum + information.sqrt() * value, count + information)
+        };
+        let (sum, count) = bin.iter().fold((0.0, 0.0), add);
+        sum * sum / count
     };
     let between: f64 = bins.iter().map(within).sum();
-    let total: f64 = values.iter().map(|(_, value)| value * value).sum();
+    let total: f64 = values.iter().map(|(_, value, _)| value * value).sum();
     Some(tested(name, as_friction, (between, total), bins.len() as f64, square, independent))
 }
 
@@ -241,7 +262,9 @@ fn harmonic(
         }
         (least, most) = (least.min(angle), most.max(angle));
         let value = sample.residual * if as_friction { sample.direction } else { 1.0 };
+        let root = sample.information.sqrt();
         let (sin, cos) = (order as f64 * angle).sin_cos();
+        let (sin, cos) = (root * sin, root * cos);
         (cc, ss, cs, rc, rs) =
             (cc + cos * cos, ss + sin * sin, cs + cos * sin, rc + value * cos, rs + value * sin);
     }
@@ -270,19 +293,23 @@ fn tested(
     Dependence { on: on.to_owned(), as_friction, share, p_value }
 }
 
-/// How many samples are worth one independent one: 1 + 2·Σ autocorrelation, until it first falls below a twentieth.
+/// How many samples are worth one independent one: 1 + 2·Σ autocorrelation.
 fn correlation(setting: &Setting<'_>, left: &[Left]) -> f64 {
     let mut sums = vec![0.0; LAGS];
     for (piece, left) in setting.campaign.pieces.iter().zip(left) {
-        let values: Vec<f64> =
-            left.residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect();
-        let some = values.get(..4096).unwrap_or(&values);
+        let mut values = piece.together(&left.residual);
+        values.truncate(LOOKED_AT);
+        // What a run is off by as a whole is no noise that fades.
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter_mut().for_each(|value| *value -= mean);
+        let some = &values;
         for (lag, sum) in sums.iter_mut().enumerate() {
             *sum += some.iter().zip(some.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
         }
     }
     let none = sums.first().copied().unwrap_or(0.0);
     let mut total = 1.0;
+    // Until it first falls below a twentieth.
     for sum in sums.iter().skip(1) {
         let correlation = sum / none.max(f64::MIN_POSITIVE);
         if correlation < 0.05 {
@@ -306,7 +333,7 @@ mod tests {
             let mut covariates = [f64::NAN; COVARIATES.len()];
             covariates[5] = unit as f64;
             let residual = offsets[unit] + slope * unit as f64 + 0.01 * noise;
-            Sample { unit, residual, direction: 1.0, covariates }
+            Sample { unit, residual, information: 1.0, direction: 1.0, covariates }
         };
         let chance = |slope: f64| {
             let samples: Vec<Sample> = (0..6000)

@@ -18,6 +18,12 @@ const DEVIATIONS: f64 = 4.0;
 const FORETOLD: f64 = 0.02;
 const CHANCE: f64 = 0.01;
 
+/// Noise of so little of an encoder's step leaves its rounding as it is. A reading is then no farther than half a step, and what a
+/// start is off by, from what is true, but for so few.
+const LITTLE_NOISE: f64 = 0.15;
+const NEXT_STEP: f64 = 0.6;
+const RARELY: f64 = 0.01;
+
 /// The reported test of a residual, weighted by its noise.
 pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
     let (correlations, count) = correlations::<LAGS>(setting, left, |_| true);
@@ -26,6 +32,9 @@ pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
 
 /// True if the residual of the fitted pieces is white, so that no further cause is searched for.
 pub(crate) fn is_white(setting: &Setting<'_>, left: &[Left]) -> bool {
+    if is_rounding(setting, left) {
+        return true;
+    }
     let (correlations, count) = correlations::<SEARCHED>(setting, left, Piece::is_fitted);
     let lags = SEARCHED as f64;
     statistic(&correlations, count) < lags + DEVIATIONS * (2.0 * lags).sqrt()
@@ -39,15 +48,34 @@ fn correlations<const N: usize>(
 ) -> ([f64; N], f64) {
     let (mut square, mut sums, mut count) = (0.0, [0.0; N], 0.0);
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| counts(piece)) {
-        let values: Vec<f64> =
-            left.residual.iter().zip(&piece.weights).map(|(value, weight)| value * weight).collect();
+        let values = piece.together(&left.residual);
         let product =
             |lag: usize| values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
         count += values.iter().filter(|value| **value != 0.0).count() as f64;
         square += product(0);
         sums.iter_mut().zip(1..).for_each(|(sum, lag)| *sum += product(lag));
     }
-    (sums.map(|sum| if square > 0.0 { sum / square } else { 0.0 }), count)
+    // What is less than noise may go on as it likes.
+    (sums.map(|sum| if square > 0.0 { sum / square.max(count) } else { 0.0 }), count)
+}
+
+/// Whether an encoder reads the step that is next to what the model has, as good as everywhere: a coarse one's rounding goes
+/// with speed and angle as it likes, and is no error of the model.
+pub(crate) fn is_rounding(setting: &Setting<'_>, left: &[Left]) -> bool {
+    if setting.campaign.kind.motion_is_measured {
+        return false;
+    }
+    let (mut beyond, mut all) = (0, 0);
+    for (piece, left) in setting.campaign.pieces.iter().zip(left) {
+        let noise_rad = piece.noise.beyond_quantisation_rad();
+        if noise_rad > LITTLE_NOISE * piece.noise.step_rad {
+            return false;
+        }
+        let most_rad = NEXT_STEP * piece.noise.step_rad + 3.0 * noise_rad;
+        beyond += left.residual.iter().filter(|residual| residual.abs() > most_rad).count();
+        all += left.residual.len();
+    }
+    (beyond as f64) < RARELY * all as f64
 }
 
 /// Ljung and Box's Q.

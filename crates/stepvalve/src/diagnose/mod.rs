@@ -40,6 +40,15 @@ pub struct Arguments {
     /// without, it is estimated from the log
     #[arg(long, value_name = "RMS", value_parser = noise)]
     noise: Option<f64>,
+    /// How well the model's numbers are known, as a standard deviation in parts of each (of the torque's zero in parts of the
+    /// Coulomb torque); corrections up to twice that are no cause. 0: exactly
+    #[arg(long, value_name = "PART", default_value_t = 0.03, value_parser = tolerance)]
+    tolerance: f64,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let refused = || format!("found `{text}`, expected a number from 0 to 0.25");
+    text.parse().ok().filter(|part: &f64| (0.0..=0.25).contains(part)).ok_or_else(refused)
 }
 
 fn noise(text: &str) -> Result<f64, String> {
@@ -60,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
     let progress = progress();
-    let options = Options { seed: arguments.seed, noise: arguments.noise };
+    let options = Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance };
     let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
     progress.finish_and_clear();
     let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
@@ -109,6 +118,9 @@ fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
         if let Some(best) = &group.best {
             say(format_args!("  fitted best: {}: {}", best.id, words::numbers(&best.parameters)));
         }
+    }
+    for number in &diagnosis.within_tolerance {
+        say(format_args!("  within tolerance: {}", words::corrected(number)));
     }
     for seen in diagnosis.nuisances.iter().chain(&diagnosis.observations) {
         say(format_args!("  seen: {seen}"));

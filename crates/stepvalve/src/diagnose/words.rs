@@ -1,6 +1,6 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
-use diagnosis::{BestOfGroup, Cause, Found, ParameterFound, Parameters, Verdict};
+use diagnosis::{BestOfGroup, Cause, Corrected, Found, Nearest, ParameterFound, Parameters, Verdict};
 use log_data::Channel;
 use valve_model::EffectId;
 
@@ -14,14 +14,23 @@ pub fn headline(found: &Found) -> String {
     let residual = diagnosis.residual.first();
     let (rms, noise) = residual.map_or((f64::NAN, f64::NAN), |of| (of.rms, of.noise));
     let gain = &diagnosis.gain;
-    let falls = format!(
-        "the error on runs not used for fitting falls from {} to {} {unit}",
-        short(gain.rms_before),
-        short(gain.rms_after)
-    );
+    let on = if gain.held_out_runs.is_empty() {
+        "the error on the runs that it was fitted on (there are too few to hold some out)"
+    } else {
+        "the error on runs not used for fitting"
+    };
+    let way = if gain.rms_after < gain.rms_before { "falls" } else { "rises" };
+    let falls = format!("{on} {way} from {} to {} {unit}", short(gain.rms_before), short(gain.rms_after));
     let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
     let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
     match diagnosis.verdict {
+        Verdict::NoDiscrepancy if !diagnosis.within_tolerance.is_empty() => {
+            let numbers: Vec<String> = diagnosis.within_tolerance.iter().map(corrected).collect();
+            format!(
+                "The model agrees with the measurement within the tolerance of its numbers: {}.",
+                numbers.join(", ")
+            )
+        }
         Verdict::NoDiscrepancy => {
             format!(
                 "The model agrees with the measurement: its error of {} {unit} is the measurement's own noise.",
@@ -31,8 +40,12 @@ pub fn headline(found: &Found) -> String {
         Verdict::Unexplained => {
             let (rms, noise, louder) = (short(rms), short(noise), rms > LOUDER * noise);
             let mut says = if louder {
+                let why = diagnosis
+                    .nearest
+                    .as_ref()
+                    .map_or_else(|| "none of the known causes explains it".to_owned(), too_much_left);
                 format!(
-                    "The model is wrong by {rms} {unit} where the measurement scatters by {noise}, and none of the known causes explains it."
+                    "The model is wrong by {rms} {unit} where the measurement scatters by {noise}, and {why}."
                 )
             } else {
                 format!(
@@ -73,6 +86,27 @@ pub fn headline(found: &Found) -> String {
                 joined(&sentences)
             )
         }
+    }
+}
+
+/// A number that is corrected within its tolerance.
+pub fn corrected(number: &Corrected) -> String {
+    let of = &number.found;
+    if number.key == "offset_nm" {
+        return format!("{} {} N·m", number.id.name(), short(of.value));
+    }
+    let percent = |value: f64| format!("{:+.1}", 100.0 * (value - 1.0));
+    let [from, to] = of.ci95;
+    format!("{} {} % ({} to {} %)", number.id.name(), percent(of.value), percent(from), percent(to))
+}
+
+/// Why causes that remove most of it are not named.
+fn too_much_left(nearest: &Nearest) -> String {
+    let removes =
+        format!("{} removes the largest part, {:.0} %", names(&nearest.ids), 100.0 * nearest.removes);
+    match &nearest.leaves_by {
+        Some(on) => format!("{removes}, but what it leaves goes by {on}: as it stands it is not the cause"),
+        None => format!("{removes}, but leaves too much to be the cause as it stands"),
     }
 }
 

@@ -1,0 +1,74 @@
+//! An angle predicted from a command, from where a run begins: pieces that follow each other need no guess of how each begins.
+
+use crate::log::driven::Driven;
+use crate::log::past::Before;
+use crate::log::piece::Begun;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use valve_model::{ContactPast, MotionSample, ValveInput, ValveParams};
+
+/// A whole run, to be predicted from its first sample on.
+#[derive(Debug)]
+pub(crate) struct Course {
+    /// The run's place in the log.
+    pub run: usize,
+    pub driven: Driven,
+    pub first: MotionSample,
+    /// Before the run.
+    pub past: Before,
+}
+
+/// The run's angles as one model has them, by run and start: its pieces ask for them one after the other.
+#[derive(Debug, Default)]
+pub(crate) struct Whole {
+    found: Mutex<BTreeMap<Key, Arc<OnceLock<Vec<f64>>>>>,
+}
+
+/// Run, and the start's shift and side by their bits.
+type Key = (usize, u64, Option<u64>);
+
+impl Whole {
+    /// All angles of a run, rad.
+    pub fn angle_rad(&self, course: &Course, params: &ValveParams, start: Begun) -> Arc<OnceLock<Vec<f64>>> {
+        let key = (course.run, start.shift.to_bits(), start.side.map(f64::to_bits));
+        let own = {
+            let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+            Arc::clone(found.entry(key).or_default())
+        };
+        own.get_or_init(|| angle_rad(&course.driven, course.first, course.past, params, start));
+        own
+    }
+}
+
+/// The angles that the command leads to, from the driven signals' first sample on, rad; the lead's too.
+pub(crate) fn angle_rad(
+    driven: &Driven,
+    first: MotionSample,
+    past: Before,
+    params: &ValveParams,
+    start: Begun,
+) -> Vec<f64> {
+    let met_rad = first.angle_rad + start.shift;
+    let input = |index: usize| {
+        let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index + 1);
+        ValveInput {
+            command_start_rad: driven.command_at(index),
+            command_end_rad: driven.command_at(index + 1),
+            pressure_drop_pa,
+            oil_temperature_c,
+            current_ratio: 1.0,
+        }
+    };
+    let side = start.side.unwrap_or(past.side);
+    let came_from_rad = side * params.friction_law().break_away_deflection_rad();
+    let past = ContactPast { came_from_rad, ..past.contact };
+    let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &past);
+    let mut angle = Vec::with_capacity(driven.all_times_s().len());
+    angle.push(met_rad);
+    for (index, times) in driven.all_times_s().windows(2).enumerate() {
+        let dt_s = times.iter().fold(0.0, |before, after| after - before);
+        angle.push(prediction::encoder_angle_after(params, &mut state, &input(index), dt_s));
+    }
+    prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay_s());
+    angle
+}
