@@ -50,7 +50,7 @@ impl Model {
     ///         command_end_rad: command_rad(cycle + 1),
     ///         pressure_drop_pa: 0.0,
     ///         oil_temperature_c: 40.0,
-    ///         energised: true,
+    ///         current_ratio: 1.0,
     ///     };
     ///     step(&params, &mut valve, &input, 1e-3);
     /// }

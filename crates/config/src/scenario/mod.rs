@@ -90,7 +90,8 @@ impl Scenario {
                 "a period of {period_us} us is experimental: below 250 us nothing is promised"
             ));
         }
-        if self.set_points.is_empty() {
+        // With a real drive the set-points are the operator's.
+        if self.set_points.is_empty() && self.drive.is_none() {
             warnings.push("no set-point: the valve holds its initial angle".to_owned());
         }
         if !self.encoder.fitted {

@@ -188,7 +188,8 @@ fn defaults() {
         (0, 150_000, 400_000)
     );
     assert_eq!((s.pressure_drop.at(1.0), s.oil_temperature.at(1.0)), (0.0, 40.0));
-    assert_eq!(s.warnings().len(), 2);
+    // No set-point, no encoder, and no current that would keep the zero.
+    assert_eq!(s.warnings().len(), 3);
     let rotation = format!(
         "{SMALL}[[set_point]]\ntime = 0\npulse_rate = \"-200kHz\"\n[[set_point]]\ntime = 0.5\nspeed = 11.17"
     );

@@ -98,7 +98,7 @@ fn unknown_keys() {
         )
     );
     let errors = errors_of(FULL, "delay_cycles = 1", "  bogus = 1").to_string();
-    let keys = "fitted, counts_per_turn, noise, delay_cycles";
+    let keys = "fitted, counts_per_turn, noise, delay_cycles, absolute";
     assert_eq!(errors, format!("x.toml:31:3: encoder.bogus: found an unknown key, expected one of {keys}"));
     let errors = errors_of(FULL, "[timing.step-controller]", "[timing.step-controler]").to_string();
     assert!(
