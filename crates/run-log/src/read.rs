@@ -39,7 +39,7 @@ pub enum LogPart {
 pub enum Wanted {
     /// All that are as long as their run's time.
     All,
-    /// Those that models know.
+    /// Those that models know, and those that say whether the motor carries current.
     Channels,
 }
 
@@ -75,6 +75,9 @@ pub fn read_log(path: &Path) -> Result<Log, RunLogError> {
     log.check().map_err(|source| RunLogError::Log { path: path.to_owned(), source })?;
     Ok(log)
 }
+
+/// Signals of a run file that say whether the motor carries its current.
+const ENERGISED: [&str; 2] = ["command_energise", "command_current_ratio"];
 
 /// Adds a column to the last run.
 fn put(log: &mut Log, column: Option<(String, String, Vec<f64>)>) {
@@ -188,7 +191,8 @@ impl Reader<'_> {
             }
         }
         let further = members.into_iter().filter(|name| Channel::from_name(name).is_none());
-        for name in further.filter(|_| self.wanted == Wanted::All).collect::<Vec<_>>() {
+        let wanted = |name: &String| self.wanted == Wanted::All || ENERGISED.contains(&name.as_str());
+        for name in further.filter(wanted).collect::<Vec<_>>() {
             if let Some((dataset, unit)) = self.extra(group, &place, &name, rows)? {
                 self.column(&dataset, (&place, &name), &unit, each)?;
             }

@@ -123,7 +123,8 @@ pub(crate) fn conclude(
         observations,
     };
     let refused = |source| judged.setting.campaign.refused(source);
-    let extended = point.hypothesis.model(judged.setting.given).map_err(refused)?;
+    let told = |id: EffectId| diagnosis.within_tolerance.iter().any(|of| of.id == id);
+    let extended = point.hypothesis.extending(told).model(judged.setting.given).map_err(refused)?;
     Ok(Found { proposed, ..found(judged, diagnosis, extended, &after) })
 }
 

@@ -145,6 +145,14 @@ impl Hypothesis {
         self
     }
 
+    /// As a model file is to have it: corrections alone that were told, and none of the transducer, which is no part of the model.
+    pub fn extending(&self, told: impl Fn(EffectId) -> bool) -> Self {
+        let mut extending = self.clone();
+        let transducers = [EffectId::TorqueGain, EffectId::TorqueOffset];
+        extending.corrections.retain(|of| told(of.id) && !transducers.contains(&of.id));
+        extending
+    }
+
     /// What the tolerance says of the numbers that are free, as a group of equations without samples: of the first `columns`
     /// numbers that are free.
     pub fn prior(&self, columns: usize) -> Gram {

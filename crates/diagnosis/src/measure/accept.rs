@@ -76,7 +76,11 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     }
     let members: Vec<Member> =
         accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
-    let hypothesis = Hypothesis { members, ..judged.without_causes() };
+    let mut hypothesis = Hypothesis { members, ..judged.without_causes() };
+    // Beside causes that aren't taken, corrections would stand in for them.
+    if hypothesis.members.is_empty() {
+        hypothesis.corrections.clear();
+    }
     let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
     fit(&judged.setting, begin, &Piece::is_fitted, 8)
 }
@@ -142,8 +146,10 @@ fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, 
     }
 }
 
-/// A correction is told where it is so many of its standard errors from none.
+/// A correction is told where it is so many of its standard errors from none, or this part of its tolerance: several that do
+/// the same are each uncertain, and together are not.
 const CLEAR: f64 = 2.0;
+const MOVED: f64 = 1.0 / 3.0;
 
 /// The model's numbers that are clearly off within their tolerance.
 fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
@@ -159,7 +165,7 @@ fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected>
             ci95: [of.value - half, of.value + half],
             unit: Candidate::unit(of.key, of.id).to_owned(),
         };
-        let clear = (of.value - of.neutral).abs() > CLEAR * std_error;
+        let clear = (of.value - of.neutral).abs() > (CLEAR * std_error).min(MOVED * of.deviation);
         clear.then(|| Corrected { id: of.id, key: of.key.to_owned(), found })
     });
     each.collect()

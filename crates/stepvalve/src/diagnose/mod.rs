@@ -1,6 +1,7 @@
 //! `stepvalve diagnose`: measured runs against a model; what it gets wrong, why, and what that is worth.
 
 mod closed_loop;
+mod energised;
 mod extended;
 mod leftover;
 mod page;
@@ -65,7 +66,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = Files::new(&arguments.out)?;
     let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
-    let log = strangers::log(&arguments.log)?;
+    let mut log = strangers::log(&arguments.log)?;
+    log.runs.iter_mut().for_each(|run| {
+        energised::cut(run);
+        run.extra = Vec::new();
+    });
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
     let progress = progress();

@@ -5,7 +5,7 @@ use super::frames::{Head, Receiver, TooMany};
 use super::limits::Limits;
 use crate::files::name;
 use anyhow::{Context, anyhow, bail};
-use log_data::{AngleZero, Channel, Log, Run};
+use log_data::{AngleZero, Channel, Extra, Log, Run};
 use nix::sys::signal::Signal;
 use std::io::{BufReader, Read};
 use std::os::unix::process::ExitStatusExt;
@@ -160,8 +160,10 @@ fn collect_log(receiver: &mut Receiver<BufReader<ChildStdout>>) -> anyhow::Resul
             }
             Head::Channel { name, numbers } => {
                 let values = receiver.numbers(numbers)?;
-                if let (Some(run), Some(channel)) = (log.runs.last_mut(), Channel::from_name(&name)) {
-                    run.set_channel(channel, values);
+                match (log.runs.last_mut(), Channel::from_name(&name)) {
+                    (Some(run), Some(channel)) => run.set_channel(channel, values),
+                    (Some(run), None) => run.extra.push(Extra { name, unit: "1".to_owned(), values }),
+                    (None, _) => {}
                 }
             }
             Head::Array { .. } => bail!("an array in a log"),
