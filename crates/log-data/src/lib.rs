@@ -6,8 +6,10 @@
 
 mod channel;
 mod check;
+mod energised;
 mod log;
 
 pub use channel::Channel;
 pub use check::LogError;
+pub use energised::cut_to_energised;
 pub use log::{AngleZero, Attribute, Extra, Log, Run};

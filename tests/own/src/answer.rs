@@ -57,8 +57,10 @@ impl Motion {
 /// # Errors
 /// A file that can't be read, or has no command.
 pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
-    let log = run_log::read_log(run_h5)?;
-    let run = log.runs.first().context("a run")?;
+    let mut log = run_log::read_log(run_h5)?;
+    let run = log.runs.first_mut().context("a run")?;
+    log_data::cut_to_energised(run);
+    let run = &*run;
     let belief = parse_model(&recording.belief_toml, "belief.toml")?;
     let Some(change) = &recording.change else {
         return Ok(Answer { truth: truth(recording, &belief, &[], Vec::new(), 0.0), shows: true });

@@ -1,7 +1,6 @@
 //! `stepvalve diagnose`: measured runs against a model; what it gets wrong, why, and what that is worth.
 
 mod closed_loop;
-mod energised;
 mod extended;
 mod leftover;
 mod page;
@@ -68,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
     let mut log = strangers::log(&arguments.log)?;
     log.runs.iter_mut().for_each(|run| {
-        energised::cut(run);
+        log_data::cut_to_energised(run);
         run.extra = Vec::new();
     });
     let quality = log_quality::inspect(&log, Some(&model));

@@ -1,6 +1,6 @@
 //! What of a recording of our own the model can predict: the rows in which the motor carries its whole current.
 
-use log_data::{Channel, Run};
+use crate::{Channel, Run};
 use std::ops::Range;
 
 /// A stretch of fewer rows is not worth a run.
@@ -8,7 +8,7 @@ const LEAST_ROWS: usize = 50;
 
 /// Cuts a run to the longest stretch in which its `command_energise` and `command_current_ratio`, where it has them, say that the
 /// motor carries its whole current: a disarmed rotor goes where it likes.
-pub fn cut(run: &mut Run) {
+pub fn cut_to_energised(run: &mut Run) {
     let of = |name: &str| run.extra(name).map(|extra| extra.values.as_slice());
     let Some(energised) = of("command_energise") else { return };
     let ratio = of("command_current_ratio");
@@ -56,7 +56,7 @@ fn keep(run: &mut Run, rows: &Range<usize>) {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use log_data::Extra;
+    use crate::Extra;
 
     #[test]
     fn what_is_disarmed_is_cut_off() {
@@ -66,7 +66,7 @@ mod tests {
             ..Run::default()
         };
         let whole = run.clone();
-        cut(&mut run);
+        cut_to_energised(&mut run);
         assert_eq!(run, whole);
         // A missed row in the midst of it, and nothing known of the first.
         let energised = |row: usize| match row {
@@ -79,7 +79,7 @@ mod tests {
             unit: "1".to_owned(),
             values: (0..200).map(energised).collect(),
         }];
-        cut(&mut run);
+        cut_to_energised(&mut run);
         assert_eq!((run.time_s[0], run.len()), (10.0, 140));
         assert_eq!(run.angle_rad.len(), 140);
     }
