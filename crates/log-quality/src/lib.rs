@@ -1,8 +1,8 @@
 //! What is wrong with a log itself: wired or converted wrongly, cut off, incomplete. Asked before anything is computed from it.
 //!
-//! Pure: no file, clock or thread. Samples are judged by themselves ([`samples`], [`sampling`]); units, signs and channels by
+//! Pure: no file, clock or thread. Samples are judged by themselves (`samples`, `sampling`); units, signs and channels by
 //! the model, where there is one: a record that the model contradicts, and agrees with once it is turned or scaled as people
-//! mistake them, was mistaken so ([`mistakes`]). What the model gets wrong about friction is no finding here: a claim needs a
+//! mistake them, was mistaken so (`mistakes`). What the model gets wrong about friction is no finding here: a claim needs a
 //! contradiction that no friction makes, a factor of more than three or a wrong sign.
 #![forbid(unsafe_code)]
 

@@ -5,7 +5,7 @@
 //! drive in cyclic synchronous position, or the profile of a pulse-train terminal. It shares no code with the bridge: both were
 //! written from the standards (ETG.1000.4, ETG.1000.6, CiA 402), so that a misreading shows as a disagreement.
 //!
-//! Time comes from outside: [`Bus::exchange`] takes the present time, so a test may run it without a clock.
+//! Time comes from outside: `Bus::exchange` takes the present time, so a test may run it without a clock.
 #![forbid(unsafe_code)]
 
 mod al;

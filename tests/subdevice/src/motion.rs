@@ -26,7 +26,7 @@ impl Valve {
     /// A valve at rest at `angle_rad`.
     ///
     /// # Errors
-    /// [`ValveError`], where the model has no motor or can't be.
+    /// `ValveError`, where the model has no motor or can't be.
     pub fn new(model: &Model, angle_rad: f64) -> Result<Self, ValveError> {
         let motor = model.motor.ok_or(ValveError::NoMotor)?;
         Ok(Self { params: ValveParams::new(model)?, motor, state: ValveState::at_rest(angle_rad) })

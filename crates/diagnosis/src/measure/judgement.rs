@@ -22,12 +22,10 @@ pub(crate) const MISFIT: f64 = 0.02;
 /// What chance may do.
 const CHANCE: f64 = 0.01;
 /// Noise is coloured where so many neighbours are worth one sample, up to where it is a drift; and no louder than so many times
-/// what its neighbours differ by.
+/// what its neighbours differ by: a residual that is louder may be an effect that nothing recorded explains.
 const ALIKE: f64 = 1.2;
 const MOST_ALIKE: f64 = 200.0;
-const LOUDEST: f64 = 10.0;
-/// ... of an angle, which a rotor that slips at other moments leaves as well, and beside causes, whose misfit it may be.
-const LOUDEST_BESIDE: f64 = 1.5;
+const LOUDEST: f64 = 1.5;
 
 /// Everything that the conclusion rests on.
 pub(crate) struct Judgement<'a> {
@@ -93,10 +91,7 @@ impl Judgement<'_> {
         }
         let structure = structure(&self.setting, &left);
         let depends = structure.dependences.iter().any(|of| of.share > MISFIT && of.p_value < CHANCE);
-        let no_cause = self.selection.fitted.point.hypothesis.members.is_empty();
-        let loudest =
-            if self.setting.campaign.kind.motion_is_measured && no_cause { LOUDEST } else { LOUDEST_BESIDE };
-        let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < loudest;
+        let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < LOUDEST;
         let colour = (structure.rms.max(1.0), structure.per_independent);
         Ok((coloured && !depends).then_some(colour))
     }
