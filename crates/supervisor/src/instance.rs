@@ -109,10 +109,8 @@ impl Instance {
     /// # Errors
     /// Where the file can't be written.
     pub fn announce(&self, whereabouts: &Whereabouts) -> Result<()> {
-        let (path, new) = (self.folder.join("place.json"), self.folder.join("place.json.new"));
-        let text = serde_json::to_vec(whereabouts)?;
-        let written = std::fs::write(&new, text).and_then(|()| std::fs::rename(&new, &path));
-        written.with_context(|| path.display().to_string())
+        let path = self.folder.join("place.json");
+        whole_file::write(&path, serde_json::to_vec(whereabouts)?).with_context(|| path.display().to_string())
     }
 }
 

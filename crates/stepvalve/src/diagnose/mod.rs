@@ -15,11 +15,11 @@ use crate::strangers;
 use anyhow::{Context, anyhow};
 use diagnosis::{Diagnosis, Event, Options, Verdict, diagnose};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use supervisor::{Failure, Outcome};
 use threads::Threads;
+use whole_file::Partial;
 
 /// What to hold against what.
 #[derive(clap::Args)]
@@ -158,14 +158,12 @@ impl Files {
         let mut written = Vec::new();
         for (file, text) in files {
             let path = self.folder.join(file);
-            let mut temporary =
-                tempfile::NamedTempFile::new_in(&self.folder).with_context(|| name(&self.folder))?;
-            temporary.write_all(text.as_bytes()).with_context(|| name(&path))?;
-            written.push((temporary, path));
+            let partial = Partial::beside(&path).with_context(|| name(&path))?;
+            std::fs::write(partial.path(), text).with_context(|| name(&path))?;
+            written.push((partial, path));
         }
-        for (temporary, path) in written {
-            let file = temporary.persist_noclobber(&path).with_context(|| name(&path))?;
-            files::let_all_read(&file).with_context(|| name(&path))?;
+        for (partial, path) in written {
+            partial.appear().with_context(|| name(&path))?;
         }
         Ok(())
     }

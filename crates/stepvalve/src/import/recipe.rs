@@ -3,7 +3,6 @@
 use super::mapping::Mapping;
 use crate::files::{self, name};
 use anyhow::{Context, anyhow};
-use std::io::Write;
 use std::path::Path;
 use supervisor::Failure;
 
@@ -37,15 +36,7 @@ pub(super) fn write(file: &Path, mapping: &Mapping) -> Result<(), Failure> {
     let mapping =
         Mapping { format: Some(FORMAT.to_owned()), format_version: Some(FORMAT_VERSION), ..mapping.clone() };
     let text = toml::to_string(&mapping).context("the recipe")?;
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let write = || -> std::io::Result<()> {
-        let mut temporary = tempfile::NamedTempFile::new_in(folder)?;
-        temporary.write_all(text.as_bytes())?;
-        files::let_all_read(temporary.as_file())?;
-        temporary.persist(file).map_err(|error| error.error)?;
-        Ok(())
-    };
-    Ok(write().with_context(|| name(file))?)
+    Ok(whole_file::write(file, text).with_context(|| name(file))?)
 }
 
 /// Line and column of a byte, both from 1.

@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let document = serde_json::to_string_pretty(&findings.to_json()).context("paper.json")?;
     page::page(&findings).write_html(&html).with_context(|| name(&html))?;
-    std::fs::write(&json, document + "\n").with_context(|| name(&json))?;
+    whole_file::write(&json, document + "\n").with_context(|| name(&json))?;
     say(format_args!("{} and {}", name(&html), name(&json)));
     Ok(Outcome::Done)
 }

@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let found = fit(&belief, &start, &seen, motion.period_s()).context("the fit")?;
     report(&found, &start, motion.duration_s);
     let tuned = Model { friction: FrictionParams::LuGre(found.friction), ..belief };
-    std::fs::write(&arguments.out, write_model(&tuned, &comments(&found)))
+    whole_file::write(&arguments.out, write_model(&tuned, &comments(&found)))
         .with_context(|| files::name(&arguments.out))?;
     Ok(Outcome::Done)
 }
