@@ -1,7 +1,7 @@
 //! `stepvalve check`: is this file good?
 
-use crate::files;
 use crate::say::say;
+use crate::{files, loaded};
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
 
@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ));
         return Ok(Outcome::Done);
     }
-    let loaded = files::load(&arguments.file)?;
+    let loaded = loaded::load(&arguments.file)?;
     let scenario = &loaded.scenario;
     say(format_args!(
         "{file}: scenario \"{}\", {} s at {} us, {} set-points, truth {}, belief {}: good",

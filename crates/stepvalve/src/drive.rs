@@ -1,8 +1,9 @@
 //! The real drive of a scenario: its file read, and checked against the scenario and its models.
 
-use crate::files::{self, Loaded};
+use crate::files;
 use anyhow::anyhow;
-use config::Drive;
+use closed_loop::Parts;
+use config::{Drive, Scenario};
 use ethercat_link::BridgeParams;
 use fieldbus::{AxisParams, DriveFile, JudgeParams};
 use processes::BridgePart;
@@ -24,20 +25,24 @@ const CLOCK_CYCLES: u64 = 10;
 ///
 /// # Errors
 /// [`Failure::Input`], where the drive file, or the scenario with it, makes no sense.
-pub fn load(scenario_path: &Path, drive: &Drive, loaded: &Loaded) -> Result<BridgePart, Failure> {
+pub fn load(
+    scenario_path: &Path,
+    drive: &Drive,
+    scenario: &Scenario,
+    parts: &Parts,
+) -> Result<BridgePart, Failure> {
     let path = files::beside(scenario_path, &drive.file);
     let file = config::parse_drive(&files::read(&path)?, &files::name(&path)).map_err(Failure::input)?;
     let named = |text: String| Failure::Input(anyhow!("{}: {text}", files::name(scenario_path)));
-    agree(&file, loaded).map_err(named)?;
-    let params = params(file, loaded).map_err(named)?;
+    agree(&file, scenario, parts).map_err(named)?;
+    let params = params(file, scenario, parts).map_err(named)?;
     Ok(BridgePart { interface: drive.interface.clone(), params })
 }
 
 /// What scenario, model and drive file say of the same thing.
-fn agree(file: &DriveFile, loaded: &Loaded) -> Result<(), String> {
+fn agree(file: &DriveFile, scenario: &Scenario, parts: &Parts) -> Result<(), String> {
     file.validate().map_err(|error| error.to_string())?;
-    let scenario = &loaded.scenario;
-    let microsteps = (TAU / loaded.microstep_rad).round();
+    let microsteps = (TAU / parts.plant.drive.microstep_angle_rad).round();
     if f64::from(file.units_per_rev) != microsteps {
         return Err(format!(
             "the drive counts {} units a revolution, expected {microsteps}, the model's micro-steps: set the drive to them",
@@ -59,8 +64,7 @@ fn agree(file: &DriveFile, loaded: &Loaded) -> Result<(), String> {
     Ok(())
 }
 
-fn params(file: DriveFile, loaded: &Loaded) -> Result<BridgeParams, String> {
-    let scenario = &loaded.scenario;
+fn params(file: DriveFile, scenario: &Scenario, parts: &Parts) -> Result<BridgeParams, String> {
     let period_ns = scenario.period_ns;
     let part = |percent: u64| period_ns * percent / 100;
     let reply_until_ns = part(REPLY_PERCENT).min(scenario.timing.trajectory.phase_ns);
@@ -74,7 +78,7 @@ fn params(file: DriveFile, loaded: &Loaded) -> Result<BridgeParams, String> {
         ));
     }
     let axis = AxisParams {
-        drive: loaded.parts.plant.drive,
+        drive: parts.plant.drive,
         profile: file.profile,
         direction: file.direction(),
         position_is_measured: file.position_is_measured,

@@ -16,6 +16,7 @@ mod import;
 mod in_process;
 mod inspect;
 mod keep;
+mod loaded;
 mod metrics;
 mod operator;
 mod output;

@@ -1,6 +1,6 @@
 //! What a record says of itself, and of the way it was run.
 
-use crate::files::Loaded;
+use crate::loaded::Loaded;
 use clap::ValueEnum;
 use recording::RecordInfo;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! `stepvalve replay`: the controller once more, on what it saw, compared bit for bit with what it said.
 
-use crate::files::{load_texts, name};
+use crate::files::name;
+use crate::loaded::load_texts;
 use crate::say::say;
 use anyhow::{Result, anyhow, bail};
 use closed_loop::ControllerRole;

@@ -1,8 +1,8 @@
 //! `stepvalve run`: the valve without an end, in real time, spoken to over its control socket.
 
 use crate::errand::{Errand, hand_over};
-use crate::files;
 use crate::keep::parse_keep;
+use crate::loaded;
 use crate::output::Output;
 use crate::record_info::{Mode, record_info};
 use crate::say::say;
@@ -47,7 +47,7 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure::Input`] before anything is started; [`Failure::Failed`] where the supervisor can't be started.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let loaded = files::load(&arguments.scenario)?;
+    let loaded = loaded::load(&arguments.scenario)?;
     for warning in loaded.scenario.warnings() {
         complain(format_args!("note: {warning}"));
     }

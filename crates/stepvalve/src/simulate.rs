@@ -1,9 +1,10 @@
 //! `stepvalve simulate`: a scenario in closed loop, in one of three modes, to its end.
 
 use crate::errand::{Errand, Simulation, hand_over};
-use crate::files::{self, Loaded};
+use crate::files;
 use crate::in_process;
 use crate::keep::parse_keep;
+use crate::loaded::{self, Loaded};
 use crate::metrics::Metrics;
 use crate::output::Output;
 use crate::record_info::{Mode, record_info};
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(Failure::Input(anyhow!("--record takes none or all here: a scenario has an end")));
     }
     let injections = injections(arguments)?;
-    let loaded = files::load(&arguments.scenario)?;
+    let loaded = loaded::load(&arguments.scenario)?;
     if loaded.bridge.is_some() {
         // It arms by itself, which a real valve must not.
         return Err(Failure::Input(anyhow!(

@@ -1,6 +1,6 @@
 //! The loop that the machine is judged for: its period, cores, priority, and how late a process may be.
 
-use crate::files;
+use crate::loaded;
 use anyhow::anyhow;
 use config::{Dimension, TaskTiming, parse_quantity};
 use serde::Serialize;
@@ -65,7 +65,7 @@ impl Target {
     }
 
     fn of_scenario(path: &Path, period_ns: Option<u64>) -> Result<Self, Failure> {
-        let scenario = files::load(path)?.scenario;
+        let scenario = loaded::load(path)?.scenario;
         let timing = &scenario.timing;
         let tasks: [TaskTiming; 3] = [timing.plant, timing.trajectory, timing.controller];
         // With another period the phases keep their parts of it.

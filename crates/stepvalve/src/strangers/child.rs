@@ -1,62 +1,37 @@
 //! The process that reads a strange file.
 
+use super::array::Array;
 use super::frames::{Head, send, send_numbers};
-use super::limits::Limits;
+use super::request::{Kind, ReadFile};
 use super::{mat, npy};
 use anyhow::{Context, anyhow};
 use run_log::{LogPart, RunLogError, Wanted, read_log_parts};
 use std::io::{BufWriter, Stdout, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use supervisor::{Failure, Outcome};
-
-/// Reads a file for another process.
-#[derive(clap::Args)]
-pub struct ReadFile {
-    /// What it is
-    #[arg(value_enum)]
-    kind: Kind,
-    /// The file
-    file: PathBuf,
-    /// The most numbers
-    numbers: usize,
-    /// The most memory, bytes
-    memory_bytes: u64,
-    /// The most time on a processor, s
-    cpu_s: u64,
-}
-
-/// What a file is taken for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Kind {
-    Log,
-    Mat,
-    Npy,
-}
 
 /// Reads a file and sends its parts to stdout.
 ///
 /// # Errors
 /// [`Failure::Input`] where the file can't be read.
 pub fn read_file(arguments: &ReadFile) -> Result<Outcome, Failure> {
-    let ReadFile { kind, file, numbers, memory_bytes, cpu_s } = arguments;
-    Limits { numbers: *numbers, memory_bytes: *memory_bytes, cpu_s: *cpu_s }.enforce()?;
+    let (file, limits) = (&arguments.file, arguments.limits());
+    limits.enforce()?;
     let mut out = BufWriter::with_capacity(1 << 18, std::io::stdout());
-    match kind {
-        Kind::Log => send_log(file, *numbers, &mut out)?,
-        Kind::Mat => {
-            mat::arrays(file, *numbers, &mut |array| send_array(array, &mut out)).map_err(Failure::Input)?
-        }
-        Kind::Npy => {
-            npy::arrays(file, *numbers, &mut |array| send_array(array, &mut out)).map_err(Failure::Input)?
-        }
+    match arguments.kind {
+        Kind::Log => send_log(file, limits.numbers, &mut out)?,
+        Kind::Mat => mat::arrays(file, limits.numbers, &mut |array| send_array(array, &mut out))
+            .map_err(Failure::Input)?,
+        Kind::Npy => npy::arrays(file, limits.numbers, &mut |array| send_array(array, &mut out))
+            .map_err(Failure::Input)?,
     }
     send(&mut out, &Head::End)?;
     out.flush().context("stdout")?;
     Ok(Outcome::Done)
 }
 
-fn send_array(array: super::Array, out: &mut BufWriter<Stdout>) -> anyhow::Result<()> {
-    let super::Array { name, shape, numbers } = array;
+fn send_array(array: Array, out: &mut BufWriter<Stdout>) -> anyhow::Result<()> {
+    let Array { name, shape, numbers } = array;
     send(out, &Head::Array { name, shape, numbers: numbers.len() as u64 })?;
     send_numbers(out, &numbers)
 }

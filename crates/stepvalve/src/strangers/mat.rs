@@ -1,6 +1,6 @@
 //! MATLAB's MAT files, v5 and v7.3 (HDF5): their arrays of numbers.
 
-use super::Array;
+use super::array::Array;
 use anyhow::{anyhow, bail};
 use matfile::{MatFile, NumericData};
 use std::fs::File;

@@ -5,13 +5,16 @@
 //! (`stepvalve read-file`, hidden), with limits of memory and time, and takes the contents from a pipe. However that
 //! process ends, here it is an error message that names the file.
 
+mod array;
 mod child;
 mod frames;
 mod limits;
 mod mat;
 mod npy;
 mod parent;
+mod request;
 
-pub use child::{ReadFile, read_file};
+pub use child::read_file;
 pub use limits::Limits;
-pub use parent::{Array, arrays, log, watched};
+pub use parent::{arrays, log, watched};
+pub use request::ReadFile;

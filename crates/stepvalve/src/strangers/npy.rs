@@ -1,6 +1,6 @@
 //! NumPy's `.npy` files: an array of numbers, or a structured one, whose fields are columns.
 
-use super::Array;
+use super::array::Array;
 use anyhow::{anyhow, bail, ensure};
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 use std::fs::File;

@@ -1,8 +1,9 @@
 //! The process that has a strange file read, and puts together what comes.
 
-use super::child::Kind;
+use super::array::Array;
 use super::frames::{Head, Receiver, TooMany};
 use super::limits::Limits;
+use super::request::Kind;
 use crate::files::name;
 use anyhow::{Context, anyhow, bail};
 use log_data::{AngleZero, Channel, Extra, Log, Run};
@@ -15,16 +16,6 @@ use supervisor::Failure;
 
 /// So much of what the other process complains of is kept.
 const COMPLAINT_BYTES: u64 = 64 << 10;
-
-/// An array of a file.
-pub struct Array {
-    /// Its name.
-    pub name: String,
-    /// Its size in each dimension.
-    pub shape: Vec<u64>,
-    /// Its numbers, the first index running fastest.
-    pub numbers: Vec<f64>,
-}
 
 /// The channels of a valve-log, checked; other signals of its runs are left out.
 ///

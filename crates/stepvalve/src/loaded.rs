@@ -1,0 +1,97 @@
+//! A scenario with all files that it names: read here and nowhere else, checked before anything is started.
+
+use crate::{drive, files};
+use anyhow::Context;
+use closed_loop::{Parts, wire};
+use config::{Scenario, belief_warnings, check_against_models, parse_model, parse_scenario};
+use processes::{BridgePart, TaskTiming, complain};
+use recording::Texts;
+use std::path::Path;
+use supervisor::{Failure, Timings};
+use valve_model::Model;
+
+/// A scenario with its models, checked together.
+pub struct Loaded {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// The micro-step of the plant's motor, rad.
+    pub microstep_rad: f64,
+    /// What each process is told.
+    pub parts: Parts,
+    /// The real drive in the simulated plant's place; `None` without one.
+    pub bridge: Option<BridgePart>,
+    /// All three texts.
+    pub texts: Texts,
+}
+
+impl Loaded {
+    /// When and where each process runs.
+    pub fn timings(&self) -> Timings {
+        let of = |task: config::TaskTiming| TaskTiming {
+            phase_ns: task.phase_ns,
+            core: task.core,
+            priority: task.priority,
+        };
+        let timing = &self.scenario.timing;
+        Timings {
+            plant: TaskTiming {
+                phase_ns: self
+                    .bridge
+                    .as_ref()
+                    .map_or(timing.plant.phase_ns, |bridge| bridge.params.place_ns.into()),
+                ..of(timing.plant)
+            },
+            trajectory: of(timing.trajectory),
+            controller: of(timing.controller),
+            recorder: of(timing.recorder),
+        }
+    }
+}
+
+/// Reads and checks a scenario and the models that it names.
+///
+/// # Errors
+/// [`Failure::Input`] with every error of the first file that has any.
+pub fn load(path: &Path) -> Result<Loaded, Failure> {
+    let text = files::read(path)?;
+    let scenario = parse_scenario(&text, &files::name(path)).map_err(Failure::input)?;
+    let (truth_path, belief_path) =
+        (files::beside(path, &scenario.truth), files::beside(path, &scenario.belief));
+    let truth_text = files::read(&truth_path)?;
+    let belief_text = files::read(&belief_path)?;
+    let truth = parse_model(&truth_text, &files::name(&truth_path)).map_err(Failure::input)?;
+    let belief = parse_model(&belief_text, &files::name(&belief_path)).map_err(Failure::input)?;
+    for warning in belief_warnings(&scenario, &belief) {
+        complain(format_args!("note: {warning}"));
+    }
+    let texts = Texts { scenario: text, truth: truth_text, belief: belief_text };
+    let mut loaded = assemble(scenario, &truth, &belief, texts, &files::name(path))?;
+    if let Some(drive) = &loaded.scenario.drive {
+        loaded.bridge = Some(drive::load(path, drive, &loaded.scenario, &loaded.parts)?);
+    }
+    Ok(loaded)
+}
+
+/// The same from texts that a record carries.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_texts(texts: &Texts) -> Result<Loaded, Failure> {
+    let scenario = parse_scenario(&texts.scenario, "the record's scenario").map_err(Failure::input)?;
+    let truth = parse_model(&texts.truth, "the record's truth").map_err(Failure::input)?;
+    let belief = parse_model(&texts.belief, "the record's belief").map_err(Failure::input)?;
+    assemble(scenario, &truth, &belief, texts.clone(), "the record's scenario")
+}
+
+fn assemble(
+    scenario: Scenario,
+    truth: &Model,
+    belief: &Model,
+    texts: Texts,
+    file: &str,
+) -> Result<Loaded, Failure> {
+    check_against_models(&scenario, truth, belief, &texts.scenario, file).map_err(Failure::input)?;
+    let parts = wire(&scenario, truth, belief).with_context(|| file.to_owned()).map_err(Failure::Input)?;
+    let microstep_rad = parts.plant.drive.microstep_angle_rad;
+    Ok(Loaded { scenario, microstep_rad, parts, bridge: None, texts })
+}
