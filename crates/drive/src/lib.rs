@@ -25,7 +25,7 @@ mod step;
 mod units;
 
 pub use limits::{Travel, follow, ramp_down};
-pub use params::{AfterStop, DriveError, Params, stop_cycles_bound};
+pub use params::{AfterStop, DriveError, Params, STANDSTILL_S, stop_cycles_bound};
 pub use state::{Mode, State};
-pub use step::{Output, STANDSTILL_S, Sensors, step};
+pub use step::{Output, Sensors, step};
 pub use units::{Microsteps, MicrostepsPerCycle};

@@ -3,6 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+/// An encoder must read the same angle for this long before the valve counts as standing still, s: longer than half a
+/// period of the rotor's resonance, so that a turning point of the oscillation does not look like rest.
+pub const STANDSTILL_S: f64 = 0.005;
+
 /// What the drive does once it has stopped by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -46,7 +50,7 @@ pub struct Params {
     pub lowest_angle_rad: Option<f64>,
     /// The highest, rad.
     pub highest_angle_rad: Option<f64>,
-    /// An encoder that moves less than this for [`crate::STANDSTILL_S`] stands still, rad.
+    /// An encoder that moves less than this for [`STANDSTILL_S`] stands still, rad.
     pub standstill_rad: f64,
 }
 
@@ -126,7 +130,7 @@ impl Params {
 
     /// Cycles for which an encoder has to rest before the valve counts as still.
     pub(crate) fn standstill_cycles(&self) -> u64 {
-        (crate::STANDSTILL_S / self.period_s).ceil() as u64
+        (STANDSTILL_S / self.period_s).ceil() as u64
     }
 
     /// The same in a quick stop, micro-steps.

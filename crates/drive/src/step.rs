@@ -34,9 +34,6 @@ pub struct Sensors {
     pub homed: bool,
 }
 
-/// An encoder has to rest for this before the valve stands still, s: over half a period of the rotor's resonance.
-pub const STANDSTILL_S: f64 = 0.005;
-
 /// Takes the guard through cycle `cycle`.
 ///
 /// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.

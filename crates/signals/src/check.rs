@@ -1,7 +1,10 @@
 //! The one check of a received message, and the seal that it verifies.
 
-use crate::message::{Body, Message, Rule};
-use crate::{Header, Source};
+use crate::Source;
+use crate::body::Body;
+use crate::field::Rule;
+use crate::header::Header;
+use crate::message::Message;
 use thiserror::Error;
 
 /// What is wrong with a received message. `Copy`, so that the loop can report it without heap.

@@ -1,7 +1,8 @@
 //! The header that every message begins with.
 
-use crate::message::{Field, Kind, Rule};
-use crate::{Body, Source};
+use crate::Source;
+use crate::body::Body;
+use crate::field::{Field, Kind, Rule};
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 

@@ -9,10 +9,12 @@
 #[macro_use]
 mod message;
 
+mod body;
 mod check;
 mod codes;
 mod control_status;
 mod feedback;
+mod field;
 mod header;
 mod kinematics;
 mod loop_timing;
@@ -24,6 +26,7 @@ mod sequence;
 mod set_point;
 mod step_command;
 
+pub use body::Body;
 pub use check::{Defect, Expectation, check};
 pub use codes::{
     ControlParameter, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling,
@@ -31,10 +34,11 @@ pub use codes::{
 };
 pub use control_status::{ControlStatus, limiting};
 pub use feedback::{Feedback, validity};
+pub use field::{Field, Kind, MAX_ANGLE_RAD, MAX_MICROSTEPS, Rule};
 pub use header::Header;
 pub use kinematics::Kinematics;
 pub use loop_timing::LoopTiming;
-pub use message::{Body, Field, Kind, MAX_ANGLE_RAD, MAX_MICROSTEPS, Message, Rule};
+pub use message::Message;
 pub use operator_command::OperatorCommand;
 pub use plant_truth::PlantTruth;
 pub use recorder_progress::RecorderProgress;

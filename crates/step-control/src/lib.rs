@@ -6,9 +6,12 @@
 //! No clock, heap, lock or I/O.
 #![forbid(unsafe_code)]
 
+mod alignment;
 mod compensation;
 mod correction;
 mod homing;
+mod homing_params;
+mod homing_state;
 mod input;
 mod measure;
 mod observer;
@@ -28,7 +31,7 @@ mod track;
 mod tuning;
 mod window;
 
-pub use homing::{Homing, HomingMethod};
+pub use homing_params::{Homing, HomingMethod};
 pub use input::{Input, Output};
 pub use observer::{Observer, ObserverSettings};
 pub use params::{Compensation, ControlError, LostSteps, Params, ReferenceLimits};

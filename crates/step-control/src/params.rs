@@ -1,6 +1,6 @@
 //! What the controller is set to: its belief of the valve, its limits, its reactions.
 
-use crate::homing::Homing;
+use crate::homing_params::Homing;
 use crate::observer::{Observer, ObserverSettings, Shaft};
 use crate::re_entry::ReEntryLimits;
 use crate::shaper::Shaper;

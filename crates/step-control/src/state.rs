@@ -2,7 +2,7 @@
 
 use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
 use crate::correction::{Correction, Instant};
-use crate::homing::HomingState;
+use crate::homing_state::HomingState;
 use crate::params::Params;
 use crate::partner::Partner;
 use crate::re_entry::ReEntry;
