@@ -1,11 +1,11 @@
-//! How to catch up: the largest approach from which one can still brake in time, in whole cycles.
+//! Closing a gap without overshoot, in discrete time: the largest travel per cycle from which the drive can still brake.
 //!
-//! With a way w in this cycle and at most A less in each that follows, braking covers
-//! S(w) = w + (w − A) + (w − 2A) + … (positive terms only). The approach taken is the w with S(w) = gap: so it
-//! brakes at A, cycle by cycle, and ends on the target without passing it.
+//! If the drive travels w micro-steps in this cycle and at most A less in each following cycle, braking covers
+//! S(w) = w + (w − A) + (w − 2A) + … (positive terms only). The travel chosen is the w with S(w) = gap. The drive then
+//! decelerates at A per cycle and stops on the target.
 
-/// The largest way in this cycle, micro-steps, from which one can still brake within `gap` (≥ 0, micro-steps) when
-/// the way shrinks by at most `max_change` (> 0, micro-steps) per cycle.
+/// The largest travel in this cycle, micro-steps, from which the drive can brake within `gap` (≥ 0, micro-steps) if its
+/// travel shrinks by at most `max_change` (> 0, micro-steps) per cycle.
 pub(crate) fn largest_approach(gap: f64, max_change: f64) -> f64 {
     // m terms of the sum are positive while A·m(m−1)/2 ≤ gap < A·m(m+1)/2.
     let terms = ((1.0 + (1.0 + 8.0 * gap / max_change).sqrt()) / 2.0).floor().max(1.0);

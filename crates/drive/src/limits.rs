@@ -1,36 +1,36 @@
-//! The driver's limits, applied to a command: the one piece of code that both the drive and the controller use, so that
-//! a healthy controller's commands pass the drive untouched.
+//! The driver's limits of pulse rate and pulse acceleration, applied to a command. Controller and drive use the same
+//! function, so a healthy controller's commands pass the drive unchanged.
 
 use crate::approach::largest_approach;
 use crate::{Microsteps, MicrostepsPerCycle, Params};
 
-/// Relative slack of the limits: a command that was cut to the same limits elsewhere must pass untouched.
+/// Relative tolerance of the limits, so that a command that the controller limited passes the drive unchanged.
 const LIMIT_SLACK: f64 = 1e-9;
 
-/// What a cycle came to.
+/// The motion of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Travel {
-    /// Way of the cycle.
+    /// Travel of the cycle.
     pub way: MicrostepsPerCycle,
     /// Position at its end.
     pub position: Microsteps,
-    /// Whether the greatest pulse rate held it back.
+    /// Whether the limit of the pulse rate was reached.
     pub rate_limited: bool,
-    /// Whether the greatest change of the pulse rate held it back.
+    /// Whether the limit of the pulse acceleration was reached.
     pub change_limited: bool,
 }
 
 impl Travel {
-    /// Whether any limit held it back.
+    /// Whether any limit was reached.
     pub fn limited(&self) -> bool {
         self.rate_limited || self.change_limited
     }
 }
 
-/// Goes from `position`, after a cycle's way of `travel`, towards `target`, or as far as the limits let it.
+/// One cycle from `position` towards `target`, within the limits; `travel` is the travel of the cycle before.
 ///
-/// `own_way` is how far the target itself goes in this cycle. What was missed is caught up relative to that, at no
-/// more than can still be braked in time: it ends on the target without passing it.
+/// `own_way` is the travel of the target itself in this cycle. A gap to the target is closed relative to that, at a rate
+/// from which the drive can still brake, so it reaches a moving target without overshoot.
 pub fn follow(
     params: &Params,
     position: Microsteps,
@@ -40,7 +40,7 @@ pub fn follow(
 ) -> Travel {
     let (max_travel, max_change) = (params.max_travel(), params.max_change());
     let gap = (target - (position + own_way)).0;
-    // Positions are only known to their last bit.
+    // Rounding of the positions themselves.
     let rounding = 4.0 * f64::EPSILON * (target.0.abs() + position.0.abs());
     let direct_way = (target - position).0;
     let wanted = if gap.abs() <= max_change * (1.0 + LIMIT_SLACK) + rounding {
@@ -60,13 +60,13 @@ pub fn follow(
     }
 }
 
-/// The way of the next cycle of a quick stop, after a cycle's way of `travel`: 0 once it stands.
+/// Travel of the next cycle of a quick stop, after a cycle with `travel`; 0 at standstill.
 pub fn ramp_down(params: &Params, travel: MicrostepsPerCycle) -> MicrostepsPerCycle {
     let rest = travel.0.abs() - params.quick_stop_change();
     if rest > 0.0 { MicrostepsPerCycle(rest.copysign(travel.0)) } else { MicrostepsPerCycle::ZERO }
 }
 
-/// `value`, unless it is further than `limit` from `centre`, a slack aside; then what is just `limit` from it.
+/// `value` limited to `centre` ± `limit`; values within `slack` beyond are left as they are.
 fn clamp(value: f64, centre: f64, limit: f64, slack: f64) -> f64 {
     if (value - centre).abs() <= limit + slack { value } else { centre + limit.copysign(value - centre) }
 }

@@ -1,4 +1,4 @@
-//! What the guard is set to, checked once, and the bound on stopping that follows from it.
+//! The guard's settings, validated once, and the bound on its stopping time.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -7,7 +7,7 @@ use thiserror::Error;
 /// period of the rotor's resonance, so that a turning point of the oscillation does not look like rest.
 pub const STANDSTILL_S: f64 = 0.005;
 
-/// What the drive does once it has stopped by itself.
+/// What the drive does after it has stopped by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AfterStop {
@@ -15,13 +15,13 @@ pub enum AfterStop {
     Hold,
     /// The windings are switched off.
     DeEnergise,
-    /// The drive goes on to a neutral position, and holds there.
+    /// The drive moves to a neutral position and holds there.
     Neutral {
         /// The position, micro-steps.
         microsteps: i64,
-        /// The pulse rate on the way there, micro-steps per second.
+        /// Pulse rate of that move, micro-steps per second.
         pulse_rate_hz: f64,
-        /// The longest way there, micro-steps: what the limits of motion allow.
+        /// Longest possible move, micro-steps, from the limits of motion.
         longest_way: f64,
     },
 }
@@ -36,19 +36,19 @@ pub struct Params {
     pub microstep_angle_rad: f64,
     /// The highest pulse rate, micro-steps per second.
     pub max_pulse_rate_hz: f64,
-    /// The greatest change of the pulse rate while following, micro-steps per second².
+    /// The largest pulse acceleration while following, micro-steps per second².
     pub max_pulse_acceleration_hz_per_s: f64,
-    /// The change of the pulse rate in a quick stop, micro-steps per second².
+    /// The deceleration of a quick stop, micro-steps per second².
     pub quick_stop_deceleration_hz_per_s: f64,
-    /// What follows a stop that the drive made by itself.
+    /// What follows a stop by the drive itself.
     pub after_stop: AfterStop,
-    /// So many cycles in a row without a command are silence.
+    /// Consecutive cycles without a command after which the drive stops by itself.
     pub silence_cycles: u64,
-    /// Cycles from the order until the windings carry current; the simulator's own, a bus bridge waits for its drive.
+    /// Cycles from the command until the windings carry current. For the simulator; a bus bridge waits for its drive.
     pub energise_cycles: u64,
-    /// The lowest angle of a homed valve, where it must not go beyond, rad.
+    /// Lower limit of the angle, rad; holds for a homed valve.
     pub lowest_angle_rad: Option<f64>,
-    /// The highest, rad.
+    /// Upper limit of the angle, rad; holds for a homed valve.
     pub highest_angle_rad: Option<f64>,
     /// An encoder that moves less than this for [`STANDSTILL_S`] stands still, rad.
     pub standstill_rad: f64,
@@ -66,10 +66,10 @@ pub struct DriveError {
     pub expected: &'static str,
 }
 
-/// A rate must still be a sensible number when squared or summed over a life of rotation.
+/// Upper bound of all rates and angles, so that squares and sums over a valve's life stay exact enough.
 const LARGEST: f64 = 1e15;
 
-/// Cycles beyond this are no stop any more.
+/// Longest quick stop accepted, cycles.
 const LONGEST_STOP_CYCLES: f64 = 1e12;
 
 impl Params {
@@ -112,18 +112,18 @@ impl Params {
         Ok(())
     }
 
-    /// The longest way in a cycle, micro-steps.
+    /// Largest travel in a cycle, micro-steps.
     pub(crate) fn max_travel(&self) -> f64 {
         self.max_pulse_rate_hz * self.period_s
     }
 
-    /// The greatest change of a cycle's way from one cycle to the next while following, micro-steps.
+    /// Largest change of the travel from one cycle to the next while following, micro-steps.
     pub(crate) fn max_change(&self) -> f64 {
         self.max_pulse_acceleration_hz_per_s * self.period_s * self.period_s
     }
 
-    /// The longest way from the present position to a command that a healthy controller sends after `missed` cycles in which
-    /// the drive went on at its last rate, micro-steps: full rate one way instead of the other.
+    /// Largest distance of a healthy controller's command from the drive's position, micro-steps, after `missed` cycles in
+    /// which the drive coasted: the drive at full rate one way, the controller at full rate the other.
     pub(crate) fn largest_jump(&self, missed: u64) -> f64 {
         self.max_travel() * (2.0 * missed as f64 + 3.0)
     }
@@ -133,31 +133,31 @@ impl Params {
         (STANDSTILL_S / self.period_s).ceil() as u64
     }
 
-    /// The same in a quick stop, micro-steps.
+    /// Change of the travel from one cycle to the next in a quick stop, micro-steps.
     pub(crate) fn quick_stop_change(&self) -> f64 {
         self.quick_stop_deceleration_hz_per_s * self.period_s * self.period_s
     }
 
-    /// These with the pulse rate of the way to the neutral position.
+    /// These settings with the pulse rate of the move to the neutral position.
     pub(crate) fn towards_neutral(&self, pulse_rate_hz: f64) -> Self {
         Self { max_pulse_rate_hz: pulse_rate_hz, ..*self }
     }
 
-    /// Cycles of the way to the neutral position, at the most: at its rate, with a ramp at either end.
+    /// Upper bound of the move to the neutral position, cycles: constant rate with a ramp at either end.
     fn neutral_cycles(&self) -> u64 {
         let AfterStop::Neutral { pulse_rate_hz, longest_way, .. } = self.after_stop else { return 0 };
         let way = pulse_rate_hz * self.period_s;
         ((longest_way / way).ceil() + 2.0 * (way / self.max_change()).ceil()) as u64 + 2
     }
 
-    /// Cycles of the ramp from the highest rate to zero, the last one at zero.
+    /// Cycles of a quick stop from the highest rate; the last one is at zero rate.
     fn ramp_cycles(&self) -> f64 {
         (self.max_travel() / self.quick_stop_change()).ceil()
     }
 }
 
-/// Cycles from the one of the last command to the first at zero rate, at most: the silence, the ramp from the
-/// highest rate, the way to a neutral position where there is one, and one for rounding.
+/// Upper bound of the cycles from the last command to standstill: the silence, the ramp from the highest rate, the move to
+/// a neutral position where there is one, and one cycle for rounding.
 pub fn stop_cycles_bound(params: &Params) -> u64 {
     let ramp = params.silence_cycles.saturating_add(params.ramp_cycles() as u64).saturating_add(1);
     ramp.saturating_add(params.neutral_cycles())

@@ -5,7 +5,7 @@ use signals::{FaultCode, MAX_MICROSTEPS, StepCommand, validity};
 use crate::limits::{self, Travel};
 use crate::{AfterStop, Microsteps, MicrostepsPerCycle, Mode, Params, State};
 
-/// How the micro-step command moves in one cycle, and what the drive has to say about it.
+/// The motion of the micro-step command in one cycle, and the drive's status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
     /// Command at the cycle's beginning, whole micro-steps.
@@ -16,25 +16,25 @@ pub struct Output {
     pub pulse_rate_hz: f64,
     /// Whether the windings carry current in this cycle.
     pub energised: bool,
-    /// How much of the rated current they carry then.
+    /// Part of the rated current that they carry then.
     pub current_ratio: f64,
     /// The drive's own bits of [`validity`] for the Feedback at the cycle's end: `ENERGISED`, `STANDSTILL`,
     /// `LIMITED`, `STOPPED_ITSELF`, `COMMAND_MISSED`.
     pub flags: u64,
-    /// Why the drive stopped by itself; `None` while it did not.
+    /// Why the drive stopped by itself; [`FaultCode::None`] if it did not.
     pub fault: FaultCode,
 }
 
-/// What the guard itself can see of the valve.
+/// What the guard itself measures of the valve.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sensors {
     /// The encoder's angle, where one is fitted, rad.
     pub encoder_rad: Option<f64>,
-    /// Whether the angle's zero is known, so that limits of angle mean something.
+    /// Whether the angle's zero is known, so that limits of angle apply.
     pub homed: bool,
 }
 
-/// Takes the guard through cycle `cycle`.
+/// Advances the guard by one cycle.
 ///
 /// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.
 ///
@@ -90,7 +90,7 @@ pub fn step(
         _ => stop(params, state, command),
     };
     accept(state, &travel, command);
-    // Looked for at the end, so that the ramp begins in the next cycle.
+    // Checked at the end of the cycle, so the ramp begins in the next one.
     if let Some(fault) = reason_to_stop(params, state, sensors) {
         state.mode = Mode::StoppedItself;
         state.settled = false;
@@ -103,17 +103,17 @@ pub fn step(
     report(params, state, start, travel.limited(), command.is_none())
 }
 
-/// Whether a command is further away than a healthy controller's can be.
+/// Whether a command is further away than a healthy controller's can be: a jump.
 fn jumps(params: &Params, state: &State, command: &StepCommand) -> bool {
     let way = Microsteps(command.position_unrounded) - state.position;
-    // Positions are only known to their last bit.
+    // Rounding of the position itself.
     let rounding = 4.0 * f64::EPSILON * command.position_unrounded.abs();
     state.mode == Mode::Following
         && command.follow == 1
         && way.0.abs() > params.largest_jump(state.missed) + rounding
 }
 
-/// Changes of mode that a command brings.
+/// Takes in a command: current, zero, and change of mode.
 fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCommand) {
     state.missed = 0;
     state.command_cycle = cycle;
@@ -121,7 +121,7 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
     state.current_ratio = command.current_ratio;
     take_zero(state, command);
     let follow = command.follow == 1 && state.energise_wanted;
-    // How far the command is from where the drive goes by itself in this cycle.
+    // Distance of the command from where the drive would coast in this cycle.
     let apart = (Microsteps(command.position_unrounded) - (state.position + state.travel)).0.abs();
     state.mode = match (state.mode, follow) {
         (Mode::StoppedItself, false) if state.settled => Mode::Released,
@@ -129,7 +129,7 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
         (Mode::Released, true) if apart > 1.0 || !state.energised => Mode::Released,
         (Mode::Released, false) => Mode::Released,
         (Mode::Idle | Mode::Following, true) if !state.energised => Mode::Idle,
-        // Not from where it stands: whoever sends this believes the valve elsewhere.
+        // The sender believes the valve to be elsewhere.
         (Mode::Idle, true) if apart > 1.0 + params.max_change() => Mode::Idle,
         (_, true) => Mode::Following,
         (_, false) => Mode::Idle,
@@ -139,7 +139,7 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
     }
 }
 
-/// Shifts the count to a new zero, once, while nothing moves or is followed. The motor's phase stays.
+/// Shifts the count to a new zero, once, at standstill and while no command is followed. The motor's phase stays.
 fn take_zero(state: &mut State, command: &StepCommand) {
     let stands = state.travel == MicrostepsPerCycle::ZERO && state.mode != Mode::StoppedItself;
     if command.zero_id > state.zero_id && command.follow == 0 && stands {
@@ -151,7 +151,7 @@ fn take_zero(state: &mut State, command: &StepCommand) {
     }
 }
 
-/// Counts for how long the encoder has rested.
+/// Counts the cycles for which the encoder has rested.
 fn note_encoder(params: &Params, state: &mut State, sensors: &Sensors) {
     let Some(encoder_rad) = sensors.encoder_rad else { return };
     match state.rests_at_rad {
@@ -164,7 +164,7 @@ fn note_encoder(params: &Params, state: &mut State, sensors: &Sensors) {
     }
 }
 
-/// Why a drive that follows stops by itself.
+/// The reason for a following drive to stop by itself, if there is one.
 fn reason_to_stop(params: &Params, state: &State, sensors: &Sensors) -> Option<FaultCode> {
     if state.mode != Mode::Following {
         return None;
@@ -180,10 +180,10 @@ fn reason_to_stop(params: &Params, state: &State, sensors: &Sensors) -> Option<F
     (homed && (below || above)).then_some(FaultCode::AngleLimit)
 }
 
-/// Goes where the command wants, or as far as the limits let it.
+/// Follows the command, within the limits.
 fn follow(params: &Params, state: &State, command: &StepCommand) -> Travel {
     let target = Microsteps(command.position_unrounded);
-    // The command's own word on its speed is only asked for where the last command is unknown.
+    // The command's pulse rate is needed only where the command before is unknown.
     let own_way = match state.previous_command {
         Some(previous) => target - previous,
         None => {
@@ -194,25 +194,23 @@ fn follow(params: &Params, state: &State, command: &StepCommand) -> Travel {
     limits::follow(params, state.position, state.travel, target, own_way)
 }
 
-/// No command: the last rate for one more cycle.
+/// Without a command: coasts at the last rate for one more cycle.
 fn go_on(state: &State) -> Travel {
     go(state, state.travel, false)
 }
 
-/// The next cycle of a quick stop; rest once the rate is zero. A command that wants to be followed all the same
-/// counts as cut.
+/// The next cycle of a quick stop. A command that asks to be followed meanwhile counts as limited.
 fn stop(params: &Params, state: &State, command: Option<&StepCommand>) -> Travel {
     let refused = command.is_some_and(|command| command.follow == 1);
     go(state, limits::ramp_down(params, state.travel), refused)
 }
 
-/// The ramp of a stop by itself; then, once it has stood, the way to the neutral position where that is wanted and the
-/// motor has current to go there.
+/// The ramp of a stop by itself, then the move to the neutral position if one is configured and the motor has current.
 fn after_silence(params: &Params, state: &State, command: Option<&StepCommand>) -> Travel {
     let AfterStop::Neutral { microsteps, pulse_rate_hz, .. } = params.after_stop else {
         return stop(params, state, command);
     };
-    // Faster than on that way: still the ramp.
+    // Still faster than that move: the ramp goes on.
     let way = pulse_rate_hz * params.period_s;
     if state.settled || !state.energised || state.travel.0.abs() > way * (1.0 + f64::EPSILON) {
         return stop(params, state, command);
@@ -237,7 +235,7 @@ fn go(state: &State, way: MicrostepsPerCycle, change_limited: bool) -> Travel {
     Travel { way, position: state.position + way, rate_limited: false, change_limited }
 }
 
-/// Takes over the cycle's way, and rounds.
+/// Takes over the cycle's travel, and rounds the position.
 fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
     state.travel = travel.way;
     state.position = Microsteps(travel.position.0.clamp(-MAX_MICROSTEPS, MAX_MICROSTEPS));
@@ -246,7 +244,7 @@ fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
             && !travel.limited()
             && (Microsteps::from(command.position_microsteps) - state.position).0.abs() <= 1.0
     });
-    // The controller has rounded once; rounding a second time could only differ from what it believes.
+    // The controller has rounded already; its own rounding is kept where the command passed unchanged.
     state.accepted = match untouched {
         Some(command) => command.position_microsteps,
         None => state.position.round(),
@@ -256,8 +254,8 @@ fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
     }
 }
 
-/// Windings: on when asked for, after the time that takes; off when not wanted, and after a stop by itself if so set, but
-/// never in motion.
+/// Switches the current: on when asked for, after the time that the driver needs; off when no longer asked for, or after a
+/// stop by itself if so configured, but never in motion.
 fn switch_current(params: &Params, state: &mut State) {
     let latched = state.mode == Mode::StoppedItself;
     let wanted = state.energise_wanted && !(latched && params.after_stop == AfterStop::DeEnergise);
@@ -266,7 +264,7 @@ fn switch_current(params: &Params, state: &mut State) {
         let had_current = state.energised;
         state.energised = had_current || state.energising_cycles > params.energise_cycles;
         if state.energised && !had_current && state.rests_at_rad.is_some() {
-            // The rotor may jump to its tooth.
+            // The rotor may jump to the nearest tooth.
             state.rested_cycles = 0;
         }
     } else if !wanted && state.travel == MicrostepsPerCycle::ZERO {
@@ -278,7 +276,7 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
     let latched = state.mode == Mode::StoppedItself;
     let bits = [
         (validity::ENERGISED, state.energised),
-        // On the way to the neutral position it may stand for a cycle, where it turns back.
+        // A drive that reverses on its way to the neutral position stands for one cycle.
         (
             validity::STANDSTILL,
             state.travel == MicrostepsPerCycle::ZERO

@@ -1,4 +1,4 @@
-//! Positions of the command and its way in a cycle: two numbers in micro-steps that must not be swapped.
+//! Position and travel in micro-steps as two types, so that they cannot be confused.
 
 use std::ops::{Add, AddAssign, Sub};
 
@@ -6,12 +6,12 @@ use std::ops::{Add, AddAssign, Sub};
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct Microsteps(pub f64);
 
-/// A way in one cycle, signed, micro-steps: a pulse rate times the period.
+/// Travel in one cycle, signed, micro-steps: pulse rate times period.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct MicrostepsPerCycle(pub f64);
 
 impl Microsteps {
-    /// The whole micro-step that is nearest.
+    /// The nearest whole micro-step.
     pub fn round(self) -> i64 {
         self.0.round() as i64
     }
@@ -21,7 +21,7 @@ impl MicrostepsPerCycle {
     /// No motion.
     pub const ZERO: Self = Self(0.0);
 
-    /// The pulse rate, Hz, with a cycle of this length.
+    /// The pulse rate, Hz, for cycles of this length.
     pub fn rate_hz(self, period_s: f64) -> f64 {
         self.0 / period_s
     }
@@ -50,7 +50,7 @@ impl AddAssign<MicrostepsPerCycle> for Microsteps {
 impl Sub for Microsteps {
     type Output = MicrostepsPerCycle;
 
-    /// The way from `from` to this position.
+    /// The travel from `from` to this position.
     fn sub(self, from: Self) -> MicrostepsPerCycle {
         MicrostepsPerCycle(self.0 - from.0)
     }

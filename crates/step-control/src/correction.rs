@@ -1,4 +1,4 @@
-//! The observer at work: what it remembers, and the torque it adds to the one fed forward.
+//! The observer at run time: its estimate, the commands of the dead time, and the torque that it adds to the feed-forward.
 
 use crate::observer::Observer;
 use crate::params::Params;
@@ -6,37 +6,37 @@ use crate::tuning::Tuning;
 use nalgebra::Vector3;
 use signals::Kinematics;
 
-/// Samples remembered: the oldest reading that a scenario may have, the longest dead time, and one to start from.
+/// Length of the command history, in cycles: the largest encoder delay (16), the longest dead time (2), and two ends.
 const TRAIL: usize = 20;
 
-/// So long the reference has to rest before the command is held, s.
+/// Time for which the reference has to rest before the command is held, s.
 const SETTLING_S: f64 = 0.02;
 
-/// Deviation up to which the command is held once the reference rests, in counts of the encoder, and the one that ends
-/// the hold. Between them noise and the rounding of counts and micro-steps toggle nothing.
+/// Hysteresis of the hold at rest, in encoder counts: the command is held below the first deviation and released above the
+/// second, so that quantisation and noise cause no hunting.
 const HOLD_COUNTS: f64 = 2.0;
 const RELEASE_COUNTS: f64 = 4.0;
 
-/// Smoothing of the reading that decides over holding, per cycle.
+/// Coefficient of the first-order filter on the deviation that the hold looks at, per cycle.
 const SMOOTHING: f64 = 0.1;
 
-/// One instant of the command that has been given.
+/// A command at one instant: the end of a cycle.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Instant {
-    /// Where the spool was wanted, rad.
+    /// Where the spool was wanted, rad: the reference, shaped, or the re-entry ramp.
     pub reference_rad: f64,
-    /// The torque that the command gives there beyond the one fed forward, N·m.
+    /// w of the observer's model: the command's torque on a spool on its reference, minus the feed-forward, N·m.
     pub beyond_nm: f64,
-    /// Where the command stands, rad.
+    /// The angle that the command stands for, rad.
     pub command_rad: f64,
 }
 
 /// The observer's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Correction {
-    /// x, ẋ and d at the time of the newest reading.
+    /// Estimate of x, ẋ and d at the time of the newest reading.
     estimate: Vector3<f64>,
-    /// The newest first: it belongs to the end of the cycle commanded last.
+    /// The history of commands, newest first: index 0 is the end of the cycle commanded last.
     trail: [Instant; TRAIL],
     resting_cycles: u64,
     smoothed_rad: f64,
@@ -55,22 +55,22 @@ impl Default for Correction {
     }
 }
 
-/// What the observer wants of the next command.
+/// What the observer asks of the next command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Wish {
-    /// Something beyond what is fed forward.
+    /// A torque beyond the feed-forward.
     More {
         /// The torque, N·m.
         beyond_nm: f64,
-        /// How far the spool is beyond the reference, rad; `None` where nobody sees it.
+        /// Measured angle minus reference at the time of the reading, rad; `None` without an encoder.
         deviation_rad: Option<f64>,
     },
-    /// The command shall not move.
+    /// To stay where it is.
     Hold,
 }
 
 impl Correction {
-    /// Where nothing moves the torque that the command gives is what friction takes.
+    /// Starts at rest: friction balances whatever torque the command gives, so that is the disturbance.
     pub(crate) fn at_rest(instant: Instant) -> Self {
         Self {
             trail: [instant; TRAIL],
@@ -79,8 +79,8 @@ impl Correction {
         }
     }
 
-    /// Begins anew on a rotor that moves at `way_rad` a cycle and is at `rotor_rad` when the newest command ends; teeth
-    /// and half-teeth of the motor do not matter to its torque.
+    /// Restarts after lost steps, on a rotor that moves by `way_rad` per cycle and will be at `rotor_rad` when the newest
+    /// command ends. The torque is periodic in the tooth pitch, so `torque_nm` needs only the lead.
     pub(crate) fn restart(&mut self, rotor_rad: f64, way_rad: f64, torque_nm: impl Fn(f64) -> f64) {
         for (age, instant) in self.trail.iter_mut().enumerate() {
             instant.reference_rad = rotor_rad - way_rad * age as f64;
@@ -89,12 +89,12 @@ impl Correction {
         *self = Self { trail: self.trail, ..Self::default() };
     }
 
-    /// What was commanded for the time of a reading of this age in cycles, beside the dead time.
+    /// The command that belongs to a reading of this age, in cycles before the end of the cycle commanded last.
     pub(crate) fn commanded(&self, age_cycles: u64) -> Instant {
         self.instant(age_cycles as usize)
     }
 
-    /// Notes what has been commanded for the end of the next cycle.
+    /// Appends the command for the end of the next cycle.
     pub(crate) fn push(&mut self, instant: Instant) {
         self.trail.rotate_right(1);
         if let Some(newest) = self.trail.first_mut() {
@@ -106,7 +106,7 @@ impl Correction {
         self.trail.get(age).copied().unwrap_or_default()
     }
 
-    /// A cycle in which nothing was read or commanded: the estimate is predicted with the last command.
+    /// A cycle without reading and command: the estimate is advanced by the model alone.
     pub(crate) fn coast(&mut self, params: &Params, instant: Instant) {
         if let Some(observer) = &params.observer {
             self.estimate = self.predicted(params, observer);
@@ -114,13 +114,13 @@ impl Correction {
         self.push(instant);
     }
 
-    /// The estimate at the time of this cycle's reading, before it.
+    /// The estimate at the time of this cycle's reading, before the reading is used.
     fn predicted(&self, params: &Params, observer: &Observer) -> Vector3<f64> {
         let age = age(params, observer);
         observer.predicted(&self.estimate, self.instant(age + 1).beyond_nm, self.instant(age).beyond_nm)
     }
 
-    /// Takes a cycle's reading in and looks ahead over the dead time.
+    /// Corrects the estimate by this cycle's reading, predicts over the dead time, and asks for the next torque.
     pub(crate) fn step(
         &mut self,
         params: &Params,
@@ -144,11 +144,11 @@ impl Correction {
             ahead = observer.predicted(&ahead, self.instant(age).beyond_nm, self.instant(age - 1).beyond_nm);
         }
         let beyond_nm = observer.torque_nm(&ahead, self.instant(0).beyond_nm);
-        // The reading itself: the estimate trusts a model that does not hold for a rotor out of step.
+        // The reading, not the estimate: the linear model does not hold for a rotor that is jammed or out of step.
         Wish::More { beyond_nm, deviation_rad: Some(reading_rad) }
     }
 
-    /// Whether the command is held: the reference has rested for a while and the spool is where it is wanted.
+    /// Decides whether the command is held: the reference has rested long enough, and the deviation is within the hysteresis.
     fn rest(&mut self, observer: &Observer, next: &Kinematics, reading_rad: f64, period_s: f64) {
         let rests = next.speed_rad_per_s == 0.0 && next.acceleration_rad_per_s2 == 0.0;
         self.resting_cycles = if rests { self.resting_cycles.saturating_add(1) } else { 0 };
@@ -159,7 +159,7 @@ impl Correction {
     }
 }
 
-/// How old a reading is when it is taken in, in cycles commanded since.
+/// Age of this cycle's reading, in cycles before the end of the cycle commanded last.
 fn age(params: &Params, observer: &Observer) -> usize {
     (params.loop_delay_cycles + observer.settings.delay_cycles) as usize
 }

@@ -1,31 +1,43 @@
-//! What the encoder adds: a disturbance observer that predicts over the delay, and a feedback that damps.
+//! The design of the encoder's feedback: a disturbance observer with a predictor for the dead time, and a linear-quadratic
+//! state feedback that damps the resonance.
 //!
-//! In deviations from the reference the shaft obeys J·ẍ = w − K·x − D·ẋ − d: x is the angle's deviation, w the torque
-//! that the command gives beyond the one fed forward were the spool on its reference, K = T_hold·N_r, and d the torque
-//! that the feed-forward left out. A stationary Kalman filter estimates x, ẋ and d from the encoder; the estimate is
-//! carried over the dead time with the commands that are under way; the next w cancels d and, where damping is active,
-//! takes x and ẋ to zero at least cost. The state of d is the integral action: without it in the way of limits, since
-//! what is under way is what the limits left.
+//! The model, linear about the reference:
+//!
+//! J·ẍ = w − K·x − D·ẋ − d, with K = T_hold·N_r
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x | measured angle minus reference angle | rad |
+//! | w | torque that the command would give a rotor on its reference, minus the torque fed forward | N·m |
+//! | d | disturbance: load torque that the feed-forward does not know | N·m |
+//! | J, D | inertia and viscous damping of motor and load, as believed | kg·m², N·m·s/rad |
+//!
+//! 1. A stationary Kalman filter estimates x, ẋ and d from the encoder. d is modelled as a random walk.
+//! 2. The predictor advances the estimate over the dead time, with the commands already sent.
+//! 3. The next w cancels d. With active damping it also returns x and ẋ to zero by the feedback of least quadratic cost.
+//!
+//! The estimate of d is the integral action. It does not wind up when the command is limited, because the filter is fed
+//! with the commands after the limits.
 
 use crate::riccati::{Filter, least_cost_gain};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// What the observer is told.
+/// What the observer is designed from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ObserverSettings {
-    /// How fast it follows a torque that was left out, Hz; far slower where it does not damp the resonance.
+    /// Bandwidth of the disturbance estimate, Hz. Without damping it is limited far below the resonance.
     pub bandwidth_hz: f64,
-    /// The largest torque that it makes up for, N·m.
+    /// Limit of the disturbance estimate, ± N·m.
     pub torque_limit_nm: f64,
-    /// Angle of an encoder's count, rad.
+    /// Angle of one encoder count, rad.
     pub count_rad: f64,
-    /// Noise of the encoder beyond its counts, RMS, rad.
+    /// Encoder noise before quantisation, RMS, rad.
     pub noise_rad: f64,
     /// Age of the encoder's reading, cycles.
     pub delay_cycles: u64,
-    /// Whether it damps the resonance of motor and load.
+    /// Whether the state feedback damps the resonance of motor and load.
     pub damps: bool,
 }
 
@@ -39,8 +51,8 @@ pub(crate) struct Shaft {
 }
 
 impl Shaft {
-    /// The bandwidth up to which an observer leaves the resonance alone that it does not damp, Hz: there the resonance
-    /// amplifies by half its quality, 1/ζ, and that has to stay below one.
+    /// The largest bandwidth of an observer without damping, Hz, so that it does not excite the resonance: the loop gain
+    /// there, raised by the quality factor 1/(2ζ), is a quarter.
     fn quiet_hz(&self) -> f64 {
         let frequency = (self.stiffness_nm_per_rad / self.inertia_kg_m2).sqrt();
         let damping_ratio = self.damping_nm_s_per_rad / (2.0 * self.inertia_kg_m2 * frequency);
@@ -48,35 +60,36 @@ impl Shaft {
     }
 }
 
-/// No observer is faster, Hz.
+/// Upper bound of the bandwidth, Hz.
 const LARGEST_HZ: f64 = 1000.0;
 
-/// Slower than this an observer is none, Hz.
+/// Lower bound of the bandwidth, Hz: a slower observer would have no effect.
 const SLOWEST_HZ: f64 = 0.1;
 
-/// The observer, designed.
+/// A designed observer: constant coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Observer {
-    /// What it was told.
+    /// What it was designed from.
     pub settings: ObserverSettings,
-    /// From one cycle to the next: x, ẋ and d.
+    /// State transition of (x, ẋ, d) over one cycle.
     transition: Matrix3<f64>,
-    /// What w at the cycle's beginning and end add.
+    /// Input vectors of w at the cycle's beginning and end; w is linear in between.
     by_start: Vector3<f64>,
     by_end: Vector3<f64>,
-    /// How an innovation corrects the estimate.
+    /// The Kalman filter.
     pub(crate) filter: Filter,
     /// Variance of a reading, rad².
     reading_variance: f64,
-    /// Variance of d's change in a cycle for each Hz² of bandwidth, N²·m²/Hz².
+    /// Process noise of d per cycle, for each Hz² of bandwidth, N²·m²/Hz².
     change_variance_per_hz2: f64,
-    /// The largest bandwidth that it may have, Hz.
+    /// Upper bound of the bandwidth for this shaft, Hz.
     largest_hz: f64,
-    /// Feedback of x, ẋ and the present w − d.
+    /// State feedback of x, ẋ and the present w − d; zero without damping.
     feedback: Vector3<f64>,
 }
 
-/// Torque noise that stands for everything the model has not, in parts of K times a count, per cycle.
+/// Process noise of the speed, which stands for unmodelled dynamics: a torque per cycle, in parts of K times the reading's
+/// standard deviation.
 const TORQUE_NOISE_COUNTS: f64 = 1.0;
 
 impl Observer {
@@ -115,24 +128,24 @@ impl Observer {
         }
     }
 
-    /// `filter` with another bandwidth: its gain gets there as it settles.
+    /// `filter` with the process noise of another bandwidth; its gain converges over the following cycles.
     pub(crate) fn retuned(&self, mut filter: Filter, bandwidth_hz: f64) -> Filter {
         let bandwidth_hz = bandwidth_hz.min(self.largest_hz);
         filter.noise.m33 = self.change_variance_per_hz2 * bandwidth_hz * bandwidth_hz;
         filter
     }
 
-    /// The filter's gain a cycle later.
+    /// Advances the filter's covariance and gain by one cycle.
     pub(crate) fn settle(&self, filter: &mut Filter) {
         filter.settle(&self.transition, self.reading_variance);
     }
 
-    /// The estimate a cycle later, with w going from `start_nm` to `end_nm`.
+    /// The estimate one cycle later, while w goes linearly from `start_nm` to `end_nm`.
     pub(crate) fn predicted(&self, estimate: &Vector3<f64>, start_nm: f64, end_nm: f64) -> Vector3<f64> {
         self.transition * estimate + (self.by_start * start_nm + self.by_end * end_nm)
     }
 
-    /// The estimate with a reading of x taken in; d within ±`limit_nm`.
+    /// The estimate corrected by a reading of x, with d limited to ±`limit_nm`.
     pub(crate) fn corrected(
         &self,
         filter: &Filter,
@@ -145,7 +158,7 @@ impl Observer {
         corrected
     }
 
-    /// The next w, from the state predicted for its cycle's beginning and w there.
+    /// The w to command at the end of the next cycle, from the state and w predicted for its beginning.
     pub(crate) fn torque_nm(&self, estimate: &Vector3<f64>, present_nm: f64) -> f64 {
         let (disturbance_nm, feedback) = (estimate.z, &self.feedback);
         disturbance_nm
@@ -155,11 +168,11 @@ impl Observer {
     }
 }
 
-/// The shaft from cycle to cycle; one that is not damped is taken to follow at once.
+/// The shaft discretised over one cycle. Without damping the resonance is left out: x follows the torque at once.
 fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix3<f64>, Vector3<f64>, Vector3<f64>) {
     let Shaft { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping, period_s, .. } = *shaft;
     let free = if resonant { free_motion(shaft) } else { Matrix2::zeros() };
-    // Where w − d goes linearly from 0 to 1 or stays at 1, x goes along behind by `behind` of its slope.
+    // The forced response to w − d = start + slope·t is x = (start + slope·(t − D/K))/K; the rest decays freely.
     let behind_s = if resonant { damping / stiffness } else { 0.0 };
     let response = |start: f64, end: f64| {
         let slope = (end - start) / (stiffness * period_s);
@@ -173,7 +186,7 @@ fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix3<f64>, Vector3<f64>, Vecto
     (transition, by_start, by_end)
 }
 
-/// exp(A·T) of x and ẋ without torque, by the series to the third order on a small part of the cycle, squared.
+/// exp(A·T) of (x, ẋ) without torque: scaling and squaring, with a Taylor series of third order.
 fn free_motion(shaft: &Shaft) -> Matrix2<f64> {
     const SQUARINGS: u32 = 12;
     let dt = shaft.period_s / f64::from(1_u32 << SQUARINGS);
@@ -191,8 +204,8 @@ fn free_motion(shaft: &Shaft) -> Matrix2<f64> {
     free
 }
 
-/// What a deviation of K·x, of √(K·J)·ẋ and of w − d by one N·m costs beside a change of w by one. With these the loop
-/// stays stable for inertias and holding torques 30 % off; stiffer ones gain little against friction.
+/// Weights of the quadratic cost: of K·x, of √(K·J)·ẋ and of w − d, each in N·m, and of the change of w in a cycle. The
+/// loop stays stable with inertia and holding torque 30 % off; larger weights of x reduce friction's error only slightly.
 const ANGLE_COST: f64 = 1.0;
 const SPEED_COST: f64 = 0.3;
 const TORQUE_COST: f64 = 2.0;
@@ -204,7 +217,7 @@ fn damping_gain(
     by_start: &Vector3<f64>,
     by_end: &Vector3<f64>,
 ) -> Vector3<f64> {
-    // x, ẋ and w − d at the cycle's beginning; the input is the change of w.
+    // The state is (x, ẋ, w − d) at the cycle's beginning, the input the change of w over the cycle.
     let held = by_start + by_end;
     let mut plant = *transition;
     plant.set_column(2, &Vector3::new(held.x, held.y, 1.0));
@@ -245,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_changed_bandwidth_ends_where_a_design_has_it() {
+    fn a_changed_bandwidth_converges_to_the_design_for_it() {
         let (slow, fast) =
             (Observer::design(&SHAFT, settings(2.0, true)), Observer::design(&SHAFT, settings(200.0, true)));
         let mut filter = slow.retuned(slow.filter, 200.0);
@@ -256,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shaft_rings_at_its_resonance_from_cycle_to_cycle() {
+    fn the_discretised_shaft_has_the_eigenvalues_of_the_continuous_one() {
         // x⁺ has eigenvalues exp(−ζω ± jω_d)T: their product and sum.
         let (transition, ..) = discrete(&SHAFT, true);
         let (a, b, c, d) = (transition.m11, transition.m12, transition.m21, transition.m22);
@@ -267,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_damp_leaves_the_resonance_alone() {
+    fn an_observer_without_damping_is_slow_and_has_no_state_feedback() {
         let observer = Observer::design(&SHAFT, settings(200.0, false));
         assert!(observer.largest_hz < 2.0, "{} Hz", observer.largest_hz);
         assert_eq!(observer.torque_nm(&Vector3::new(1e-3, 1.0, 0.7), 0.1), 0.7);

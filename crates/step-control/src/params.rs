@@ -69,6 +69,76 @@ impl ReferenceLimits {
 }
 
 /// The controller's settings; [`Params::validate`] once, before the first step.
+///
+/// ```
+/// use signals::{Feedback, OperatorCommand, OperatorKind, Reference, validity};
+/// use step_control::{Compensation, Input, LostSteps, Params, ReferenceLimits, State, step};
+/// use valve_model::{FrictionLaw, LuGreParams, Model, MotionParams, MotorParams};
+///
+/// let (belief, friction, motor) = (Model::bench_rig(), LuGreParams::BENCH_RIG, MotorParams::BENCH_RIG);
+/// let params = Params {
+///     period_s: 1e-3,
+///     loop_delay_cycles: 1,
+///     motor,
+///     inertia_kg_m2: 5e-4,
+///     friction: FrictionLaw::new(&belief.friction),
+///     with_effects: MotionParams::new(&belief).unwrap(),
+///     coulomb_torque_nm: friction.coulomb_torque_nm,
+///     viscous_nm_s_per_rad: friction.viscous_nm_s_per_rad,
+///     compensation: Compensation::Full,
+///     observer: None,
+///     shaper: None,
+///     encoder_delay_cycles: 0,
+///     lost_steps: LostSteps::Fault,
+///     homing: None,
+///     holds_when_disarmed: false,
+///     drive: drive::Params {
+///         period_s: 1e-3,
+///         microstep_angle_rad: motor.microstep_angle_rad(),
+///         max_pulse_rate_hz: 600e3,
+///         max_pulse_acceleration_hz_per_s: 400e6,
+///         quick_stop_deceleration_hz_per_s: 10e6,
+///         after_stop: drive::AfterStop::Hold,
+///         silence_cycles: 3,
+///         energise_cycles: 0,
+///         lowest_angle_rad: None,
+///         highest_angle_rad: None,
+///         standstill_rad: 1e-4,
+///     },
+///     reference_limits: ReferenceLimits {
+///         min_angle_rad: None,
+///         max_angle_rad: None,
+///         max_speed_rad_per_s: 10.0,
+///         unhomed_speed_rad_per_s: 0.2,
+///     },
+///     max_following_error_rad: 0.05,
+///     following_error_per_speed_s: 0.0,
+///     arm_at_cycle: None,
+///     disarm_at_cycle: None,
+/// };
+/// params.validate().unwrap();
+///
+/// // The drive stands still with current on; the operator arms.
+/// let mut state = State::new(0);
+/// let flags = validity::STANDSTILL | validity::ENERGISED | validity::HOMED;
+/// let feedback = Feedback { validity: flags, ..Feedback::default() };
+/// let arm = OperatorCommand {
+///     id: 1,
+///     kind: OperatorKind::Arm.code(),
+///     valid_until_cycle: 10,
+///     ..OperatorCommand::default()
+/// };
+/// let rests = Reference::default();
+/// let input = Input { feedback: Some(&feedback), reference: Some(&rests), order: Some(&arm) };
+/// assert_eq!(step(&params, &mut state, 0, &input).command.follow, 1);
+///
+/// // The reference starts to move: the command leads it, so that the motor's torque balances friction.
+/// let moves = Reference { angle_rad: 1e-4, speed_rad_per_s: 0.1, ..Reference::default() };
+/// let input = Input { reference: Some(&moves), order: None, ..input };
+/// let command = step(&params, &mut state, 1, &input).command;
+/// let lead_rad = command.position_unrounded * motor.microstep_angle_rad() - moves.angle_rad;
+/// assert!(lead_rad > 0.0);
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Params {
     /// Length of a cycle, s.
