@@ -3,7 +3,7 @@
 use crate::complain::complain;
 use crate::disarm::DisarmDesk;
 use crate::frame::{FrameError, read_frame, write_frame};
-use crate::part::{ChildSummary, FromChild, Mode, Part, Task, ToChild};
+use crate::part::{ChildSummary, FromChild, Pace, Part, Task, ToChild};
 use crate::{bridge, controller, plant, recorder, trajectory};
 use ethercat_link::{BringUpError, LinkError};
 use injection::Injection;
@@ -105,7 +105,7 @@ impl Wishes {
 pub(crate) struct Child {
     pub(crate) source: Source,
     pub(crate) bus: Bus,
-    pub(crate) mode: Mode,
+    pub(crate) pace: Pace,
     pub(crate) recorded: bool,
     pub(crate) timeline: closed_loop::Timeline,
     pub(crate) phase_ns: u64,
@@ -139,10 +139,10 @@ impl Child {
 
     /// Asks for the scheduling, says ready, waits for the start. `None`: the supervisor wants no start any more.
     pub(crate) fn ready(&self) -> Result<Option<u64>, ChildError> {
-        let wanted = match self.mode {
-            Mode::Realtime => self.wanted,
+        let wanted = match self.pace {
+            Pace::Realtime => self.wanted,
             // Waiting for each other under FIFO would starve the machine.
-            Mode::Lockstep => Wanted { priority: None, core: self.lockstep_core(), lock_memory: false },
+            Pace::Lockstep => Wanted { priority: None, core: self.lockstep_core(), lock_memory: false },
         };
         let (obtained, dma_latency) = obtain(&wanted);
         // Held until the process ends.
@@ -212,7 +212,7 @@ fn live(source: Source) -> Result<(), ChildError> {
     let child = Child {
         source,
         bus,
-        mode: part.mode,
+        pace: part.pace,
         recorded: part.recorded,
         timeline: part.timeline,
         phase_ns: part.timing.phase_ns,

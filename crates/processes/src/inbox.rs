@@ -1,7 +1,7 @@
 //! The message of a cycle: there or not in real time, waited for in lockstep.
 
 use crate::child::{Child, Wishes, lockstep_core};
-use crate::part::Mode;
+use crate::part::Pace;
 use signal_bus::{BusError, CycleReader, Found, Service};
 use signals::Source;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ const SPINS_ON_ONE_CORE: u32 = 2;
 /// A reader that is paced like its process.
 pub(crate) struct Inbox<B: Service> {
     reader: CycleReader<B>,
-    mode: Mode,
+    pace: Pace,
     spins: u32,
     wishes: Arc<Wishes>,
     ended: bool,
@@ -25,7 +25,7 @@ impl<B: Service> Inbox<B> {
         let shares_core = child.lockstep_core().is_some() && lockstep_core(source) == child.lockstep_core();
         Ok(Self {
             reader: child.bus.cycle_reader(source)?,
-            mode: child.mode,
+            pace: child.pace,
             spins: if shares_core { SPINS_ON_ONE_CORE } else { SPINS },
             wishes: Arc::clone(&child.wishes),
             ended: false,
@@ -34,9 +34,9 @@ impl<B: Service> Inbox<B> {
 
     /// The message of `cycle`. In lockstep waits for it, or for its sender's word that there is none.
     pub(crate) fn of_cycle(&mut self, cycle: u64) -> Option<B> {
-        match self.mode {
-            Mode::Realtime => self.reader.of_cycle(cycle).message(),
-            Mode::Lockstep => {
+        match self.pace {
+            Pace::Realtime => self.reader.of_cycle(cycle).message(),
+            Pace::Lockstep => {
                 let found = self.wait_for(|reader| match reader.of_cycle(cycle) {
                     Found::NotYet => None,
                     found => Some(found),

@@ -28,7 +28,7 @@ pub use complain::complain;
 pub use disarm::{ORDER_ID_STEP, straight_disarm};
 pub use frame::{FrameError, read_frame, write_frame};
 pub use part::{
-    BridgePart, ChildSummary, FromChild, Keep, Membership, Mode, Part, RecorderPart, Task, TaskTiming,
+    BridgePart, ChildSummary, FromChild, Keep, Membership, Pace, Part, RecorderPart, Task, TaskTiming,
     ToChild,
 };
 pub use segments::{SegmentName, segments_in};

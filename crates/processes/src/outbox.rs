@@ -1,7 +1,7 @@
 //! A service's messages on their way out: straight to the bus, or through a line of faults where injection is allowed.
 
 use crate::child::Child;
-use crate::part::Mode;
+use crate::part::Pace;
 use injection::{Injection, Line};
 use signal_bus::{BusError, Service, Writer};
 use signals::{Message, Source};
@@ -18,7 +18,7 @@ impl<B: Service> Outbox<B> {
         Ok(Self {
             writer: child.bus.writer(source)?,
             line: child.injections.as_ref().map(|_| Line::new(None)),
-            says_absence: child.mode == Mode::Lockstep,
+            says_absence: child.pace == Pace::Lockstep,
         })
     }
 

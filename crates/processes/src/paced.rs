@@ -2,7 +2,7 @@
 
 use crate::child::{Child, ChildError};
 use crate::faults::ProcessFaults;
-use crate::part::{ChildSummary, Mode, ToChild};
+use crate::part::{ChildSummary, Pace, ToChild};
 use injection::Injection;
 use realtime::{
     CyclicTimer, LoopStats, PageFaults, Wake, allocations_of_this_thread, now_ns, page_faults_of_this_thread,
@@ -128,9 +128,9 @@ pub(crate) fn run<C: Cyclic>(child: &Child, mut work: C) -> Result<Option<ChildS
     let Some(epoch_ns) = child.ready()? else { return Ok(None) };
     work.connect();
     timing.connect();
-    let steady = match child.mode {
-        Mode::Realtime => realtime_cycles(child, &mut work, &mut timing, &mut stats, epoch_ns),
-        Mode::Lockstep => lockstep_cycles(child, &mut work),
+    let steady = match child.pace {
+        Pace::Realtime => realtime_cycles(child, &mut work, &mut timing, &mut stats, epoch_ns),
+        Pace::Lockstep => lockstep_cycles(child, &mut work),
     };
     work.leave();
     let (published, unsent) = work.published();

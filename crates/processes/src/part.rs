@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 /// How the loop is paced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
+pub enum Pace {
     /// Every process on its own absolute deadlines.
     Realtime,
     /// Every process waits for the messages that it needs; no clock.
@@ -49,7 +49,7 @@ pub struct Part {
     /// Its generation.
     pub membership: Membership,
     /// How the loop is paced.
-    pub mode: Mode,
+    pub pace: Pace,
     /// Whether the generation has a recorder.
     pub recorded: bool,
     /// The run's cycles.

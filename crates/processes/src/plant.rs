@@ -4,7 +4,7 @@ use crate::child::{Child, ChildError};
 use crate::inbox::Inbox;
 use crate::outbox::Outbox;
 use crate::paced::{self, Absence, Cyclic, Stamp};
-use crate::part::{ChildSummary, Mode};
+use crate::part::{ChildSummary, Pace};
 use closed_loop::{PlantPart, PlantRole};
 use injection::Injection;
 use signal_bus::Writer;
@@ -18,7 +18,7 @@ const PROGRESS_CYCLES: u64 = 256;
 
 struct Plant {
     role: PlantRole,
-    mode: Mode,
+    pace: Pace,
     last_cycle: u64,
     feedback: Outbox<Feedback>,
     recorded: bool,
@@ -34,7 +34,7 @@ pub(crate) fn run(child: &Child, part: PlantPart) -> Result<Option<ChildSummary>
     let counts_per_turn = part.encoder.as_ref().map(|encoder| encoder.counts_per_turn);
     let plant = Plant {
         role: PlantRole::new(part),
-        mode: child.mode,
+        pace: child.pace,
         last_cycle: child.timeline.last_cycle,
         feedback: Outbox::open(child, Source::Plant)?.with_encoder(counts_per_turn),
         recorded: child.recorded,
@@ -51,7 +51,7 @@ impl Plant {
     /// StepCommand n; nobody makes one for cycle 0.
     fn command(&mut self, cycle: u64) -> Option<StepCommand> {
         // In lockstep the controller ends with the last cycle, however long the valve still moves.
-        if cycle == 0 || self.mode == Mode::Lockstep && cycle > self.last_cycle.saturating_add(1) {
+        if cycle == 0 || self.pace == Pace::Lockstep && cycle > self.last_cycle.saturating_add(1) {
             return None;
         }
         let command = self.commands.of_cycle(cycle);
@@ -60,7 +60,7 @@ impl Plant {
     }
 
     fn wait_for_recorder(&mut self, cycle: u64) {
-        if self.mode == Mode::Lockstep
+        if self.pace == Pace::Lockstep
             && self.recorded
             && cycle >= RECORDER_LAG_CYCLES
             && cycle.is_multiple_of(PROGRESS_CYCLES)

@@ -8,7 +8,7 @@ use crate::record_info::{Mode, record_info};
 use crate::say::say;
 use crate::summary::{ProcessSummary, by_process};
 use anyhow::anyhow;
-use processes::{Keep, Mode as Pace, complain};
+use processes::{Keep, Pace, complain};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let output = Output::of_instance(&arguments.out)?;
     let mission = Mission {
         name: arguments.instance.clone(),
-        mode: Pace::Realtime,
+        pace: Pace::Realtime,
         stays: true,
         absolute_encoder: loaded.scenario.encoder.absolute,
         timings: loaded.timings(),

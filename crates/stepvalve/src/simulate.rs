@@ -13,7 +13,7 @@ use crate::say::say;
 use crate::summary::{Summary, by_process};
 use anyhow::anyhow;
 use injection::Injection;
-use processes::{Keep, Mode as Pace, complain};
+use processes::{Keep, Pace, complain};
 use realtime::now_ns;
 use recording::read_record;
 use std::path::PathBuf;
@@ -124,7 +124,7 @@ fn supervised(
         .map_or_else(own, Ok)
         .map_err(|error| Failure::Input(anyhow!("{error}")))?;
     let mission = Mission {
-        mode: pace,
+        pace,
         stays: false,
         absolute_encoder: loaded.scenario.encoder.absolute,
         timings: loaded.timings(),

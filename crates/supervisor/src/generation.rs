@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 use closed_loop::{Parts, PlantStart};
 use injection::Injection;
 use processes::{
-    ChildSummary, FromChild, Keep, Membership, Mode, ORDER_ID_STEP, Part, RecorderPart, Task, ToChild,
+    ChildSummary, FromChild, Keep, Membership, ORDER_ID_STEP, Pace, Part, RecorderPart, Task, ToChild,
     complain, segments_in,
 };
 use realtime::Obtained;
@@ -135,7 +135,7 @@ impl<'a> Generation<'a> {
             saved: None,
             patience: Duration::ZERO,
             epoch_ns: 0,
-            watch: Watch::open(&bus, setup.mission.mode, setup.mission.stays)?,
+            watch: Watch::open(&bus, setup.mission.pace, setup.mission.stays)?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
             progress: Progress::new(&setup.mission.parts.timeline),
@@ -275,7 +275,7 @@ impl<'a> Generation<'a> {
 
     /// Without a clock a recorder that records nothing has nothing to do: there is no timing to keep either.
     fn recorded(&self) -> bool {
-        self.setup.mission.mode == Mode::Realtime || self.setup.mission.keep != Keep::None
+        self.setup.mission.pace == Pace::Realtime || self.setup.mission.keep != Keep::None
     }
 
     fn start_child(&mut self, task: Task) -> Result<()> {
@@ -287,7 +287,7 @@ impl<'a> Generation<'a> {
                 lock: self.setup.instance.members_lock(),
                 supervisor: std::process::id(),
             },
-            mode: self.setup.mission.mode,
+            pace: self.setup.mission.pace,
             recorded: self.recorded(),
             timeline: self.setup.mission.parts.timeline,
             timing: self.setup.mission.timings.of(source),
@@ -345,7 +345,7 @@ impl<'a> Generation<'a> {
     }
 
     fn judge_scheduling(&self) -> Result<()> {
-        if self.setup.mission.mode == Mode::Lockstep {
+        if self.setup.mission.pace == Pace::Lockstep {
             return Ok(());
         }
         let refused: Vec<_> = self
@@ -419,7 +419,7 @@ impl<'a> Generation<'a> {
             Some(Ok(status)) => status.to_string(),
             _ => "unknown".to_owned(),
         };
-        if source != Source::Recorder || self.setup.mission.mode == Mode::Lockstep {
+        if source != Source::Recorder || self.setup.mission.pace == Pace::Lockstep {
             return self.fail(format!("{source} died ({how})"));
         }
         match self.recorders.died(Instant::now()) {
@@ -453,7 +453,7 @@ impl<'a> Generation<'a> {
 
     /// The user wants an end: the valve is stopped first.
     fn interrupt(&mut self) {
-        if self.setup.mission.mode == Mode::Realtime {
+        if self.setup.mission.pace == Pace::Realtime {
             let disarm = OperatorCommand { kind: OperatorKind::Disarm.code(), ..OperatorCommand::default() };
             self.give_order(disarm, self.stop_patience());
             let begun = Instant::now();
@@ -467,7 +467,7 @@ impl<'a> Generation<'a> {
     /// then the plant ends.
     fn wait_for_standstill(&mut self) {
         let begun = Instant::now();
-        while self.setup.mission.mode == Mode::Realtime
+        while self.setup.mission.pace == Pace::Realtime
             && self.children.contains_key(&Source::Plant)
             && !self.summaries.contains_key(&Source::Plant)
             && begun.elapsed() < self.stop_patience()
@@ -535,7 +535,7 @@ impl<'a> Generation<'a> {
     }
 
     fn ending(self) -> Ending {
-        let realtime = self.setup.mission.mode == Mode::Realtime;
+        let realtime = self.setup.mission.pace == Pace::Realtime;
         let sources = LOOP.into_iter().chain(self.recorded().then_some(Source::Recorder));
         let process = |source: &Source| ProcessEnding {
             scheduling: self.obtained.get(source).filter(|_| realtime).cloned(),

@@ -3,7 +3,7 @@
 use crate::runtime_folder::InstanceName;
 use closed_loop::Parts;
 use injection::Injection;
-use processes::{BridgePart, ChildSummary, Keep, Mode, TaskTiming};
+use processes::{BridgePart, ChildSummary, Keep, Pace, TaskTiming};
 use realtime::Obtained;
 use recording::RecordInfo;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ pub struct Mission {
     /// The instance's name.
     pub name: InstanceName,
     /// Real time or lockstep.
-    pub mode: Mode,
+    pub pace: Pace,
     /// Whether it goes on until somebody ends it: then operators are answered, and processes that died are started again.
     pub stays: bool,
     /// What each process of the loop is told.

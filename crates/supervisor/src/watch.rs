@@ -2,7 +2,7 @@
 
 use crate::status::{ProcessStatus, Status};
 use anyhow::Result;
-use processes::Mode;
+use processes::Pace;
 use signal_bus::{Bus, CycleReader, Service};
 use signals::{
     ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, LoopTiming, Message, PlantTruth,
@@ -44,8 +44,8 @@ impl Watch {
     ///
     /// # Errors
     /// Where a service can't be read.
-    pub fn open(bus: &Bus, pace: Mode, stays: bool) -> Result<Self> {
-        let realtime = pace == Mode::Realtime;
+    pub fn open(bus: &Bus, pace: Pace, stays: bool) -> Result<Self> {
+        let realtime = pace == Pace::Realtime;
         let timed = [Source::Plant, Source::Trajectory, Source::Controller];
         let timing = timed
             .into_iter()

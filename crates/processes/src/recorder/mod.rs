@@ -6,7 +6,7 @@ mod ring;
 mod streams;
 
 use crate::child::{Child, ChildError};
-use crate::part::{ChildSummary, FromChild, Mode, RecorderPart, ToChild};
+use crate::part::{ChildSummary, FromChild, Pace, RecorderPart, ToChild};
 use disk::Disk;
 use flight::Flight;
 use signal_bus::Writer;
@@ -36,7 +36,7 @@ pub(crate) fn run(child: &Child, part: &RecorderPart) -> Result<Option<ChildSumm
         return Ok(None);
     }
     recorder.progress.connect();
-    let pause = if child.mode == Mode::Lockstep { LOCKSTEP_PAUSE } else { PAUSE };
+    let pause = if child.pace == Pace::Lockstep { LOCKSTEP_PAUSE } else { PAUSE };
     loop {
         // Asked for before the round: what was published until then is in it.
         let over = child.wishes.finish()
@@ -46,7 +46,7 @@ pub(crate) fn run(child: &Child, part: &RecorderPart) -> Result<Option<ChildSumm
         if over {
             return Ok(Some(recorder.end()));
         }
-        if !busy || child.mode == Mode::Realtime {
+        if !busy || child.pace == Pace::Realtime {
             std::thread::sleep(pause);
         }
     }
