@@ -9,6 +9,7 @@
 )]
 
 mod bench_place;
+mod blind;
 mod cable;
 mod fake_machine;
 mod measured_data;
@@ -16,6 +17,7 @@ mod payloads;
 mod stalls;
 
 pub use bench_place::{Finished, TestPlace, program, repository, shared_memory_prefix};
+pub use blind::{count, nothing_hidden, ten_strong_effects};
 pub use cable::{DriveProcess, FAR, NEAR, on_a_cable};
 pub use fake_machine::FakeMachine;
 pub use measured_data::measured_data;

@@ -7,12 +7,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use hidden_effect_rig::{
-    Campaign, Family, Finding, Hidden, Interval, LogKind, OUTSIDE, Outcome, STRONG, WEAK, choose, effects_of,
-    intervals,
+    Campaign, Family, Finding, Hidden, Interval, LogKind, OUTSIDE, Outcome, STRONG, WEAK, choose, intervals,
 };
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use stepvalve_tests::{TestPlace, repository};
+use stepvalve_tests::{TestPlace, count, nothing_hidden, repository, ten_strong_effects};
 
 /// Samples of a campaign: fewer than in the field, so that a score of them takes minutes.
 const SAMPLES: usize = 24_000;
@@ -73,20 +72,10 @@ fn found(seed: u64, hidden: &Hidden) -> Outcome {
     outcome
 }
 
-fn count(outcomes: &[Outcome], wanted: Outcome) -> usize {
-    outcomes.iter().filter(|outcome| **outcome == wanted).count()
-}
-
 #[test]
 fn strong_effects_are_named() {
     let seed = first_seed();
-    let outcomes: Vec<Outcome> = (0..10)
-        .map(|k| {
-            let log = if k < 7 { LogKind::Torque } else { LogKind::Angle };
-            let effect = choose(seed + k, &effects_of(log));
-            found(seed + k, &Hidden::with(log, &[effect], STRONG))
-        })
-        .collect();
+    let outcomes = ten_strong_effects(seed, found);
     assert!(count(&outcomes, Outcome::Right) >= 7, "{outcomes:?}");
     assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
 }
@@ -94,9 +83,7 @@ fn strong_effects_are_named() {
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
     let seed = first_seed() + 100;
-    let logs = [LogKind::Torque, LogKind::Torque, LogKind::Torque, LogKind::Angle];
-    let outcomes: Vec<Outcome> =
-        logs.into_iter().zip(seed..).map(|(log, seed)| found(seed, &Hidden::none(log))).collect();
+    let outcomes = nothing_hidden(4, seed, found);
     assert!(count(&outcomes, Outcome::Right) >= 3, "{outcomes:?}");
 }
 

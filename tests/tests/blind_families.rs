@@ -5,11 +5,11 @@
 //! holds them misses by chance less than once in a thousand. `STEPVALVE_BLIND_SEED` draws others.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use hidden_effect_rig::{Campaign, Family, Finding, Hidden, LogKind, Outcome, STRONG, choose, effects_of};
+use hidden_effect_rig::{Campaign, Family, Finding, Hidden, Outcome};
 use own_recordings::{CHANGES, Recording, answer};
 use serde_json::Value;
 use std::path::Path;
-use stepvalve_tests::TestPlace;
+use stepvalve_tests::{TestPlace, count, nothing_hidden, ten_strong_effects};
 
 /// Few enough that all of it takes minutes.
 const SAMPLES: usize = 12_000;
@@ -68,18 +68,11 @@ fn own(seed: u64, change: Option<&str>) -> (bool, Outcome) {
     (key.shows, outcome)
 }
 
-fn count(outcomes: &[Outcome], wanted: Outcome) -> usize {
-    outcomes.iter().filter(|outcome| **outcome == wanted).count()
-}
-
 /// Where at most 3 % are false alarms, two of eight are one in fifty; three, one in a thousand.
 #[test]
 #[ignore = "needs a diagnosis that knows instruments and tolerances: bench diagnosis --family real shows how far it is"]
 fn an_imperfect_model_accuses_nothing() {
-    let logs = [LogKind::Torque, LogKind::Torque, LogKind::Torque, LogKind::Angle];
-    let seeds = first_seed()..;
-    let outcomes: Vec<Outcome> =
-        logs.iter().cycle().take(8).zip(seeds).map(|(log, seed)| found(seed, &Hidden::none(*log))).collect();
+    let outcomes = nothing_hidden(8, first_seed(), found);
     assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
 }
 
@@ -87,14 +80,7 @@ fn an_imperfect_model_accuses_nothing() {
 #[test]
 #[ignore = "needs a diagnosis that knows instruments and tolerances: bench diagnosis --family real shows how far it is"]
 fn strong_effects_are_named_with_the_instruments_of_the_field() {
-    let seed = first_seed() + 100;
-    let outcomes: Vec<Outcome> = (0..10)
-        .map(|k| {
-            let log = if k < 7 { LogKind::Torque } else { LogKind::Angle };
-            let effect = choose(seed + k, &effects_of(log));
-            found(seed + k, &Hidden::with(log, &[effect], STRONG))
-        })
-        .collect();
+    let outcomes = ten_strong_effects(first_seed() + 100, found);
     assert!(count(&outcomes, Outcome::Right) >= 6, "{outcomes:?}");
     assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
 }

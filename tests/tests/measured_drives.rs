@@ -5,6 +5,7 @@ use log_data::{Log, Run};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use stepvalve_tests::{TestPlace, measured_data};
+use test_needs::there_and_back;
 
 /// A model of friction with one level both ways: static Stribeck with T_s = T_c.
 fn model(place: &TestPlace, inertia_kg_m2: f64, coulomb_nm: f64, viscous: f64) -> PathBuf {
@@ -146,37 +147,6 @@ fn relative_error(place: &TestPlace, log: &Path, model: &Path) -> f64 {
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>().sqrt();
     let error = norm(&mut measured.iter().zip(&predicted).map(|(a, b)| a - b));
     100.0 * error / norm(&mut measured.iter().copied())
-}
-
-/// Butterworth's low-pass of order 4 at a tenth of the sampling rate, forwards and backwards; the ends are reflected.
-fn there_and_back(values: &[f64]) -> Vec<f64> {
-    const PAD: usize = 100;
-    let (first, last) = (values[0], values[values.len() - 1]);
-    let before = (1..=PAD).rev().map(|k| 2.0 * first - values[k]);
-    let after = (1..=PAD).map(|k| 2.0 * last - values[values.len() - 1 - k]);
-    let mut padded: Vec<f64> = before.chain(values.iter().copied()).chain(after).collect();
-    for _ in 0..2 {
-        // The quality factors of the two pairs of poles.
-        for quality in [0.541_196_100_146_197, 1.306_562_964_876_376_4] {
-            padded = low_pass(&padded, 0.1, quality);
-        }
-        padded.reverse();
-    }
-    padded[PAD..PAD + values.len()].to_vec()
-}
-
-/// A second-order low-pass by the bilinear transform, at a part of the sampling rate; it begins at rest on the first value.
-fn low_pass(values: &[f64], part: f64, quality: f64) -> Vec<f64> {
-    let k = (std::f64::consts::PI * part).tan();
-    let norm = 1.0 / (1.0 + k / quality + k * k);
-    let (b, a1, a2) = (k * k * norm, 2.0 * (k * k - 1.0) * norm, (1.0 - k / quality + k * k) * norm);
-    let (mut x, mut y) = ([values[0]; 2], [values[0]; 2]);
-    let filter = |value: &f64| {
-        let out = b * (value + 2.0 * x[0] + x[1]) - a1 * y[0] - a2 * y[1];
-        (x, y) = ([*value, x[0]], [out, y[0]]);
-        out
-    };
-    values.iter().map(filter).collect()
 }
 
 /// The seal's records, with or without what pressure it was under, as log.h5.

@@ -5,34 +5,22 @@
 
 use super::frols;
 use super::library::{self, CAUSES, Terms};
+use super::normal::{ALIKE, Normal, columns};
 use anyhow::{Context, Result};
 use config::parse_model;
 use hidden_effect_rig::Finding;
 use log_data::Log;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use prediction::median;
 use std::collections::{BTreeMap, BTreeSet};
-use valve_model::{FrictionParams, Model};
+use valve_model::{EffectId, FrictionParams, Model};
 
 /// The least cut of the held-out RMS, in parts of the noise.
 const FLOOR: f64 = 0.01;
-/// Samples that count as one: residuals of neighbours are alike.
-pub const ALIKE: f64 = 20.0;
 /// Fewer runs than this are cut into pieces.
 const FEW: usize = 4;
 /// Most causes chosen.
 const MOST: usize = 6;
-
-/// Normal equations of some runs.
-pub struct Normal {
-    /// Products of terms.
-    pub gram: DMatrix<f64>,
-    /// Products of terms and the residual.
-    pub right: DVector<f64>,
-    /// The residual's sum of squares.
-    pub square: f64,
-    /// Samples.
-    pub count: f64,
-}
 
 /// Half of the runs to fit on, the others to choose on; and the other way round.
 struct Halves([Normal; 2]);
@@ -46,7 +34,7 @@ pub fn found(log: &Log, model_toml: &str) -> Result<[Finding; 2]> {
     let model = parse_model(model_toml, "model.toml")?;
     let runs = library::terms(log, &model).context("the regression needs torque and a LuGre model")?;
     let runs = if runs.len() < FEW { runs.into_iter().flat_map(pieces).collect() } else { runs };
-    let all = normal(&runs, &|_| true);
+    let all = Normal::of(&runs, |_| true);
     Ok([stepwise(&runs), frols::named(&all)].map(|named| Finding {
         verdict: if named.is_empty() { "no-discrepancy" } else { "explained" }.to_owned(),
         factors: factors(&all, &named, &model),
@@ -60,28 +48,31 @@ fn factors(all: &Normal, named: &BTreeSet<String>, model: &Model) -> BTreeMap<St
     let causes: Vec<usize> = CAUSES
         .iter()
         .enumerate()
-        .filter(|(_, (id, _))| named.contains(*id))
+        .filter(|(_, (id, _))| named.contains(id.name()))
         .map(|(index, _)| index)
         .collect();
     if causes.is_empty() {
         return BTreeMap::new();
     }
     let columns = columns(&causes);
-    let weights = solved(all, &columns).unwrap_or_else(|| DVector::zeros(columns.len()));
+    let weights = all.solved(&columns).unwrap_or_else(|| DVector::zeros(columns.len()));
     let FrictionParams::LuGre(lugre) = model.friction else { return BTreeMap::new() };
     let excess = lugre.static_torque_nm / (lugre.static_torque_nm - lugre.coulomb_torque_nm).max(1e-9);
-    let part = |id: &str| match id {
-        "coulomb-level" | "torque-gain" | "static-level" | "bristle-stiffness" => Some(1.0),
-        "viscous-level" => Some(1.0 / lugre.viscous_nm_s_per_rad),
-        "load-inertia" => model.load.map(|load| 1.0 / load.inertia_kg_m2),
-        "stribeck-velocity" => Some(excess / lugre.stribeck_exponent),
+    let part = |id: EffectId| match id {
+        EffectId::CoulombLevel
+        | EffectId::TorqueGain
+        | EffectId::StaticLevel
+        | EffectId::BristleStiffness => Some(1.0),
+        EffectId::ViscousLevel => Some(1.0 / lugre.viscous_nm_s_per_rad),
+        EffectId::LoadInertia => model.load.map(|load| 1.0 / load.inertia_kg_m2),
+        EffectId::StribeckVelocity => Some(excess / lugre.stribeck_exponent),
         _ => None,
     };
     let mut place = 0;
     let mut factors = BTreeMap::new();
     for (id, terms) in causes.iter().filter_map(|cause| CAUSES.get(*cause)) {
-        if let (Some(part), Some(weight)) = (part(id), weights.get(place)) {
-            factors.insert((*id).to_owned(), 1.0 + part * weight);
+        if let (Some(part), Some(weight)) = (part(*id), weights.get(place)) {
+            factors.insert(id.name().to_owned(), 1.0 + part * weight);
         }
         place += terms;
     }
@@ -100,7 +91,7 @@ fn pieces(mut run: Terms) -> Vec<Terms> {
 }
 
 fn stepwise(runs: &[Terms]) -> BTreeSet<String> {
-    let halves = Halves([0, 1].map(|half| normal(runs, &|index| index % 2 == half)));
+    let halves = Halves([0, 1].map(|half| Normal::of(runs, |index| index % 2 == half)));
     let noise = noise(runs);
     let mut chosen: Vec<usize> = Vec::new();
     let mut score = halves.score(&chosen);
@@ -120,7 +111,7 @@ fn stepwise(runs: &[Terms]) -> BTreeSet<String> {
             score = halves.score(&chosen);
         }
     }
-    chosen.iter().filter_map(|cause| CAUSES.get(*cause)).map(|(id, _)| (*id).to_owned()).collect()
+    chosen.iter().filter_map(|cause| CAUSES.get(*cause)).map(|(id, _)| id.name().to_owned()).collect()
 }
 
 /// Whether a cause's terms are worth their number: held-out mean squares before and after.
@@ -145,33 +136,13 @@ fn idle(chosen: &[usize], score: f64, noise: f64, halves: &Halves) -> Option<usi
     })
 }
 
-fn normal(runs: &[Terms], wanted: &dyn Fn(usize) -> bool) -> Normal {
-    let size: usize = CAUSES.iter().map(|(_, terms)| terms).sum();
-    let mut normal =
-        Normal { gram: DMatrix::zeros(size, size), right: DVector::zeros(size), square: 0.0, count: 0.0 };
-    for run in runs.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, run)| run) {
-        let rows = run.rows.len();
-        let matrix = DMatrix::from_row_iterator(rows, size, run.rows.iter().flatten().copied());
-        let residual = DVector::from_column_slice(&run.residual);
-        normal.gram += matrix.tr_mul(&matrix);
-        normal.right += matrix.tr_mul(&residual);
-        normal.square += residual.norm_squared();
-        normal.count += rows as f64;
-    }
-    normal
-}
-
 /// The noise, from differences of neighbours.
 fn noise(runs: &[Terms]) -> f64 {
     let pairs = runs.iter().flat_map(|run| run.residual.windows(2));
     let mut squares: Vec<f64> = pairs.map(|pair| pair.iter().fold(0.0, |a, b| b - a).powi(2)).collect();
-    let middle = squares.len() / 2;
-    if squares.is_empty() {
-        return 0.0;
-    }
-    let (_, median, _) = squares.select_nth_unstable_by(middle, f64::total_cmp);
+    let Some(median) = median(&mut squares) else { return 0.0 };
     // The median of a squared normal number is 0.455 of its mean; a difference has twice the variance.
-    (*median / 0.455 / 2.0).sqrt()
+    (median / 0.455 / 2.0).sqrt()
 }
 
 impl Halves {
@@ -179,44 +150,7 @@ impl Halves {
     fn score(&self, causes: &[usize]) -> f64 {
         let [one, other] = &self.0;
         let columns = columns(causes);
-        let square = held_out(one, other, &columns) + held_out(other, one, &columns);
+        let square = one.held_out(other, &columns) + other.held_out(one, &columns);
         square / (one.count + other.count)
     }
-}
-
-fn columns(causes: &[usize]) -> Vec<usize> {
-    let begins: Vec<usize> = CAUSES
-        .iter()
-        .scan(0, |next, (_, terms)| {
-            let begin = *next;
-            *next += terms;
-            Some(begin)
-        })
-        .collect();
-    let of = |cause: &usize| {
-        let begin = begins.get(*cause).copied().unwrap_or(0);
-        begin..begin + CAUSES.get(*cause).map_or(0, |(_, terms)| *terms)
-    };
-    causes.iter().flat_map(of).collect()
-}
-
-/// Sum of squares on `judged` with coefficients fitted on `fitted`.
-fn held_out(fitted: &Normal, judged: &Normal, columns: &[usize]) -> f64 {
-    if columns.is_empty() {
-        return judged.square;
-    }
-    let Some(weights) = solved(fitted, columns) else { return judged.square };
-    let gram = judged.gram.select_rows(columns).select_columns(columns);
-    judged.square - 2.0 * weights.dot(&judged.right.select_rows(columns)) + weights.dot(&(gram * &weights))
-}
-
-/// The coefficients of some columns.
-fn solved(normal: &Normal, columns: &[usize]) -> Option<DVector<f64>> {
-    let mut matrix = normal.gram.select_rows(columns).select_columns(columns);
-    // Columns to the same size, and a touch of ridge against those that say the same.
-    let scale = matrix.diagonal().map(|value| 1.0 / value.max(1e-300).sqrt());
-    matrix = DMatrix::from_diagonal(&scale) * matrix * DMatrix::from_diagonal(&scale);
-    matrix += DMatrix::identity(columns.len(), columns.len()) * 1e-9;
-    let right = normal.right.select_rows(columns);
-    Some(matrix.cholesky()?.solve(&right.component_mul(&scale)).component_mul(&scale))
 }

@@ -2,9 +2,10 @@
 //! what is left, while the Bayesian criterion on an effective sample size pays for it (Billings, Nonlinear System Identification,
 //! 3.2). A cause is named where a term of its own was chosen that reduces the error by half a per cent or more.
 
-use super::baseline::{ALIKE, Normal};
 use super::library::CAUSES;
+use super::normal::{ALIKE, Normal};
 use std::collections::BTreeSet;
+use valve_model::EffectId;
 
 /// Most terms.
 const MOST: usize = 12;
@@ -13,7 +14,8 @@ const NAMES: f64 = 0.005;
 
 /// The causes that it names.
 pub fn named(all: &Normal) -> BTreeSet<String> {
-    let owners: Vec<&str> = CAUSES.iter().flat_map(|(id, terms)| std::iter::repeat_n(*id, *terms)).collect();
+    let owners: Vec<EffectId> =
+        CAUSES.iter().flat_map(|(id, terms)| std::iter::repeat_n(*id, *terms)).collect();
     let samples = all.count / ALIKE;
     // The Gram matrix and right side, from which every chosen term is projected out in turn.
     let (mut gram, mut right, mut square) = (all.gram.clone(), all.right.clone(), all.square);
@@ -31,7 +33,7 @@ pub fn named(all: &Normal) -> BTreeSet<String> {
             break;
         }
         if let Some(owner) = owners.get(best).filter(|_| gain > NAMES * all.square) {
-            named.insert((*owner).to_owned());
+            named.insert(owner.name().to_owned());
         }
         square -= gain;
         let column = gram.column(best).clone_owned();

@@ -4,33 +4,33 @@
 
 use log_data::{Log, Run};
 use prediction::{Noise, Past, Smoother, predict};
-use valve_model::{FrictionLaw, FrictionParams, FrictionState, LuGreParams, Model};
+use valve_model::{EffectId, FrictionLaw, FrictionParams, FrictionState, LuGreParams, Model};
 
 /// The causes, with how many terms each has.
-pub const CAUSES: &[(&str, usize)] = &[
-    ("torque-offset", 1),
-    ("torque-gain", 1),
-    ("coulomb-level", 1),
-    ("static-level", 1),
-    ("viscous-level", 1),
-    ("stribeck-velocity", 1),
-    ("bristle-stiffness", 1),
-    ("load-inertia", 1),
-    ("pressure-dependent-friction", 1),
-    ("temperature-dependent-viscosity", 1),
-    ("temperature-dependent-friction", 1),
-    ("angle-dependent-friction", 2 * ORDERS),
-    ("direction-asymmetry", 2),
-    ("dwell-stiction", 1),
-    ("hydraulic-lock", 1),
-    ("friction-lag", 1),
-    ("presliding-hysteresis", 1),
-    ("wear-drift", 1),
-    ("flow-torque", 2 * ORDERS),
-    ("pressure-torque", 1),
-    ("position-torque", 2 * ORDERS),
-    ("sensor-delay", 1),
-    ("coupling-compliance", 1),
+pub const CAUSES: &[(EffectId, usize)] = &[
+    (EffectId::TorqueOffset, 1),
+    (EffectId::TorqueGain, 1),
+    (EffectId::CoulombLevel, 1),
+    (EffectId::StaticLevel, 1),
+    (EffectId::ViscousLevel, 1),
+    (EffectId::StribeckVelocity, 1),
+    (EffectId::BristleStiffness, 1),
+    (EffectId::LoadInertia, 1),
+    (EffectId::PressureDependentFriction, 1),
+    (EffectId::TemperatureDependentViscosity, 1),
+    (EffectId::TemperatureDependentFriction, 1),
+    (EffectId::AngleDependentFriction, 2 * ORDERS),
+    (EffectId::DirectionAsymmetry, 2),
+    (EffectId::DwellStiction, 1),
+    (EffectId::HydraulicLock, 1),
+    (EffectId::FrictionLag, 1),
+    (EffectId::PreslidingHysteresis, 1),
+    (EffectId::WearDrift, 1),
+    (EffectId::FlowTorque, 2 * ORDERS),
+    (EffectId::PressureTorque, 1),
+    (EffectId::PositionTorque, 2 * ORDERS),
+    (EffectId::SensorDelay, 1),
+    (EffectId::CouplingCompliance, 1),
 ];
 
 /// Orders of the angle.

@@ -1,10 +1,12 @@
 //! `bench diagnosis`: `stepvalve diagnose` on campaigns with a hidden effect, beside regressions; what it costs.
 
+mod ask;
 mod baseline;
 mod cases;
 pub mod drives;
 mod frols;
 mod library;
+mod normal;
 mod own;
 mod row;
 mod run;
@@ -15,8 +17,8 @@ use crate::output::Results;
 use crate::programs::beside;
 use crate::progress::Progress;
 use anyhow::{Context, Result};
+use ask::Limits;
 use row::{Row, Rows};
-use run::Limits;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::num::NonZero;

@@ -1,8 +1,8 @@
 //! The product's own recordings: simulated with a truth, diagnosed with the belief.
 
+use super::ask::{Limits, diagnose};
 use super::cases::{Case, Class};
 use super::row::Row;
-use super::run::{Limits, diagnose};
 use crate::programs::Workplace;
 use anyhow::{Context, Result};
 use hidden_effect_rig::{Finding, Outcome, intervals};

@@ -56,3 +56,14 @@ fn scenarios_are_valid_with_their_models() {
         assert!(names.iter().any(|found| found == name), "{name} is missing among {names:?}");
     }
 }
+
+/// `Model::bench_rig` has the numbers of the file, so that examples and unit tests speak of the rig that is shipped.
+#[test]
+fn the_bench_rig_in_code_is_the_one_in_the_file() {
+    let shipped = files("models").into_iter().find(|path| path.ends_with("rig.toml")).unwrap();
+    let shipped = model(&shipped);
+    let in_code = valve_model::Model::bench_rig();
+    assert_eq!(in_code.motor, shipped.motor);
+    assert_eq!(in_code.load, shipped.load);
+    assert_eq!(in_code.friction, shipped.friction);
+}

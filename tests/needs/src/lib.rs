@@ -5,8 +5,10 @@
 //! machine itself can't run is skipped there too, and says why.
 #![forbid(unsafe_code)]
 
+mod filter;
 mod python;
 mod skip;
 
+pub use filter::there_and_back;
 pub use python::{python, python_with_browser};
 pub use skip::{skip_on_this_machine, skip_without};

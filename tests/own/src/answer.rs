@@ -69,7 +69,7 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     let difference = follow(&with(&belief, change.clone()), run)?.less(&plain);
     let weights = weights(recording.encoder, &belief, run);
     let mut columns = Columns::default();
-    let slopes = |id: &str, bound: f64, columns: &mut Columns| -> Result<Vec<usize>> {
+    let slopes = |id: EffectId, bound: f64, columns: &mut Columns| -> Result<Vec<usize>> {
         let begin = columns.values.len();
         for effect in small(id, &belief) {
             columns.values.push(follow(&with(&belief, effect), run)?.less(&plain));
@@ -83,14 +83,14 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     }
     let nuisances: Vec<usize> = (0..columns.values.len()).collect();
     let mut causes = Vec::new();
-    let rivals = LIKE.iter().filter(|id| **id != change.id().name() && is_testable(id, run));
+    let rivals = LIKE.into_iter().filter(|id| *id != change.id() && is_testable(*id, run));
     for id in rivals {
-        causes.push((*id, slopes(id, f64::INFINITY, &mut columns)?));
+        causes.push((id, slopes(id, f64::INFINITY, &mut columns)?));
         // A slope is no measure of a large amount where a rotor sticks: the amount that fits best, as it is.
         if let [only] = small(id, &belief).as_slice()
             && let Some(column) = as_large(only, &belief, run, (&plain, &difference, &weights))?
         {
-            causes.push((*id, vec![columns.values.len()]));
+            causes.push((id, vec![columns.values.len()]));
             columns.values.push(column);
             columns.bounds.push(f64::INFINITY);
         }
@@ -102,8 +102,8 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
         let which: Vec<usize> = nuisances.iter().chain(&which).copied().collect();
         let left = normal.left(&which);
         if left.seen < SAME.max(ALIKE * seen) || left.square < CHANCE {
-            if !alike.iter().any(|known| known == id) {
-                alike.push(id.to_owned());
+            if !alike.contains(&id) {
+                alike.push(id);
             }
             same |= left.square < CHANCE || left.seen < SAME;
         }
@@ -111,7 +111,7 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
     let shows = seen >= WEAK && !same;
     let hidden = if shows { vec![change] } else { Vec::new() };
     if !shows {
-        alike.push(change.id().name().to_owned());
+        alike.push(change.id());
     }
     let mut truth = truth(recording, &belief, &hidden, alike, seen);
     if let Some(imperfect) = &mut truth.imperfect {
@@ -122,41 +122,41 @@ pub fn answer(recording: &Recording, run_h5: &Path) -> Result<Answer> {
 }
 
 /// The belief's numbers.
-const NUMBERS: [&str; 7] = [
-    "coulomb-level",
-    "static-level",
-    "viscous-level",
-    "stribeck-velocity",
-    "bristle-stiffness",
-    "load-inertia",
-    "holding-torque-level",
+const NUMBERS: [EffectId; 7] = [
+    EffectId::CoulombLevel,
+    EffectId::StaticLevel,
+    EffectId::ViscousLevel,
+    EffectId::StribeckVelocity,
+    EffectId::BristleStiffness,
+    EffectId::LoadInertia,
+    EffectId::HoldingTorqueLevel,
 ];
 
 /// Causes that a difference is compared with.
-const LIKE: [&str; 23] = [
-    "coulomb-level",
-    "static-level",
-    "viscous-level",
-    "stribeck-velocity",
-    "bristle-stiffness",
-    "load-inertia",
-    "holding-torque-level",
-    "pressure-dependent-friction",
-    "temperature-dependent-viscosity",
-    "temperature-dependent-friction",
-    "direction-asymmetry",
-    "angle-dependent-friction",
-    "flow-torque",
-    "pressure-torque",
-    "position-torque",
-    "detent-torque",
-    "microstep-error",
-    "backlash",
-    "coupling-compliance",
-    "sensor-delay",
-    "torque-offset",
-    "torque-gain",
-    "encoder-eccentricity",
+const LIKE: [EffectId; 23] = [
+    EffectId::CoulombLevel,
+    EffectId::StaticLevel,
+    EffectId::ViscousLevel,
+    EffectId::StribeckVelocity,
+    EffectId::BristleStiffness,
+    EffectId::LoadInertia,
+    EffectId::HoldingTorqueLevel,
+    EffectId::PressureDependentFriction,
+    EffectId::TemperatureDependentViscosity,
+    EffectId::TemperatureDependentFriction,
+    EffectId::DirectionAsymmetry,
+    EffectId::AngleDependentFriction,
+    EffectId::FlowTorque,
+    EffectId::PressureTorque,
+    EffectId::PositionTorque,
+    EffectId::DetentTorque,
+    EffectId::MicrostepError,
+    EffectId::Backlash,
+    EffectId::CouplingCompliance,
+    EffectId::SensorDelay,
+    EffectId::TorqueOffset,
+    EffectId::TorqueGain,
+    EffectId::EncoderEccentricity,
 ];
 
 type Difference<'a> = (&'a Motion, &'a [Vec<f64>], &'a [Vec<f64>]);
@@ -192,12 +192,11 @@ fn scaled(effect: &Effect, amount: f64) -> Option<Effect> {
     };
     let parts: Vec<(&str, EffectValue)> = effect.parts().map(|one| (one.0, part(one))).collect();
     // A spring is the softer the more there is of it.
-    (effect.id() != EffectId::CouplingCompliance)
-        .then(|| Effect::from_parts(effect.id().name(), &parts).ok())?
+    (effect.id() != EffectId::CouplingCompliance).then(|| Effect::new(effect.id(), &parts).ok())?
 }
 
 /// Whether what a cause depends on changes during the run: one pressure or one temperature tells nothing of it.
-fn is_testable(id: &str, run: &Run) -> bool {
+fn is_testable(id: EffectId, run: &Run) -> bool {
     let span = |values: &Option<Vec<f64>>| {
         let known = values.iter().flatten().copied().filter(|value| value.is_finite());
         known.fold(None, |span: Option<(f64, f64)>, value| {
@@ -205,10 +204,10 @@ fn is_testable(id: &str, run: &Run) -> bool {
         })
     };
     match id {
-        "pressure-dependent-friction" | "flow-torque" | "pressure-torque" => {
+        EffectId::PressureDependentFriction | EffectId::FlowTorque | EffectId::PressureTorque => {
             span(&run.pressure_drop_pa).is_some_and(|(low, high)| high > 1.2 * low)
         }
-        "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
+        EffectId::TemperatureDependentViscosity | EffectId::TemperatureDependentFriction => {
             span(&run.oil_temperature_c).is_some_and(|(low, high)| high > low + 2.0)
         }
         _ => true,
@@ -216,8 +215,8 @@ fn is_testable(id: &str, run: &Run) -> bool {
 }
 
 /// An effect in small amounts of each of its shapes.
-fn small(id: &str, belief: &Model) -> Vec<Effect> {
-    let one = |parts: &[(&str, EffectValue)]| Effect::from_parts(id, parts).unwrap();
+fn small(id: EffectId, belief: &Model) -> Vec<Effect> {
+    let one = |parts: &[(&str, EffectValue)]| Effect::new(id, parts).unwrap();
     let number = |key: &str, value: f64| one(&[(key, EffectValue::Number(value))]);
     let waves = |size: f64| -> Vec<Effect> {
         let orders = (0..2).flat_map(|order| ["cos", "sin"].map(|key| (order, key)));
@@ -230,25 +229,25 @@ fn small(id: &str, belief: &Model) -> Vec<Effect> {
     };
     let coulomb_nm = coulomb_nm(belief);
     match id {
-        "pressure-dependent-friction" => vec![number("gain", 0.01)],
-        "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
+        EffectId::PressureDependentFriction => vec![number("gain", 0.01)],
+        EffectId::TemperatureDependentViscosity | EffectId::TemperatureDependentFriction => {
             vec![number("beta_per_k", 0.005)]
         }
-        "direction-asymmetry" => vec![number("level", 0.03), number("viscous", 0.1)],
-        "angle-dependent-friction" => waves(0.03),
-        "flow-torque" => waves(0.01 * coulomb_nm),
-        "position-torque" => waves(0.03 * coulomb_nm),
-        "pressure-torque" => vec![number("gain", 0.01 * coulomb_nm)],
-        "detent-torque" => waves(0.03),
-        "microstep-error" => waves(5e-5),
-        "backlash" => vec![number("half_width_rad", 3e-4)],
-        "coupling-compliance" => vec![one(&[
+        EffectId::DirectionAsymmetry => vec![number("level", 0.03), number("viscous", 0.1)],
+        EffectId::AngleDependentFriction => waves(0.03),
+        EffectId::FlowTorque => waves(0.01 * coulomb_nm),
+        EffectId::PositionTorque => waves(0.03 * coulomb_nm),
+        EffectId::PressureTorque => vec![number("gain", 0.01 * coulomb_nm)],
+        EffectId::DetentTorque => waves(0.03),
+        EffectId::MicrostepError => waves(5e-5),
+        EffectId::Backlash => vec![number("half_width_rad", 3e-4)],
+        EffectId::CouplingCompliance => vec![one(&[
             ("stiffness_nm_per_rad", EffectValue::Number(5000.0)),
             ("damping_nm_s_per_rad", EffectValue::Number(1.0)),
         ])],
-        "sensor-delay" => vec![number("delay_s", 3e-4)],
-        "torque-offset" => vec![number("offset_nm", 0.03 * coulomb_nm)],
-        "encoder-eccentricity" => [0.0, 1.571]
+        EffectId::SensorDelay => vec![number("delay_s", 3e-4)],
+        EffectId::TorqueOffset => vec![number("offset_nm", 0.03 * coulomb_nm)],
+        EffectId::EncoderEccentricity => [0.0, 1.571]
             .map(|phase| {
                 one(&[
                     ("amplitude_rad", EffectValue::Number(1e-4)),
@@ -308,7 +307,14 @@ fn weights(encoder: Encoder, belief: &Model, run: &Run) -> Vec<Vec<f64>> {
     [angle, torque].map(|deviation| vec![deviation.powi(-2); known]).into()
 }
 
-fn truth(recording: &Recording, belief: &Model, hidden: &[&Effect], alike: Vec<String>, seen: f64) -> Truth {
+fn truth(
+    recording: &Recording,
+    belief: &Model,
+    hidden: &[&Effect],
+    alike: Vec<EffectId>,
+    seen: f64,
+) -> Truth {
+    let alike: Vec<String> = alike.into_iter().map(|id| id.name().to_owned()).collect();
     let effect = |effect: &&Effect| {
         let value = |value: &EffectValue| match value {
             EffectValue::Number(number) => json!(number),

@@ -15,7 +15,9 @@
 mod angle_plan;
 mod campaign;
 mod contact;
+mod draw;
 mod effects;
+mod exact;
 mod forms;
 mod hidden;
 mod jet;
@@ -30,7 +32,8 @@ mod spool;
 mod torque_plan;
 mod truth;
 
-pub use campaign::{Campaign, choose};
+pub use campaign::Campaign;
+pub use draw::choose;
 pub use hidden::{Family, Gap, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
 pub use judge::{Finding, Interval, Outcome, intervals};
 pub use real::{Columns, Left, Normal};

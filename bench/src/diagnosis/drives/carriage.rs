@@ -7,9 +7,10 @@ use crate::diagnosis::drives::found::Found;
 use crate::programs::beside;
 use anyhow::{Context, Result, bail};
 use log_data::{Log, Run};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use test_needs::there_and_back;
 
 const METRE_PER_RAD: f64 = 0.0025 / TAU;
 
@@ -127,37 +128,4 @@ fn relative_error(place: &Place, run: &Run, model: &Path) -> Result<f64> {
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>().sqrt();
     let error = norm(&mut measured.iter().zip(&predicted).map(|(a, b)| a - b));
     Ok(100.0 * error / norm(&mut measured.iter().copied()))
-}
-
-/// Butterworth's low-pass of order 4 at a tenth of the sampling rate, forwards and backwards; the ends are reflected.
-fn there_and_back(values: &[f64]) -> Vec<f64> {
-    const PAD: usize = 100;
-    let (Some(first), Some(last)) = (values.first(), values.last()) else { return Vec::new() };
-    let before = values.iter().skip(1).take(PAD).rev().map(|value| 2.0 * first - value);
-    let after = values.iter().rev().skip(1).take(PAD).map(|value| 2.0 * last - value);
-    let mut padded: Vec<f64> = before.chain(values.iter().copied()).chain(after).collect();
-    for _ in 0..2 {
-        // The quality factors of the two pairs of poles.
-        for quality in [0.541_196_100_146_197, 1.306_562_964_876_376_4] {
-            padded = low_pass(&padded, 0.1, quality);
-        }
-        padded.reverse();
-    }
-    padded.into_iter().skip(PAD).take(values.len()).collect()
-}
-
-/// A second-order low-pass by the bilinear transform, at a part of the sampling rate; it begins at rest on the first value.
-fn low_pass(values: &[f64], part: f64, quality: f64) -> Vec<f64> {
-    let k = (PI * part).tan();
-    let norm = 1.0 / (1.0 + k / quality + k * k);
-    let (b, a1, a2) = (k * k * norm, 2.0 * (k * k - 1.0) * norm, (1.0 - k / quality + k * k) * norm);
-    let first = values.first().copied().unwrap_or(0.0);
-    let ((mut x1, mut x2), (mut y1, mut y2)) = ((first, first), (first, first));
-    let filter = |value: &f64| {
-        let out = b * (value + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
-        (x2, x1) = (x1, *value);
-        (y2, y1) = (y1, out);
-        out
-    };
-    values.iter().map(filter).collect()
 }

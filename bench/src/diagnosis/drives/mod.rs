@@ -9,7 +9,7 @@ mod record;
 mod screw;
 mod seal;
 
-use super::run::diagnose;
+use super::ask::diagnose;
 use crate::output::{Results, Sheet};
 use crate::scenario::repository;
 use anyhow::{Context, Result};

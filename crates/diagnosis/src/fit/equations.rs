@@ -3,8 +3,10 @@
 
 use crate::DiagnosisError;
 use crate::extend::hypothesis::{Free, Hypothesis};
+use crate::log::begun::Begun;
 use crate::log::campaign::Campaign;
-use crate::log::piece::{Begun, Piece, Ready};
+use crate::log::piece::Piece;
+use crate::log::ready::Ready;
 use crate::numerics::gram::Gram;
 use crate::numerics::loss::Loss;
 use crate::workers::{Workers, map};

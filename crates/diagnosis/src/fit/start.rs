@@ -1,7 +1,9 @@
 //! The best start of a piece, by a search of its own: the prediction is too nonlinear in it for a linear estimate.
 
 use crate::fit::equations::Setting;
-use crate::log::piece::{Begun, Piece, Ready};
+use crate::log::begun::Begun;
+use crate::log::piece::Piece;
+use crate::log::ready::Ready;
 
 /// Most Gauss-Newton steps, and most halvings of one that overshoots.
 const STEPS: usize = 4;
@@ -32,7 +34,7 @@ pub(crate) fn best_start(
         let near = search.best.0;
         search.try_all(OTHERS.map(|part| near.shifted(part * piece.noise.deviation_rad)));
     }
-    if piece.has_sides(ready) && search.is_unsettled() {
+    if ready.has_sides() && search.is_unsettled() {
         search.try_sides();
     }
     search.descend();

@@ -1,6 +1,7 @@
 //! A log cut into pieces, grouped into what is fitted and what is held out, with the facts that it spans.
 
 use crate::DiagnosisError;
+use crate::log::begun::Begun;
 use crate::log::course::Course;
 use crate::log::driven::{Driven, lead_of};
 use crate::log::facts::Facts;
@@ -8,7 +9,8 @@ use crate::log::gaps::bridged;
 use crate::log::kind::LogKind;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
-use crate::log::piece::{Begun, Piece, Ready, check};
+use crate::log::piece::{Piece, check};
+use crate::log::ready::Ready;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run};
 use prediction::{Noise, median, motion_at, predicted_channel};

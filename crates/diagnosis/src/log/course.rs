@@ -1,8 +1,8 @@
 //! An angle predicted from a command, from where a run begins: pieces that follow each other need no guess of how each begins.
 
+use crate::log::begun::Begun;
 use crate::log::driven::Driven;
 use crate::log::past::Before;
-use crate::log::piece::Begun;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use valve_model::{ContactPast, MotionSample, ValveInput, ValveParams};

@@ -1,6 +1,8 @@
 //! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
 
-use crate::log::piece::{Begun, Piece, Ready};
+use crate::log::begun::Begun;
+use crate::log::piece::Piece;
+use crate::log::ready::Ready;
 use prediction::median;
 
 /// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.

@@ -1,5 +1,6 @@
 //! The log made ready: cut into pieces, its noise estimated, and what its motion excites.
 
+pub(crate) mod begun;
 pub(crate) mod campaign;
 pub(crate) mod course;
 pub(crate) mod driven;
@@ -13,3 +14,5 @@ pub(crate) mod lost_steps;
 pub(crate) mod noise;
 pub(crate) mod past;
 pub(crate) mod piece;
+pub(crate) mod ready;
+pub(crate) mod torque;

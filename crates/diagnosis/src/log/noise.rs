@@ -5,10 +5,12 @@
 //! smoothed motion, or the first angle, once more and predicting again. Samples are weighted by both.
 
 use crate::Options;
+use crate::log::begun::Begun;
 use crate::log::campaign::Campaign;
 use crate::log::holds;
 use crate::log::kind::LogKind;
-use crate::log::piece::{Begun, Piece, Ready};
+use crate::log::piece::Piece;
+use crate::log::ready::Ready;
 use crate::workers::{Workers, map};
 use prediction::median;
 

@@ -1,68 +1,26 @@
 //! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
 
 use crate::DiagnosisError;
-use crate::log::course::{Course, Whole, angle_rad};
+use crate::log::begun::Begun;
+use crate::log::course::Course;
 use crate::log::driven::Driven;
 use crate::log::error_model::{information, rest_variance, stretches};
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
+use crate::log::ready::{Inputs, Ready};
 use log_data::{Channel, Run};
-use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, sharper};
+use prediction::{MOMENT_REACH, Noise, Smoother, motion_at};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 use std::sync::Arc;
-use valve_model::{
-    ContactPast, Model, MotionInput, MotionParams, MotionSample, ParamError, ValveParams, motion_step,
-};
+use valve_model::MotionSample;
 
 /// Samples beyond a piece's ends that its smoothing sees.
 const MARGIN: usize = 2048;
-/// After how long the torque of the first sample is taken, s: as good as none.
-const MOMENT_S: f64 = 1e-9;
 /// As good as one sample, up to rounding.
 const WHOLE: f64 = 0.999;
-
-/// A model made ready to predict one of the channels.
-pub(crate) enum Ready {
-    Torque(Box<MotionParams>),
-    Angle(Box<ValveParams>, Whole),
-}
-
-impl Ready {
-    /// The integrator of angles may make errors up to `angle_error_rad` in a sub-step.
-    pub fn new(model: &Model, kind: LogKind, angle_error_rad: f64) -> Result<Self, ParamError> {
-        if kind.motion_is_measured {
-            return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
-        }
-        let params = ValveParams::new(model)?.accepting(angle_error_rad);
-        Ok(Self::Angle(Box::new(params), Whole::default()))
-    }
-}
-
-/// How a piece begins.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Begun {
-    /// The torque that friction carries, N·m, or the shift of the first angle, rad.
-    pub shift: f64,
-    /// The side from which the contact came, −1 to 1: the part of their break-away deflection that bristles with a memory
-    /// came from, and the side of the encoder's play on which the rotor lies. Without one the bristles come from where the
-    /// motion before left them, and the rotor lies where it is drawn to.
-    pub side: Option<f64>,
-}
-
-impl Begun {
-    /// The likely side.
-    pub fn at(shift: f64) -> Self {
-        Self { shift, side: None }
-    }
-
-    /// The same side.
-    pub fn shifted(self, shift: f64) -> Self {
-        Self { shift, ..self }
-    }
-}
 
 /// A stretch of a run.
 #[derive(Debug, Clone)]
@@ -176,8 +134,7 @@ impl Piece {
     /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
     /// a shift of the angle.
     pub fn first_start(&self, ready: &Ready) -> Begun {
-        let Ready::Torque(params) = ready else { return Begun::default() };
-        let most_nm = params.friction_law().steady_torque(f64::MIN_POSITIVE);
+        let Some(most_nm) = ready.static_torque_nm(&self.driven) else { return Begun::default() };
         let count = self.measured.len().clamp(1, 5) as f64;
         let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
         Begun::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
@@ -185,44 +142,32 @@ impl Piece {
 
     /// Most that the start may be.
     pub fn start_bound(&self, ready: &Ready) -> f64 {
-        match ready {
-            Ready::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
-            Ready::Torque(params) => 1.2 * params.friction_law().steady_torque(f64::MIN_POSITIVE),
-            Ready::Angle(..) if self.follows() => 0.0,
-            Ready::Angle(..) => 0.01,
-        }
-    }
-
-    /// Whether it matters from which side the piece began: the encoder's shaft has play, or the bristles a memory.
-    pub fn has_sides(&self, ready: &Ready) -> bool {
-        match ready {
-            Ready::Torque(params) => params.friction_law().has_memory(),
-            Ready::Angle(params, _) => {
-                params.backlash_half_width_rad() > 0.0 || params.friction_law().has_memory()
-            }
-        }
+        if self.follows() { 0.0 } else { ready.start_bound(&self.driven) }
     }
 
     /// A change of the start that tells how the prediction follows it.
     pub fn start_step(&self, ready: &Ready) -> f64 {
         let part = 0.02 * self.start_bound(ready);
-        match ready {
-            Ready::Torque(_) => part,
-            // Beyond the encoder's noise a resting rotor may break away.
-            Ready::Angle(..) => self.noise.deviation_rad.clamp(1e-3 * part, part),
+        if ready.starts_with_a_torque() {
+            return part;
         }
+        // Beyond the encoder's noise a resting rotor may break away.
+        self.noise.deviation_rad.clamp(1e-3 * part, part)
     }
 
-    /// What the model has for the piece.
+    /// The model's prediction of the piece.
     pub fn predict(&self, ready: &Ready, start: Begun) -> Vec<f64> {
-        let mut predicted = match ready {
-            Ready::Torque(params) => self.torque(params, &self.motions, start),
-            Ready::Angle(params, whole) => self.angle(params, whole, start),
-        };
+        let mut predicted = ready.predict(&self.inputs(&self.motions), start);
         for (from, jump) in &self.jumps {
             predicted.iter_mut().skip(*from).for_each(|value| *value += jump);
         }
         predicted
+    }
+
+    /// What its prediction follows from, with these motions.
+    fn inputs<'a>(&'a self, motions: &'a [MotionSample]) -> Inputs<'a> {
+        let whole_run = self.course.as_ref().filter(|_| self.follows()).map(|course| (course, &self.rows));
+        Inputs { driven: &self.driven, motions, past: self.past, whole_run }
     }
 
     /// Angle, speed and acceleration at a sample; of the command where that is all there is.
@@ -248,40 +193,6 @@ impl Piece {
         }
     }
 
-    fn torque(&self, params: &MotionParams, motions: &[MotionSample], start: Begun) -> Vec<f64> {
-        let Some(first) = motions.first() else { return Vec::new() };
-        let law = params.friction_law();
-        let came_from_rad = start.side.unwrap_or(self.past.side) * law.break_away_deflection_rad();
-        let deflection_rad = law.deflection_after_rad(came_from_rad, start.shift);
-        let past = ContactPast { deflection_rad, came_from_rad, ..self.past.contact };
-        let mut state = params.at_start_after(first, &past);
-        let mut before = *first;
-        let mut before_s = f64::NAN;
-        let mut torque = Vec::with_capacity(self.len());
-        let times_s = self.driven.time_s();
-        for (index, (motion, time_s)) in motions.iter().zip(times_s).enumerate() {
-            let sharp = if params.is_behind_a_spring() { sharper_at(motions, times_s, index) } else { None };
-            let motion = sharp.as_ref().unwrap_or(motion);
-            let dt_s = if index == 0 { MOMENT_S } else { time_s - before_s };
-            let (pressure_drop_pa, oil_temperature_c) = self.driven.conditions(index);
-            let input = MotionInput { start: before, end: *motion, pressure_drop_pa, oil_temperature_c };
-            torque.push(motion_step(params, &mut state, &input, dt_s).measured_torque_nm);
-            (before, before_s) = (*motion, *time_s);
-        }
-        prediction::delay(self.driven.time_s(), &mut torque, params.sensor_delay_s());
-        torque
-    }
-
-    fn angle(&self, params: &ValveParams, whole: &Whole, start: Begun) -> Vec<f64> {
-        if let Some(course) = self.course.as_ref().filter(|_| self.follows()) {
-            let all = whole.angle_rad(course, params, start);
-            return all.get().and_then(|all| all.get(self.rows.clone())).unwrap_or_default().to_vec();
-        }
-        let Some(first) = self.motions.first() else { return Vec::new() };
-        let mut angle = angle_rad(&self.driven, *first, self.past, params, start);
-        angle.split_off(self.driven.lead().min(angle.len()))
-    }
-
     /// Whether it goes on from where the piece before it in its run ends, and begins as the run does.
     pub fn follows(&self) -> bool {
         self.course.is_some() && self.rows.start > 0
@@ -291,15 +202,12 @@ impl Piece {
     /// once more; that of an angle less the one from a start as uncertain as the mean of a few samples. A rotor that sticks
     /// and slips by itself makes much of that.
     pub fn error_of_motion(&self, ready: &Ready, start: Begun, seed: u64) -> Vec<f64> {
-        let (once, twice) = match ready {
-            Ready::Torque(params) => {
-                let again = self.measured_again(seed);
-                (self.torque(params, &self.motions, start), self.torque(params, &again, start))
-            }
-            Ready::Angle(params, whole) => {
-                let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
-                (self.angle(params, whole, start), self.angle(params, whole, start.shifted(shift)))
-            }
+        let once = ready.predict(&self.inputs(&self.motions), start);
+        let twice = if ready.starts_with_a_torque() {
+            ready.predict(&self.inputs(&self.measured_again(seed)), start)
+        } else {
+            let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
+            ready.predict(&self.inputs(&self.motions), start.shifted(shift))
         };
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
@@ -349,17 +257,6 @@ impl Piece {
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
     }
-}
-
-/// A sample's motion with a sharper speed; `None` at the ends.
-fn sharper_at(motions: &[MotionSample], time_s: &[f64], index: usize) -> Option<MotionSample> {
-    let first = index.checked_sub(1)?;
-    let (&[from_s, _, to_s], [before, at, after]) =
-        (time_s.get(first..index + 2)?, motions.get(first..index + 2)?)
-    else {
-        return None;
-    };
-    Some(sharper(before, at, after, to_s - from_s))
 }
 
 fn smoothed(

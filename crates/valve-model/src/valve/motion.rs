@@ -12,7 +12,7 @@ use super::input::ValveInput;
 use super::measurement::Measurement;
 use super::params::ValveParams;
 use super::step::{ValveState, step};
-use crate::friction::{FrictionLaw, Levels, Sweep};
+use crate::friction::{Contact, FrictionLaw, Levels, Sweep};
 use crate::{ContactPast, FrictionState, Model, ParamError};
 
 /// What [`motion_step`] needs of a model.
@@ -110,6 +110,14 @@ impl MotionParams {
     /// The friction law with the effects that change its numbers.
     pub fn friction_law(&self) -> &FrictionLaw {
         &self.friction
+    }
+
+    /// The most that friction carries at rest, N·m, at a pressure drop (Pa) and an oil temperature (°C): the static torque with
+    /// the effects that change the levels there, for a contact without a past.
+    pub fn static_torque_at(&self, pressure_drop_pa: f64, oil_temperature_c: f64) -> f64 {
+        let levels = self.effects.levels(pressure_drop_pa, oil_temperature_c, &Contact::default());
+        let asymmetric = 1.0 + levels.asymmetry.abs();
+        levels.level * levels.static_factor * asymmetric * self.friction.steady_torque(f64::MIN_POSITIVE)
     }
 
     /// A contact that begins `motion` with its bristles relaxed.

@@ -1,0 +1,91 @@
+//! A model made ready to predict torque or angle: all in which the two predictions differ.
+
+use crate::log::begun::Begun;
+use crate::log::course::{Course, Whole, angle_rad};
+use crate::log::driven::Driven;
+use crate::log::kind::LogKind;
+use crate::log::past::Before;
+use crate::log::torque::{begins_with_nm, torque_nm};
+use std::ops::Range;
+use std::sync::Arc;
+use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
+
+/// A start may carry so many times the static torque: the model's own levels may be too low.
+const BEYOND_STATIC: f64 = 1.2;
+/// Most that the first angle may be off, rad.
+const FIRST_ANGLE_RAD: f64 = 0.01;
+
+/// A model made ready to predict one of the channels.
+pub(crate) enum Ready {
+    Torque(Box<MotionParams>),
+    Angle(Box<ValveParams>, Whole),
+}
+
+/// What the prediction of a piece follows from.
+pub(crate) struct Inputs<'a> {
+    pub driven: &'a Driven,
+    /// Of a torque log the motion of each sample, of an angle log that of the first.
+    pub motions: &'a [MotionSample],
+    pub past: Before,
+    /// The run that the piece is cut out of, and the piece's rows, where it is predicted as a whole.
+    pub whole_run: Option<(&'a Arc<Course>, &'a Range<usize>)>,
+}
+
+impl Ready {
+    /// The integrator of angles may make errors up to `angle_error_rad` in a sub-step.
+    pub fn new(model: &Model, kind: LogKind, angle_error_rad: f64) -> Result<Self, ParamError> {
+        if kind.motion_is_measured {
+            return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
+        }
+        let params = ValveParams::new(model)?.accepting(angle_error_rad);
+        Ok(Self::Angle(Box::new(params), Whole::default()))
+    }
+
+    /// True where a piece starts with a torque that friction carries, false where it starts with an angle.
+    pub fn starts_with_a_torque(&self) -> bool {
+        matches!(self, Self::Torque(_))
+    }
+
+    /// The most that friction carries at rest where a piece starts, N·m; `None` where a piece starts with an angle.
+    pub fn static_torque_nm(&self, driven: &Driven) -> Option<f64> {
+        match self {
+            Self::Torque(params) => Some(begins_with_nm(params, driven)),
+            Self::Angle(..) => None,
+        }
+    }
+
+    /// Most that a start may be, N·m or rad; 0 where the law has no bristles that could carry anything.
+    pub fn start_bound(&self, driven: &Driven) -> f64 {
+        match self {
+            Self::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
+            Self::Torque(params) => BEYOND_STATIC * begins_with_nm(params, driven),
+            Self::Angle(..) => FIRST_ANGLE_RAD,
+        }
+    }
+
+    /// Whether it matters from which side the piece began: the encoder's shaft has play, or the bristles a memory.
+    pub fn has_sides(&self) -> bool {
+        match self {
+            Self::Torque(params) => params.friction_law().has_memory(),
+            Self::Angle(params, _) => {
+                params.backlash_half_width_rad() > 0.0 || params.friction_law().has_memory()
+            }
+        }
+    }
+
+    /// The torque, N·m, or the angle, rad, of each sample.
+    pub fn predict(&self, inputs: &Inputs<'_>, start: Begun) -> Vec<f64> {
+        match self {
+            Self::Torque(params) => torque_nm(params, inputs.driven, inputs.motions, inputs.past, start),
+            Self::Angle(params, whole) => {
+                if let Some((course, rows)) = &inputs.whole_run {
+                    let all = whole.angle_rad(course, params, start);
+                    return all.get().and_then(|all| all.get((*rows).clone())).unwrap_or_default().to_vec();
+                }
+                let Some(first) = inputs.motions.first() else { return Vec::new() };
+                let mut angle = angle_rad(inputs.driven, *first, inputs.past, params, start);
+                angle.split_off(inputs.driven.lead().min(angle.len()))
+            }
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Draws campaigns from seeds, each by its family.
+
+use crate::campaign::Campaign;
+use crate::hidden::{Family, Hidden};
+use crate::{exact, real};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+impl Campaign {
+    /// Draws a campaign; the same for the same seed and wish.
+    pub fn draw(seed: u64, hidden: &Hidden) -> Self {
+        Self::try_draw(seed, hidden)
+            .unwrap_or_else(|| panic!("seed {seed}, {hidden:?}: the rotor loses steps whatever is drawn"))
+    }
+
+    /// The same; `None` where the rotor loses steps whatever is drawn.
+    pub fn try_draw(seed: u64, hidden: &Hidden) -> Option<Self> {
+        match hidden.family {
+            Family::Exact => exact::try_draw(seed, hidden),
+            Family::Real => real::try_draw(seed, hidden),
+        }
+    }
+}
+
+/// The seed's own choice among some, for those who draw what to hide.
+pub fn choose<T: Clone>(seed: u64, from: &[T]) -> T {
+    let mut rng = Pcg64::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    from[rng.random_range(0..from.len())].clone()
+}
