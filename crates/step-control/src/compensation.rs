@@ -4,6 +4,8 @@
 //! asin(T/T_hold)/N_r for the rotor to be where it is wanted: 2 N·m cost 0.39° if nobody leads.
 
 use crate::params::{Compensation, Params};
+use crate::rotor::Rotor;
+use drive::MicrostepsPerCycle;
 use signals::Kinematics;
 use std::f64::consts::TAU;
 use valve_model::{FrictionState, MotionInput, MotionSample, MotionState, motion_step};
@@ -171,10 +173,32 @@ pub(crate) fn command_rad(params: &Params, reference: &Kinematics, lead_rad: f64
     reference.angle_rad + electrical_rad / f64::from(params.motor.rotor_teeth)
 }
 
-/// The lead over `reference` that pulls no further than [`MAX_PULL_RAD`] on a rotor `deviation_rad` beyond it, rad, and
-/// whether it had to be cut.
-pub(crate) fn lead_within_pull_out(params: &Params, lead_rad: f64, deviation_rad: f64) -> (f64, bool) {
-    let rotor_rad = f64::from(params.motor.rotor_teeth) * deviation_rad;
-    let kept_rad = lead_rad.clamp(rotor_rad - MAX_PULL_RAD, rotor_rad + MAX_PULL_RAD);
+/// The lead over the target that pulls no further than [`MAX_PULL_RAD`] on a rotor, rad, and whether it had to be cut.
+///
+/// The command moved by `travel` in the cycle before. One that approaches the limit is cut early enough to brake before it
+/// at the driver's acceleration.
+pub(crate) fn lead_within_pull_out(
+    params: &Params,
+    lead_rad: f64,
+    rotor: &Rotor,
+    travel: MicrostepsPerCycle,
+) -> (f64, bool) {
+    let teeth = f64::from(params.motor.rotor_teeth);
+    let microstep_rad = params.drive.microstep_angle_rad;
+    let approach = travel.0 - rotor.way_rad / microstep_rad;
+    let braking_rad = teeth * microstep_rad * braking_way(params, approach);
+    let (ahead_rad, behind_rad) = if approach > 0.0 { (braking_rad, 0.0) } else { (0.0, braking_rad) };
+    let rotor_rad = teeth * rotor.deviation_rad;
+    let low_rad = rotor_rad - (MAX_PULL_RAD - behind_rad).max(0.0);
+    let high_rad = rotor_rad + (MAX_PULL_RAD - ahead_rad).max(0.0);
+    let kept_rad = lead_rad.clamp(low_rad, high_rad);
     (kept_rad, kept_rad != lead_rad)
+}
+
+/// How far a command goes on, micro-steps, that brakes from `way` per cycle at the driver's acceleration: the ways of the
+/// cycles after this one, each `change` shorter than the one before.
+fn braking_way(params: &Params, way: f64) -> f64 {
+    let change = params.drive.max_pulse_acceleration_hz_per_s * params.period_s * params.period_s;
+    let way = way.abs();
+    (way * (way / change - 1.0) / 2.0).max(0.0)
 }

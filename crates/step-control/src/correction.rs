@@ -62,8 +62,6 @@ pub(crate) enum Wish {
     More {
         /// The torque, N·m.
         beyond_nm: f64,
-        /// Measured angle minus reference at the time of the reading, rad; `None` without an encoder.
-        deviation_rad: Option<f64>,
     },
     /// To stay where it is.
     Hold,
@@ -92,6 +90,12 @@ impl Correction {
     /// The command that belongs to a reading of this age, in cycles before the end of the cycle commanded last.
     pub(crate) fn commanded(&self, age_cycles: u64) -> Instant {
         self.instant(age_cycles as usize)
+    }
+
+    /// The angle aimed at then, rad; `None` if that is longer ago than the history.
+    pub(crate) fn aim_rad(&self, age_cycles: u64) -> Option<f64> {
+        let age = usize::try_from(age_cycles).ok()?;
+        self.trail.get(age).map(|instant| instant.reference_rad)
     }
 
     /// Appends the command for the end of the next cycle.
@@ -144,8 +148,7 @@ impl Correction {
             ahead = observer.predicted(&ahead, self.instant(age).beyond_nm, self.instant(age - 1).beyond_nm);
         }
         let beyond_nm = observer.torque_nm(&ahead, self.instant(0).beyond_nm);
-        // The reading, not the estimate: the linear model does not hold for a rotor that is jammed or out of step.
-        Wish::More { beyond_nm, deviation_rad: Some(reading_rad) }
+        Wish::More { beyond_nm }
     }
 
     /// Decides whether the command is held: the reference has rested long enough, and the deviation is within the hysteresis.

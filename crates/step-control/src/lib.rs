@@ -22,6 +22,7 @@ mod re_entry;
 mod reception;
 mod recovery;
 mod riccati;
+mod rotor;
 mod shaper;
 mod state;
 mod step;

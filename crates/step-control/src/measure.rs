@@ -1,6 +1,7 @@
 //! Following error and load angle, from the encoder and from what was commanded for the time of its reading.
 
 use crate::params::Params;
+use crate::rotor::Seen;
 use crate::state::State;
 use signals::{ControllerState, Feedback, validity};
 use std::f64::consts::TAU;
@@ -11,9 +12,17 @@ pub(crate) fn measure(params: &Params, state: &mut State, feedback: Option<&Feed
     if state.supervision.machine != ControllerState::Running {
         observation.following_error_rad = 0.0;
         observation.reading_rad = None;
+        observation.seen = None;
         return;
     }
     let before_rad = observation.reading_rad.take();
+    let read_rad = feedback
+        .filter(|feedback| feedback.validity & validity::ENCODER != 0)
+        .map(|feedback| feedback.angle_rad);
+    observation.seen = match observation.seen {
+        Some(seen) => Some(seen.next(params, &observation.correction, read_rad)),
+        None => read_rad.map(Seen::first),
+    };
     let Some(feedback) = feedback else { return };
     let error_rad = state.reception.window.now().angle_rad - feedback.angle_rad;
     observation.following_error_rad = error_rad;

@@ -7,6 +7,7 @@ use crate::params::Params;
 use crate::partner::Partner;
 use crate::re_entry::ReEntry;
 use crate::recovery::Recovery;
+use crate::rotor::Seen;
 use crate::shaper::Shaped;
 use crate::tuning::Tuning;
 use crate::window::Window;
@@ -174,6 +175,8 @@ pub(crate) struct Observation {
     /// The encoder's reading of this cycle, rad, and its change since the one before, rad.
     pub reading_rad: Option<f64>,
     pub reading_change_rad: f64,
+    /// What the encoder said of the rotor's motion, for the limit of the load angle.
+    pub seen: Option<Seen>,
     /// Electrical lead of the command over the rotor at the last reading, lost teeth aside, rad.
     pub load_angle_rad: Option<f64>,
     /// Whether this cycle's reading says that steps are lost.

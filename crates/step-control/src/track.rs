@@ -97,14 +97,16 @@ fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForwar
             state.tuning.settle(observer);
             observation.correction.step(params, observer, &state.tuning, observation.reading_rad, target)
         }
-        None => Wish::More { beyond_nm: 0.0, deviation_rad: None },
+        None => Wish::More { beyond_nm: 0.0 },
     };
-    let Wish::More { beyond_nm, deviation_rad } = wish else { return false };
+    // By the readings alone: the observer's linear model does not hold for a rotor that is jammed or out of step.
+    let rotor = observation.seen.and_then(|seen| seen.at(params, &observation.correction, target));
+    let Wish::More { beyond_nm } = wish else { return false };
     let steering = &mut state.steering;
     steering.wanted = wanted(params, target, fed, beyond_nm);
     let lead_rad = steering.wanted.lead_rad;
-    let (kept_rad, cut) = deviation_rad
-        .map_or((lead_rad, false), |deviation_rad| lead_within_pull_out(params, lead_rad, deviation_rad));
+    let (kept_rad, cut) = rotor
+        .map_or((lead_rad, false), |rotor| lead_within_pull_out(params, lead_rad, &rotor, steering.travel));
     let command_rad = command_rad(params, target, kept_rad, observation.recovery.teeth);
     steering.target = steering.position_of(params, command_rad);
     cut
