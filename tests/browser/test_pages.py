@@ -193,6 +193,59 @@ class Pages(unittest.TestCase):
         double_click(self.driver, plots[0])
         self.assertEqual(self.run_js(ranges), whole)
 
+    def test_rows_open_and_selected_samples_light_up(self):
+        plots = self.open("linked.html")
+        shown = lambda: [plot for plot in self.plots() if plot.is_displayed()]
+        self.assertEqual(len(plots), 3, "one open row, two covariates")
+        rows = self.driver.find_elements("css selector", "tr.opens")
+        self.assertEqual([row.text.split()[1] for row in rows], [f"<{run}>" for run in range(6)])
+        rows[3].find_element("css selector", "button").click()
+        settle(self.driver)
+        self.assertEqual(len(shown()), 4)
+        self.assertEqual(rows[3].find_element("css selector", "button").get_attribute("aria-expanded"), "true")
+        rows[3].find_element("css selector", "td:nth-child(2)").click()
+        settle(self.driver)
+        self.assertEqual(len(shown()), 3)
+        # Two wild samples don't flatten the rest; a double click shows them.
+        y = "const { y } = reportPlots.at(-1).plots[0].drawn.plot.scales; return [y.min, y.max]"
+        self.assertLess(self.run_js(y)[1], 2)
+        self.assertIn("4 of 6\u202f000 points lie outside", self.text("section:last-of-type figure > .note:last-child"))
+        over_speed = [plot for plot in shown() if plot.is_displayed()][-2]
+        double_click(self.driver, over_speed)
+        self.assertGreater(self.run_js(y)[1], 50)
+        double_click(self.driver, over_speed)
+        self.assertLess(self.run_js(y)[1], 2)
+        # Fast samples forwards are those of the last two runs.
+        before = self.ink()
+        drag(self.driver, over_speed, 0.75, 0.98, 0.1, 0.9)
+        said = self.text(".selected")
+        self.assertRegex(said, r"of 3\u202f000 samples selected, in run <5> \(\d+\), run <4>")
+        lit = [row.text.split()[1] for row in self.driver.find_elements("css selector", "tr.opens.lit")]
+        self.assertEqual(lit, ["<4>", "<5>"])
+        self.assertNotEqual(before, self.ink(), "the others are paler")
+        # A covariate more shows the same selection; letting go clears all.
+        buttons = self.driver.find_elements("css selector", ".picker button")
+        self.assertEqual([button.get_attribute("aria-pressed") for button in buttons], ["true", "true", "false"])
+        buttons[2].click()
+        settle(self.driver)
+        self.assertEqual(len(shown()), 4)
+        double_click(self.driver, shown()[-1])
+        self.assertEqual(self.driver.find_elements("css selector", "tr.lit"), [])
+        self.assertIn("Drag over samples", self.text(".selected"))
+        buttons[0].click()
+        settle(self.driver)
+        self.assertEqual(len(shown()), 3)
+
+    def test_a_series_has_its_colour_in_every_plot(self):
+        self.open("linked.html")
+        marks = self.run_js("""return [...document.querySelectorAll('.u-series')].map((series) =>
+            [series.querySelector('.u-label').textContent, getComputedStyle(series.querySelector('.u-marker')).backgroundColor])""")
+        colours = {name: {colour for other, colour in marks if other == name} for name, _ in marks}
+        self.assertEqual(set(colours), {"measured", "model", "given", "extended"})
+        self.assertTrue(all(len(of) == 1 for of in colours.values()), colours)
+        self.assertEqual(colours["model"], colours["given"], "both are the given model")
+        self.assertEqual(len({colour for of in colours.values() for colour in of}), 3, colours)
+
     def test_hiding_a_signal_resizing_and_moving_with_the_wheel(self):
         plots = self.open("run.html")
         width = plots[1].size["width"]

@@ -4,8 +4,9 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use report::{
-    Axis, Block, Distribution, Histogram, Level, Line, Marker, Page, Panel, ReportError, RunData, Section,
-    Strip, Style, Table, TimeAxis, TimePlots, XyPlot, XySeries, run_page,
+    Axis, Band, Block, Covariate, Distribution, Histogram, Hue, Level, Line, Linked, LinkedSeries, Marker,
+    OpeningRow, OpeningTable, Page, Panel, ReportError, RunData, Section, Strip, Style, Table, TimeAxis,
+    TimePlots, XyPlot, XySeries, run_page,
 };
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -25,7 +26,60 @@ fn main() -> Result<(), ReportError> {
     run_page(RunData { title: "nothing".into(), ..RunData::default() })
         .write_html(&folder.join("empty.html"))?;
     odd_signals()?.write_html(&folder.join("odd.html"))?;
+    linked().write_html(&folder.join("linked.html"))?;
     x_over_y().write_html(&folder.join("xy.html"))
+}
+
+/// Runs of a table that open, and their samples in linked plots; two samples are wild.
+fn linked() -> Page {
+    const RUNS: usize = 6;
+    const SAMPLES: usize = 500;
+    let name = |run: usize| format!("run <{run}>");
+    let wild = |run: usize, k: usize| if (run, k) == (2, 100) || (run, k) == (4, 200) { 50.0 } else { 0.0 };
+    let speed = |run: usize, k: usize| (run as f64 - 2.5) * (1.0 + 0.2 * (k as f64 * 0.02).sin());
+    let given = |run: usize, k: usize| 0.3 * speed(run, k) + 0.02 * noise(run * SAMPLES + k) + wild(run, k);
+    let extended = |run: usize, k: usize| 0.02 * noise(run * SAMPLES + k) + wild(run, k);
+    let all = |value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        (0..RUNS).flat_map(|run| (0..SAMPLES).map(move |k| (run, k))).map(|(run, k)| value(run, k)).collect()
+    };
+    let row = |run: usize| {
+        let points = |of: &dyn Fn(usize, usize) -> f64| -> Vec<(f64, f64)> {
+            (0..SAMPLES).map(|k| (k as f64 * 1e-3, of(run, k))).collect()
+        };
+        let series = |name: &str, style, hue, points| XySeries { name: name.into(), style, hue, points };
+        let plot = XyPlot {
+            title: name(run),
+            x: Axis::new("time", "s"),
+            y: Axis::new("torque", "N·m"),
+            series: vec![
+                series("measured", Style::Points, Hue::Measured, points(&given)),
+                series("model", Style::Line, Hue::Given, points(&|_, _| 0.0)),
+            ],
+            bands: vec![Band { from: 0.1, to: 0.3, label: "fitted".into() }],
+        };
+        OpeningRow { cells: vec![name(run), format!("{run}.5")], plots: vec![plot] }
+    };
+    let header = ["run", "error"].map(str::to_owned).to_vec();
+    let table = OpeningTable { header, rows: (0..RUNS).map(row).collect(), open: 1 };
+    let over = |label: &str, shown, values| Covariate { axis: Axis::new(label, "rad/s"), values, shown };
+    let linked = Linked {
+        y: Axis::new("error", "N·m"),
+        covariates: vec![
+            over("speed", true, all(&speed)),
+            over("time", true, all(&|_, k| k as f64)),
+            over("run", false, all(&|run, _| run as f64)),
+        ],
+        series: vec![
+            LinkedSeries { name: "given".into(), hue: Hue::Given, values: all(&given) },
+            LinkedSeries { name: "extended".into(), hue: Hue::Extended, values: all(&extended) },
+        ],
+        groups: (0..RUNS).map(name).collect(),
+        group: (0..RUNS).flat_map(|run| [run as u32; SAMPLES]).collect(),
+    };
+    let mut page = Page::new("Linked", "What is selected in one plot lights up in all.");
+    page.sections.push(Section::new("Runs").with(Block::OpeningTable(table)));
+    page.sections.push(Section::new("Samples").with(Block::Linked(Box::new(linked))));
+    page
 }
 
 /// Repeatable noise between -1 and 1.
@@ -219,7 +273,7 @@ fn x_over_y() -> Page {
     let points = |count: usize, point: &dyn Fn(f64) -> (f64, f64)| {
         (0..count).map(|k| point(k as f64 / count as f64)).collect::<Vec<_>>()
     };
-    let series = |name: &str, style, points| XySeries { name: name.into(), style, points };
+    let series = |name: &str, style, points| XySeries { name: name.into(), style, hue: Hue::ByPlace, points };
     let stribeck = |w: f64| 1.5 + 1.5 * (-(w / 0.05f64).powi(2)).exp() + 2e-4 * w;
     let curve = points(200, &|x| (10f64.powf(6.0 * x - 4.0), stribeck(10f64.powf(6.0 * x - 4.0))));
     let hysteresis = points(1_000_000, &|x| {
@@ -237,12 +291,14 @@ fn x_over_y() -> Page {
         x: Axis::log("speed", "rad/s"),
         y: Axis::new("friction torque", "N·m"),
         series: vec![series("model", Style::Line, curve), series("measured", Style::Points, measured)],
+        ..XyPlot::default()
     };
     let loops = XyPlot {
         title: "Hysteresis, a million points".into(),
         x: Axis::new("angle", "mdeg"),
         y: Axis::new("friction torque", "N·m"),
         series: vec![series("friction", Style::Line, hysteresis)],
+        ..XyPlot::default()
     };
     let cell = |text: &str| text.to_owned();
     let table = Table {

@@ -1,6 +1,6 @@
 //! Distributions as steps over their bins, counts on a logarithmic axis: the rare and late show as well as the rest.
 
-use crate::{Axis, Table, html, xy_plot};
+use crate::{Axis, Hue, Table, html, xy_plot};
 use serde_json::{Value, json};
 
 /// The parts of a distribution that its table names.
@@ -66,7 +66,7 @@ impl Histogram {
     pub(crate) fn to_json(&self) -> Value {
         let series = self.distributions.iter().map(|distribution| {
             let (edges, counts) = distribution.steps(self.x.log);
-            xy_plot::arrays(&distribution.name, "steps", edges, counts)
+            xy_plot::arrays(&distribution.name, "steps", Hue::ByPlace, edges, counts)
         });
         json!({
             "kind": "xy", "title": self.title, "x": self.x.to_json(),

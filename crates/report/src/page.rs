@@ -1,7 +1,7 @@
 //! A page: title, one sentence, sections; and its HTML.
 
 use crate::html::{escaped, script_data};
-use crate::{Histogram, Table, TimePlots, XyPlot};
+use crate::{Histogram, Linked, OpeningTable, Table, TimePlots, XyPlot};
 use serde_json::Value;
 
 const UPLOT_SCRIPT: &str = include_str!("../vendor/uPlot.iife.min.js");
@@ -9,11 +9,13 @@ const UPLOT_STYLE: &str = include_str!("../vendor/uPlot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../vendor/LICENSE-uPlot");
 const STYLE: &str = include_str!("page/page.css");
 /// In the order in which they build on each other.
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("page/format.js"),
     include_str!("page/theme.js"),
     include_str!("page/samples.js"),
     include_str!("page/xy_plot.js"),
+    include_str!("page/linked.js"),
+    include_str!("page/opening_table.js"),
     include_str!("page/strips.js"),
     include_str!("page/time_plots.js"),
     include_str!("page/main.js"),
@@ -60,6 +62,10 @@ pub enum Block {
     TimePlots(TimePlots),
     /// y over x.
     XyPlot(XyPlot),
+    /// A table whose rows open.
+    OpeningTable(OpeningTable),
+    /// The same samples over several quantities.
+    Linked(Box<Linked>),
     /// Distributions.
     Histogram(Histogram),
 }
@@ -146,8 +152,10 @@ impl Block {
             Self::Table(table) => html.push_str(&table.to_html()),
             Self::TimePlots(plots) if plots.is_empty() => paragraph(html, "note", "No samples."),
             Self::TimePlots(plots) => write_plot(html, &plots.to_json(), &plots.describe(), None),
-            Self::XyPlot(plot) => {
-                let (json, notes) = plot.to_json();
+            Self::XyPlot(plot) => write_xy_plot(html, plot),
+            Self::OpeningTable(table) => table.write(html, &write_xy_plot),
+            Self::Linked(linked) => {
+                let (json, notes) = linked.to_json();
                 write_plot(html, &json, &notes, None);
             }
             Self::Histogram(histogram) => {
@@ -171,6 +179,11 @@ fn write_facts(html: &mut String, facts: &[(String, String)]) {
         html.push_str(&format!("<div><dt>{}</dt><dd>{}</dd></div>", escaped(name), escaped(value)));
     }
     html.push_str("</dl>");
+}
+
+fn write_xy_plot(html: &mut String, plot: &XyPlot) {
+    let (json, notes) = plot.to_json();
+    write_plot(html, &json, &notes, None);
 }
 
 /// A plot: its data, which the script draws, notes, and a table of its numbers.

@@ -38,12 +38,12 @@ impl Table {
     }
 }
 
-fn cell(html: &mut String, tag: &str, text: &str, number: bool) {
+pub(crate) fn cell(html: &mut String, tag: &str, text: &str, number: bool) {
     let class = if number { " class=\"number\"" } else { "" };
     html.push_str(&format!("<{tag}{class}>{}</{tag}>", escaped(text)));
 }
 
-fn is_number(text: &str) -> bool {
+pub(crate) fn is_number(text: &str) -> bool {
     let digits = text.trim_start_matches(['-', '−', '+', '±', '≤', '≥', '<', '>', '≈', ' ']);
     text == "–" || digits.starts_with(|c: char| c.is_ascii_digit())
 }

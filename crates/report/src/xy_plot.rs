@@ -1,6 +1,7 @@
 //! One quantity over another, on linear or logarithmic axes.
 
-use crate::encode;
+use crate::view::view;
+use crate::{Hue, encode};
 use serde_json::{Value, json};
 
 /// An axis of an [`XyPlot`].
@@ -52,12 +53,25 @@ pub struct XySeries {
     pub name: String,
     /// How it is drawn.
     pub style: Style,
+    /// Its colour.
+    pub hue: Hue,
     /// x and y; where one is not finite, the line has a gap.
     pub points: Vec<(f64, f64)>,
 }
 
-/// A plot of y over x.
+/// A part of the x axis that stands out.
 #[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// What it is.
+    pub label: String,
+}
+
+/// A plot of y over x.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct XyPlot {
     /// What it shows.
     pub title: String,
@@ -67,6 +81,8 @@ pub struct XyPlot {
     pub y: Axis,
     /// Its series.
     pub series: Vec<XySeries>,
+    /// Parts of the x axis that stand out, behind the series.
+    pub bands: Vec<Band>,
 }
 
 /// A series made ready for the page.
@@ -89,16 +105,29 @@ impl XyPlot {
             notes.push(format!("{hidden} {are} not above zero: a logarithmic axis can't show {them}."));
         }
         if let Some(cells) = thinned.iter().filter_map(|series| series.cells).reduce(f64::min) {
-            let points = crate::html::grouped(self.series.iter().map(|series| series.points.len()).sum());
+            let points = crate::html::grouped(self.points());
             notes.push(format!(
                 "{points} points; those closer than 1/{cells} of the plot's sides are drawn as one."
             ));
         }
         let series: Vec<Value> = thinned.into_iter().map(|series| series.json).collect();
-        let json = json!({
+        let band = |band: &Band| json!({ "from": band.from, "to": band.to, "label": band.label });
+        let mut json = json!({
             "kind": "xy", "title": self.title, "x": self.x.to_json(), "y": self.y.to_json(), "series": series,
+            "bands": self.bands.iter().map(band).collect::<Vec<_>>(),
         });
+        let values = || self.series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
+        if let Some(view) = (!self.y.log).then(|| view(values())).flatten() {
+            notes.push(view.note(&self.y.unit));
+            if let Some(fields) = json.as_object_mut() {
+                fields.insert("view".to_owned(), json!([view.low, view.high]));
+            }
+        }
         (json, notes)
+    }
+
+    fn points(&self) -> usize {
+        self.series.iter().map(|series| series.points.len()).sum()
     }
 
     fn series_to_json(&self, series: &XySeries) -> Thinned {
@@ -118,7 +147,7 @@ impl XyPlot {
             x.push(px);
             y.push(py);
         }
-        Thinned { json: arrays(&series.name, style(series.style), x, y), hidden, cells }
+        Thinned { json: arrays(&series.name, style(series.style), series.hue, x, y), hidden, cells }
     }
 }
 
@@ -131,8 +160,8 @@ fn style(style: Style) -> &'static str {
 }
 
 /// A series of x and y for the page's script; `style` is one of its words.
-pub(crate) fn arrays(name: &str, style: &str, x: Vec<f64>, y: Vec<f64>) -> Value {
-    json!({ "name": name, "style": style, "x": encode::float64(x), "y": encode::float64(y) })
+pub(crate) fn arrays(name: &str, style: &str, hue: Hue, x: Vec<f64>, y: Vec<f64>) -> Value {
+    json!({ "name": name, "style": style, "hue": hue.name(), "x": encode::float64(x), "y": encode::float64(y) })
 }
 
 #[cfg(test)]
@@ -142,12 +171,13 @@ mod tests {
     #[test]
     fn what_a_log_axis_cannot_show_is_counted() {
         let points = vec![(1.0, 1.0), (0.0, 1.0), (-1.0, 2.0), (f64::NAN, 1.0)];
-        let series = vec![XySeries { name: "s".into(), style: Style::Points, points }];
+        let series = vec![XySeries { name: "s".into(), style: Style::Points, hue: Hue::ByPlace, points }];
         let plot = XyPlot {
             title: "t".into(),
             x: Axis::log("speed", "rad/s"),
             y: Axis::new("torque", "N·m"),
             series,
+            bands: Vec::new(),
         };
         let (_, notes) = plot.to_json();
         assert_eq!(notes, ["2 points are not above zero: a logarithmic axis can't show them."]);

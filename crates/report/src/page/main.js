@@ -10,7 +10,7 @@ function onWidth(place, resized) {
   observer.observe(place);
 }
 
-const KINDS = { time: TimePlots, xy: XyPlot };
+const KINDS = { time: TimePlots, xy: XyPlot, linked: Linked };
 const plots = [];
 
 for (const figure of document.querySelectorAll("figure.plot")) {
@@ -19,6 +19,8 @@ for (const figure of document.querySelectorAll("figure.plot")) {
   data.remove();
   plots.push(new KINDS[spec.kind](figure, spec));
 }
+
+for (const table of document.querySelectorAll("table.opening")) new OpeningTable(table);
 
 /** For whoever looks at the page from outside: the plots, as drawn. */
 window.reportPlots = plots;

@@ -17,7 +17,7 @@ function seriesColour(index) {
   return themed(`--series-${index % SERIES_COLOURS}`);
 }
 
-/** The marks of a legend; the style sheet's colours, so that they follow the scheme by themselves. */
+/** The marks of a legend by the series' places; the style sheet's colours, so that they follow the scheme by themselves. */
 const LEGEND_MARKS = { width: 0, fill: (u, index) => `var(--series-${(index - 1) % SERIES_COLOURS})` };
 
 const LEVELS = ["neutral", "normal", "attention", "fault"];

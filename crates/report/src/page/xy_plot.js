@@ -7,12 +7,13 @@ class XyPlot {
   constructor(figure, spec) {
     this.spec = spec;
     this.series = spec.series.map((series) => ({
-      name: series.name,
-      style: series.style,
-      x: decode(series.x, Float64Array),
-      y: decode(series.y, Float64Array),
+      ...series,
+      x: typeof series.x === "string" ? decode(series.x, Float64Array) : series.x,
+      y: typeof series.y === "string" ? decode(series.y, Float64Array) : series.y,
     }));
     this.full = { x: this.range("x"), y: this.range("y") };
+    // At first without what would flatten all the rest.
+    this.first = { x: this.full.x, y: spec.view ? roomy(...spec.view) : this.full.y };
     this.head = element("div", "plot-head");
     this.head.append(element("span", "plot-title", spec.title));
     this.place = element("div", "canvas");
@@ -46,13 +47,13 @@ class XyPlot {
   draw(width) {
     const scale = (key) => ({
       time: false, auto: false, distr: this.spec[key].log ? 3 : 1,
-      min: this.full[key][0], max: this.full[key][1], range: (u, low, high) => [low, high],
+      min: this.first[key][0], max: this.first[key][1], range: (u, low, high) => [low, high],
     });
     const plot = new uPlot({
       mode: 2, width, height: XY_HEIGHT, padding: [10, 16, 0, 0],
-      legend: { markers: LEGEND_MARKS, mount: (u, legend) => this.head.append(legend) },
+      legend: { markers: this.marks(), mount: (u, legend) => this.head.append(legend) },
       cursor: {
-        drag: { x: true, y: true, uni: 30, dist: 5 },
+        drag: { x: true, y: true, uni: 30, dist: 5, ...this.drag() },
         dataIdx: (u, index) => this.nearest(u, index),
         points: { show: this.series.every((series) => series.style !== "steps"), size: 7 },
         bind: { dblclick: (u) => () => { this.whole(u); return null; } },
@@ -60,10 +61,27 @@ class XyPlot {
       scales: { x: scale("x"), y: scale("y") },
       axes: [this.axis("x", { size: 30 }), this.axis("y", { size: 56 })],
       series: [null, ...this.series.map((series, index) => this.drawn(series, index))],
-      hooks: { draw: [(u) => this.paint(u)] },
+      hooks: { drawClear: [(u) => this.paintBands(u)], draw: [(u) => this.paint(u)], ...this.hooks() },
     }, [null, ...this.series.map((series) => [series.x, series.y])], this.place);
     onTheme(() => plot.redraw());
     return plot;
+  }
+
+  /** What drags do beside selecting a part to see. */
+  drag() { return {}; }
+
+  /** What else is to be told of. */
+  hooks() { return {}; }
+
+  colour(index) {
+    const { hue } = this.series[index];
+    return hue ? themed(`--hue-${hue}`) : seriesColour(index);
+  }
+
+  /** The marks of the legend; the style sheet's colours, so that they follow the scheme by themselves. */
+  marks() {
+    const variable = (index) => this.series[index]?.hue ? `--hue-${this.series[index].hue}` : `--series-${index % SERIES_COLOURS}`;
+    return { width: 0, fill: (u, index) => `var(${variable(index - 1)})` };
   }
 
   axis(key, options) {
@@ -78,8 +96,8 @@ class XyPlot {
   drawn(series, index) {
     return {
       label: series.name,
-      stroke: () => seriesColour(index),
-      fill: () => seriesColour(index),
+      stroke: () => this.colour(index),
+      fill: () => this.colour(index),
       facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }],
       paths: () => null,
       points: { show: false },
@@ -114,10 +132,32 @@ class XyPlot {
     return best;
   }
 
+  /** What was seen at first; all that there is where that is seen already. */
   whole(u) {
+    const seen = (key) => u.scales[key].min === this.first[key][0] && u.scales[key].max === this.first[key][1];
+    const to = seen("x") && seen("y") ? this.full : this.first;
     u.batch(() => {
-      for (const key of ["x", "y"]) u.setScale(key, { min: this.full[key][0], max: this.full[key][1] });
+      for (const key of ["x", "y"]) u.setScale(key, { min: to[key][0], max: to[key][1] });
     });
+  }
+
+  /** Parts of the x axis that stand out. */
+  paintBands(u) {
+    const { ctx, bbox } = u;
+    ctx.save();
+    ctx.font = FONT.replace("12px", `${11 * uPlot.pxRatio}px`);
+    ctx.textBaseline = "top";
+    for (const { from, to, label } of this.spec.bands || []) {
+      const left = Math.max(bbox.left, u.valToPos(from, "x", true));
+      const right = Math.min(bbox.left + bbox.width, u.valToPos(to, "x", true));
+      if (!(right > left)) continue;
+      ctx.fillStyle = themed("--band");
+      ctx.fillRect(left, bbox.top, right - left, bbox.height);
+      if (ctx.measureText(label).width > right - left - 4) continue;
+      ctx.fillStyle = themed("--muted");
+      ctx.fillText(label, left + 3 * uPlot.pxRatio, bbox.top + 2 * uPlot.pxRatio);
+    }
+    ctx.restore();
   }
 
   paint(u) {
@@ -128,7 +168,7 @@ class XyPlot {
     ctx.clip();
     this.series.forEach((series, index) => {
       if (!u.series[index + 1].show) return;
-      ctx.strokeStyle = ctx.fillStyle = seriesColour(index);
+      ctx.strokeStyle = ctx.fillStyle = this.colour(index);
       ctx.lineWidth = 1.5 * uPlot.pxRatio;
       ctx.lineJoin = "round";
       if (series.style === "steps") this.steps(u, series);

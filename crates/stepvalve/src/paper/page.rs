@@ -2,7 +2,7 @@
 
 use super::figures::{Rotation, Sine};
 use super::{Findings, Short};
-use report::{Axis, Block, Page, Section, Style, Table, XyPlot, XySeries};
+use report::{Axis, Block, Hue, Page, Section, Style, Table, XyPlot, XySeries};
 
 /// The page.
 pub fn page(findings: &Findings) -> Page {
@@ -27,11 +27,11 @@ fn numbers(findings: &Findings) -> Section {
 }
 
 fn plot(title: &str, x: Axis, y: Axis, series: Vec<XySeries>) -> Block {
-    Block::XyPlot(XyPlot { title: title.to_owned(), x, y, series })
+    Block::XyPlot(XyPlot { title: title.to_owned(), x, y, series, ..XyPlot::default() })
 }
 
 fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> XySeries {
-    XySeries { name: name.into(), style: Style::Line, points }
+    XySeries { name: name.into(), style: Style::Line, hue: Hue::ByPlace, points }
 }
 
 fn pairs(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
