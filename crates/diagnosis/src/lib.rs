@@ -26,6 +26,7 @@ mod workers;
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
 pub use found::{Event, Found, Shown};
+pub use log::gaps::bridged;
 pub use options::Options;
 pub use outcome::{
     Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,

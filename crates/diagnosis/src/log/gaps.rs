@@ -10,7 +10,7 @@ const CHANNELS: [Channel; 5] =
 
 /// The log without gaps, and for each run the samples that were bridged in a channel that a prediction follows at once or is
 /// held against: angle, command, torque. A channel that lacks too much is left as it is.
-pub(crate) fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
+pub fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
     let lacks = |run: &Run| CHANNELS.iter().any(|channel| lacking(run, *channel) > 0);
     if !log.runs.iter().any(lacks) {
         return (Cow::Borrowed(log), vec![Vec::new(); log.runs.len()]);

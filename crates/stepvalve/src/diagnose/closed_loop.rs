@@ -13,10 +13,11 @@ const SCENARIO: &str = include_str!("../../../../rt-config/scenarios/sine-1hz.to
 /// The controller feeds forward all that its belief holds, effects too: those are what was found.
 const LEVEL: Level = Level { feed_forward: Compensation::FullWithEffects, encoder: false };
 
-/// The gain in following error; `None` where nothing was found, where the model has no motor or load, or where the
-/// valve doesn't come through the motion.
+/// The gain in following error; `None` where nothing was found, where the model is of no valve with a motor, so that no loop is
+/// meant, or where the valve doesn't come through the motion.
 pub fn gain(found: &Found, given: &Model) -> Option<ClosedLoopGain> {
-    if found.diagnosis.causes.is_empty() || given.motor.is_none() || given.load.is_none() {
+    let is_valve = given.motor.is_some() && given.load.is_some() && given.orifice.is_some();
+    if found.diagnosis.causes.is_empty() || !is_valve {
         return None;
     }
     let (pressure_pa, temperature_c) = (mean(found, true), mean(found, false));

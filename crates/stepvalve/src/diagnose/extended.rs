@@ -3,7 +3,7 @@
 
 use config::{ModelComments, write_model};
 use diagnosis::{BestOfGroup, Cause, Evidence, Found, ParameterFound, Parameters};
-use valve_model::Model;
+use valve_model::{Effect, Model};
 
 use super::words::{short, unit};
 
@@ -66,6 +66,33 @@ fn alternatives(found: &Found, given: &Model) -> String {
         lines.iter().for_each(|line| text.push_str(&format!("# {line}\n")));
     }
     text
+}
+
+/// A model for each effect that fitted best in its group, by its file's name.
+pub fn rivals(found: &Found, given: &Model) -> Vec<(String, String)> {
+    let best = |effect: &Effect| {
+        found
+            .diagnosis
+            .ambiguous
+            .iter()
+            .filter_map(|group| group.best.as_ref())
+            .find(|best| best.id == effect.id())
+    };
+    let model = |effect: &Effect| {
+        let mut model = given.clone();
+        model.name = format!("{}, with {}", given.name, effect.id());
+        model.effects.retain(|present| present.id() != effect.id());
+        model.effects.push(effect.clone());
+        let mut comments = ModelComments::new();
+        if let Some(best) = best(effect) {
+            comments = comments.with_section(
+                &format!("effect[{}]", model.effects.len() - 1),
+                known(&best.parameters).join("\n"),
+            );
+        }
+        (format!("model-{}.toml", effect.id()), write_model(&model, &comments))
+    };
+    found.proposed.iter().map(model).collect()
 }
 
 /// Each parameter and how well it is known, a line each.

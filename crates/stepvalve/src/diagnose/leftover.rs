@@ -1,10 +1,15 @@
 //! Of the report: whether what is left is the measurement's own noise, neighbour by neighbour, by frequency and by order of
 //! the angle.
 
-use super::words::unit;
+use super::words::{self, unit};
 use diagnosis::{Band, Description, Found, Order};
 use log_data::Channel;
-use report::{Axis, Block, Section, Style, XyPlot, XySeries};
+use report::{Axis, Block, Hue, Section, Style, Table, XyPlot, XySeries};
+
+/// An amplitude that chance makes as large with a greater probability is none.
+const CHANCE: f64 = 0.01;
+/// Rows of the table of orders.
+const ORDERS: usize = 12;
 
 /// The section.
 pub fn section(found: &Found) -> Section {
@@ -24,9 +29,12 @@ pub fn section(found: &Found) -> Section {
         section = section.with(Block::XyPlot(by_frequency(found, changed)));
     }
     if !before.orders.is_empty() {
-        section = section.with(Block::XyPlot(by_order(found, changed)));
+        section = by_order(found, changed)
+            .into_iter()
+            .fold(section, |section, plot| section.with(Block::XyPlot(plot)));
         section =
             section.with(Block::Text(orders(if changed { after } else { before }, unit(found.channel))));
+        section = section.with(order_table(found, changed));
     }
     section
 }
@@ -67,55 +75,94 @@ fn frequencies(of: &Description) -> String {
     )
 }
 
+fn line(name: &str, hue: Hue, points: Vec<(f64, f64)>) -> XySeries {
+    XySeries { name: name.to_owned(), style: Style::LineAndPoints, hue, points }
+}
+
 fn by_frequency(found: &Found, changed: bool) -> XyPlot {
     let (before, after) = (&found.diagnosis.description_before, &found.diagnosis.description_after);
     let points = |bands: &[Band], of: fn(&Band) -> f64| {
         bands.iter().map(|band| ((band.from_hz * band.to_hz).sqrt(), of(band))).collect()
     };
-    let line = |name: &str, points: Vec<(f64, f64)>| XySeries {
-        name: name.to_owned(),
-        style: Style::LineAndPoints,
-        points,
-    };
-    let mut series = vec![line("model as given", points(&before.bands, |band| band.rms))];
+    let mut series = vec![line(words::GIVEN, Hue::Given, points(&before.bands, |band| band.rms))];
     if changed {
-        series.push(line("model extended", points(&after.bands, |band| band.rms)));
+        series.push(line(words::EXTENDED, Hue::Extended, points(&after.bands, |band| band.rms)));
     }
-    series.push(line("the measurement's noise", points(&after.bands, |band| band.noise)));
+    series.push(line("the measurement's noise", Hue::Noise, points(&after.bands, |band| band.noise)));
     XyPlot {
         title: "Error by frequency, in bands of half an octave".to_owned(),
         x: Axis::log("frequency", "Hz"),
         y: Axis::log("RMS in the band", unit(found.channel)),
         series,
+        ..XyPlot::default()
     }
 }
 
-fn by_order(found: &Found, changed: bool) -> XyPlot {
+/// What acts the same both ways, or against the motion: a plot for each, so that a colour means a model in both.
+fn by_order(found: &Found, changed: bool) -> [XyPlot; 2] {
     let (before, after) = (&found.diagnosis.description_before, &found.diagnosis.description_after);
-    let points = |orders: &[Order], of: fn(&Order) -> f64| {
-        orders.iter().map(|order| (order.order as f64, of(order))).collect()
+    let angle = if found.channel == Channel::Torque { "angle" } else { "command" };
+    let plot = |how: &str, of: fn(&Order) -> f64| {
+        let points = |orders: &[Order]| orders.iter().map(|order| (order.order as f64, of(order))).collect();
+        let mut series = vec![line(words::GIVEN, Hue::Given, points(&before.orders))];
+        if changed {
+            series.push(line(words::EXTENDED, Hue::Extended, points(&after.orders)));
+        }
+        XyPlot {
+            title: format!("Error by order of the {angle}, {how}"),
+            x: Axis::new("times per turn", ""),
+            y: Axis::new("amplitude", unit(found.channel)),
+            series,
+            ..XyPlot::default()
+        }
     };
-    let line = |name: &str, points: Vec<(f64, f64)>| XySeries {
-        name: name.to_owned(),
-        style: Style::LineAndPoints,
-        points,
-    };
-    let mut series = vec![
-        line("as given, the same both ways", points(&before.orders, |order| order.both_ways)),
-        line("as given, against the motion", points(&before.orders, |order| order.against_motion)),
+    [
+        plot("the same both ways", |order| order.both_ways),
+        plot("against the motion", |order| order.against_motion),
+    ]
+}
+
+/// Orders by their amplitude, those first that are more than chance.
+fn order_table(found: &Found, changed: bool) -> Block {
+    let (before, after) = (&found.diagnosis.description_before, &found.diagnosis.description_after);
+    let mut rows: Vec<(bool, f64, Vec<String>)> = Vec::new();
+    for order in &before.orders {
+        let left = after.orders.iter().find(|of| of.order == order.order);
+        let both = (order.both_ways, order.p_both_ways, left.map(|of| (of.both_ways, of.p_both_ways)));
+        let against = (
+            order.against_motion,
+            order.p_against_motion,
+            left.map(|of| (of.against_motion, of.p_against_motion)),
+        );
+        for (how, (amplitude, chance, left)) in
+            [("the same both ways", both), ("against the motion", against)]
+        {
+            let told = |p: f64| if p < CHANCE { "" } else { " (chance)" };
+            let mut cells = vec![
+                order.order.to_string(),
+                how.to_owned(),
+                format!("{}{}", words::short(amplitude), told(chance)),
+            ];
+            if changed {
+                cells.push(left.map_or_else(
+                    || "–".to_owned(),
+                    |(amplitude, chance)| format!("{}{}", words::short(amplitude), told(chance)),
+                ));
+            }
+            let shows = chance < CHANCE || left.is_some_and(|(_, chance)| chance < CHANCE);
+            rows.push((shows, amplitude.max(left.map_or(0.0, |left| left.0)), cells));
+        }
+    }
+    rows.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    let mut header = vec![
+        "times per turn".to_owned(),
+        "acts".to_owned(),
+        format!("{}, {}", words::GIVEN, unit(found.channel)),
     ];
     if changed {
-        series.push(line("extended, the same both ways", points(&after.orders, |order| order.both_ways)));
-        series
-            .push(line("extended, against the motion", points(&after.orders, |order| order.against_motion)));
+        header.push(format!("{}, {}", words::EXTENDED, unit(found.channel)));
     }
-    let angle = if found.channel == Channel::Torque { "angle" } else { "command" };
-    XyPlot {
-        title: format!("Error by order of the {angle}: how much comes back so many times per turn"),
-        x: Axis::new("times per turn", ""),
-        y: Axis::new("amplitude", unit(found.channel)),
-        series,
-    }
+    Block::Table(Table { header, rows: rows.into_iter().take(ORDERS).map(|(.., cells)| cells).collect() })
 }
 
 fn orders(of: &Description, unit: &str) -> String {
@@ -132,7 +179,7 @@ fn orders(of: &Description, unit: &str) -> String {
         |(order, amplitude, _, how)| {
             format!(
                 "By angle, what is left comes back {order} times per turn with an amplitude of {} {unit}, {how}.",
-                super::words::short(amplitude)
+                words::short(amplitude)
             )
         },
     )

@@ -1,38 +1,55 @@
 //! `stepvalve diagnose`: measured runs against a model; what it gets wrong, why, and what that is worth.
 
+mod causes;
 mod closed_loop;
+mod explore;
 mod extended;
 mod leftover;
+mod logs;
 mod page;
+mod progress;
 mod quality;
+mod remains;
+mod residuals;
+mod results;
+mod runs;
 mod threads;
 mod words;
 
 use crate::files::{self, name};
 use crate::inspect;
 use crate::say::say;
-use crate::strangers;
-use anyhow::{Context, anyhow};
-use diagnosis::{Diagnosis, Event, Options, Verdict, diagnose};
-use indicatif::{ProgressBar, ProgressStyle};
+use anyhow::Context;
+use diagnosis::{Diagnosis, Options, Verdict, diagnose};
+use page::Material;
+use progress::Progress;
+use residuals::Residuals;
+use results::Results;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use supervisor::{Failure, Outcome};
 use threads::Threads;
-use whole_file::Partial;
 
 /// What to hold against what.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Measured runs (valve-log): torque against angle, or angle against angle_command
-    #[arg(long, value_name = "LOG.h5")]
-    log: PathBuf,
+    /// Measured runs (valve-log): torque against angle, or angle against angle_command. Several logs are diagnosed as one
+    #[arg(long = "log", value_name = "LOG.h5", required = true, num_args = 1..)]
+    logs: Vec<PathBuf>,
     /// The model
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
-    /// The folder for diagnosis.json, model-extended.toml and report.html
+    /// The folder for diagnosis.json, model-extended.toml, residuals.h5 and report.html
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Leave a run out; of several logs it is called LOG:RUN
+    #[arg(long, value_name = "RUN")]
+    exclude: Vec<String>,
+    /// What the page is called; else as the log is
+    #[arg(long)]
+    title: Option<String>,
+    /// Write a model for the best of each group of causes that can't be told apart, too: model-ID.toml
+    #[arg(long)]
+    rivals: bool,
     /// Decides which runs are held out: the same seed, the same answer
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -56,59 +73,49 @@ fn noise(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|noise: &f64| noise.is_normal() && *noise > 0.0).ok_or_else(refused)
 }
 
-/// Diagnoses, and writes all three files when all is done.
+/// Diagnoses, and writes all files when all is done.
 ///
 /// # Errors
 /// [`Failure::Input`] where the log or the model can't be used, naming run and row, or files exist;
 /// [`Failure::Failed`] where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let files = Files::new(&arguments.out)?;
-    let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
+    let results = Results::new(&arguments.out)?;
+    let model_file = name(&arguments.model);
+    let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
-    let mut log = strangers::log(&arguments.log)?;
-    log.runs.iter_mut().for_each(|run| {
-        log_data::cut_to_energised(run);
-        run.extra = Vec::new();
-    });
+    let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
-    let progress = progress();
+    let progress = Progress::new();
     let options = Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance };
-    let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| show(&progress, event));
-    progress.finish_and_clear();
+    let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| progress.show(event));
     let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
+    progress.step("simulating the gain in the loop");
     found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
+    progress.step("predicting every sample");
+    let residuals = Residuals::of(&log, &model, &found).with_context(|| log_file.clone())?;
+    progress.step("writing");
     let headline = words::headline(&found);
-    let extended = extended::text(&found, &model, &log_file, &model_file);
-    let page = page::page(&found, &quality, &log, (&log_file, &model_file));
-    let json = quality::json(&found.diagnosis, &quality)?;
-    files.write(&[("diagnosis.json", &json), ("model-extended.toml", &extended), ("report.html", &page)])?;
+    let page = page::page(&Material {
+        title: arguments.title.as_deref().unwrap_or(&log.title),
+        found: &found,
+        quality: &quality,
+        log: &log,
+        residuals: &residuals,
+        files: (&log_file, &model_file),
+    });
+    let mut texts = vec![
+        ("diagnosis.json".to_owned(), quality::json(&found.diagnosis, &quality)?),
+        ("model-extended.toml".to_owned(), extended::text(&found, &model, &log_file, &model_file)),
+        ("report.html".to_owned(), page),
+    ];
+    if arguments.rivals {
+        texts.extend(extended::rivals(&found, &model));
+    }
+    results.write(&texts, |path| residuals.write(path, &log))?;
+    progress.end();
     summary(&found.diagnosis, &headline, &arguments.out);
     Ok(Outcome::Done)
-}
-
-fn progress() -> ProgressBar {
-    let progress = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
-        progress.set_style(style);
-    }
-    progress.enable_steady_tick(Duration::from_millis(200));
-    progress
-}
-
-fn show(progress: &ProgressBar, event: Event<'_>) {
-    match event {
-        Event::Noise { rms, noise } => {
-            progress.suspend(|| say(format_args!("error of the model: RMS {rms:.4e}; noise {noise:.4e}")));
-        }
-        Event::Ranking(ranking) => progress.suspend(|| {
-            say("first ranking, by what each cause alone would cut the error (in parts of the noise):");
-            for (id, gain) in ranking.iter().take(5).filter(|(_, gain)| *gain > 0.0) {
-                say(format_args!("  {gain:8.3}  {id}"));
-            }
-        }),
-        Event::Step(step) => progress.set_message(step),
-    }
 }
 
 fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
@@ -132,39 +139,8 @@ fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
     if diagnosis.verdict != Verdict::NoDiscrepancy {
         say(format_args!("next: {}", diagnosis.next_experiment));
     }
-    say(format_args!("{}, with model-extended.toml and diagnosis.json", name(&out.join("report.html"))));
-}
-
-/// The folder for the results.
-struct Files {
-    folder: PathBuf,
-}
-
-impl Files {
-    /// Refuses a folder that holds a diagnosis.
-    fn new(folder: &Path) -> Result<Self, Failure> {
-        for file in ["diagnosis.json", "model-extended.toml", "report.html"] {
-            let path = folder.join(file);
-            if path.exists() {
-                return Err(Failure::Input(anyhow!("{} exists: give --out another folder", name(&path))));
-            }
-        }
-        Ok(Self { folder: folder.to_owned() })
-    }
-
-    /// All files under other names first: they appear when all are whole.
-    fn write(&self, files: &[(&str, &str)]) -> anyhow::Result<()> {
-        std::fs::create_dir_all(&self.folder).with_context(|| name(&self.folder))?;
-        let mut written = Vec::new();
-        for (file, text) in files {
-            let path = self.folder.join(file);
-            let partial = Partial::beside(&path).with_context(|| name(&path))?;
-            std::fs::write(partial.path(), text).with_context(|| name(&path))?;
-            written.push((partial, path));
-        }
-        for (partial, path) in written {
-            partial.appear().with_context(|| name(&path))?;
-        }
-        Ok(())
-    }
+    say(format_args!(
+        "{}, with model-extended.toml, diagnosis.json and residuals.h5",
+        name(&out.join("report.html"))
+    ));
 }

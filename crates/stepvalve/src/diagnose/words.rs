@@ -4,6 +4,11 @@ use diagnosis::{BestOfGroup, Cause, Corrected, Found, Nearest, ParameterFound, P
 use log_data::Channel;
 use valve_model::EffectId;
 
+/// What the models are called in legends and tables.
+pub const GIVEN: &str = "model as given";
+/// See above.
+pub const EXTENDED: &str = "model extended";
+
 /// An error of so many times the noise is more than that.
 const LOUDER: f64 = 1.1;
 
@@ -23,6 +28,11 @@ pub fn headline(found: &Found) -> String {
     let falls = format!("{on} {way} from {} to {} {unit}", short(gain.rms_before), short(gain.rms_after));
     let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
     let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
+    let beside = if groups.is_empty() {
+        String::new()
+    } else {
+        format!(" Beside it, these data can't tell which of these there is: {}.", groups.join("; "))
+    };
     match diagnosis.verdict {
         Verdict::NoDiscrepancy if !diagnosis.within_tolerance.is_empty() => {
             let numbers: Vec<String> = diagnosis.within_tolerance.iter().map(corrected).collect();
@@ -78,11 +88,11 @@ pub fn headline(found: &Found) -> String {
             says
         }
         Verdict::Explained => {
-            format!("{}; the model has none of it. With it, {falls}.", joined(&sentences))
+            format!("{}; the model has none of it. With it, {falls}.{beside}", joined(&sentences))
         }
         Verdict::PartlyExplained => {
             format!(
-                "{}; the model has none of it. With it, {falls}; something is left that no cause explains.",
+                "{}; the model has none of it. With it, {falls}; something is left that no cause explains.{beside}",
                 joined(&sentences)
             )
         }

@@ -19,6 +19,9 @@ use table_import::{Columns, Separated, Table, collect, columns_of, functions_hel
 /// More numbers than this, all runs and channels together, are refused: they take 2 GB of memory.
 pub const MAX_NUMBERS: usize = 250_000_000;
 
+/// Files that a title names.
+const TITLE_NAMES: usize = 3;
+
 /// What to import, and how.
 #[derive(clap::Args)]
 #[command(after_long_help = functions_help())]
@@ -100,7 +103,7 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     check_counts(arguments, mapping)?;
     mapping.check()?;
     let mut log = Log {
-        title: mapping.title.clone().unwrap_or_else(|| "Imported".to_owned()),
+        title: mapping.title.clone().unwrap_or_else(|| title(&arguments.files)),
         provenance: Some(provenance(arguments, mapping)),
         angle_zero: match mapping.angle_zero {
             Some(Zero::PerRun) => AngleZero::PerRun,
@@ -125,6 +128,16 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     progress.finish_and_clear();
     clock::begin_with_a_day(&mut log);
     Ok(log)
+}
+
+/// A title by the files' names.
+fn title(files: &[PathBuf]) -> String {
+    let name = |file: &PathBuf| file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    let names: Vec<String> = files.iter().take(TITLE_NAMES).map(name).collect();
+    match files.len().saturating_sub(names.len()) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
+    }
 }
 
 fn check_counts(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<()> {

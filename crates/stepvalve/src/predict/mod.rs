@@ -1,20 +1,19 @@
 //! `stepvalve predict`: what the model has for measured runs.
 
+pub mod runs;
+
 use crate::files::{self, name};
 use crate::say::say;
 use crate::strangers;
 use anyhow::{Context, anyhow};
 use indicatif::ProgressBar;
 use log_data::{Attribute, Channel, Log, Run};
-use prediction::{
-    Past, Predicted, PredictionError, Start, depends_on_past, predict_taken, predicted_channel,
-};
+use prediction::{Predicted, Start};
 use run_log::{Late, RunLogError};
+use runs::{Done, Task, predict_all, take_tasks};
 use std::collections::BTreeMap;
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Mutex, PoisonError};
+use std::sync::mpsc::{self, Receiver};
 use supervisor::{Failure, Outcome};
 use valve_model::Model;
 
@@ -59,27 +58,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What is to be predicted of a run: its place in the log, and the channel that was taken out of it.
-struct Task {
-    index: usize,
-    channel: Channel,
-    values: Vec<f64>,
-}
-
-/// A task that is done, its values the model's, or could not be.
-type Done = Result<(Task, Predicted), PredictionError>;
-
-/// Takes out of each run what is to be predicted.
-fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
-    let channels = log.runs.iter().map(predicted_channel).collect::<Result<Vec<_>, _>>()?;
-    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| Task {
-        index,
-        channel,
-        values: run.take_channel(channel).unwrap_or_default(),
-    });
-    Ok(taken.collect())
-}
-
 /// Writes the runs in their order, each while later ones are being predicted; tells what was done with them.
 fn predict_and_write(
     out: &Path,
@@ -92,11 +70,7 @@ fn predict_and_write(
         let (sender, done) = mpsc::channel();
         let progress = &progress;
         scope.spawn(move || {
-            if depends_on_past(model) {
-                one_after_the_other(log, model, tasks, &sender, progress);
-            } else {
-                side_by_side(log, model, tasks, &sender, progress);
-            }
+            predict_all(log, model, tasks, &sender, progress);
         });
         write(out, log, done)
     });
@@ -132,60 +106,6 @@ impl From<RunLogError> for Stopped {
     fn from(error: RunLogError) -> Self {
         Self(Failure::Failed(error.into()))
     }
-}
-
-/// For a model with a memory: in the order of time, each run with what the ones before left, rests in between included.
-fn one_after_the_other(
-    log: &Log,
-    model: &Model,
-    mut tasks: Vec<Task>,
-    done: &Sender<Done>,
-    progress: &ProgressBar,
-) {
-    let one_clock = log.is_on_one_clock();
-    let run_of = |task: &Task| log.runs.get(task.index);
-    let start_s = |task: &Task| run_of(task).map_or(f64::NAN, Run::start_s);
-    tasks.sort_by(|a, b| start_s(a).total_cmp(&start_s(b)));
-    let (mut past, mut ended_s) = (Past::default(), None);
-    for mut task in tasks {
-        let Some(run) = run_of(&task) else { continue };
-        if let Some(ended_s) = ended_s.filter(|_| one_clock) {
-            past.rest_s += run.start_s() - ended_s;
-        }
-        let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
-        if let Ok(predicted) = &predicted {
-            (past, ended_s) = (predicted.end, Some(run.end_s()));
-        }
-        let failed = predicted.is_err();
-        let told = done.send(predicted.map(|predicted| (task, predicted)));
-        if failed || told.is_err() {
-            return;
-        }
-        progress.inc(1);
-    }
-}
-
-/// As many runs at a time as there are processors.
-fn side_by_side(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>, progress: &ProgressBar) {
-    let workers = std::thread::available_parallelism().map_or(1, NonZero::get).min(tasks.len());
-    let queue = Mutex::new(tasks.into_iter());
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            let (queue, done) = (&queue, done.clone());
-            scope.spawn(move || {
-                let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-                while let Some(mut task) = next() {
-                    let Some(run) = log.runs.get(task.index) else { continue };
-                    let past = Past::default();
-                    let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
-                    if done.send(predicted.map(|predicted| (task, predicted))).is_err() {
-                        return;
-                    }
-                    progress.inc(1);
-                }
-            });
-        }
-    });
 }
 
 /// What became of a run, for whoever reads the file.

@@ -1,0 +1,70 @@
+//! The logs of a diagnosis: one, or several as one.
+
+use crate::files::name;
+use crate::strangers;
+use anyhow::anyhow;
+use log_data::{AngleZero, Log};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use supervisor::Failure;
+
+/// Reads logs, leaves out runs, and rows in which the motor carried no current.
+///
+/// Runs of several logs are called LOG:RUN, where LOG is the file's name without its end. Their clock is taken for one where
+/// no two runs overlap; else each has its own, and neither their order nor the rests between them are known.
+///
+/// # Errors
+/// [`Failure::Input`] where a log can't be read, two have one name, or a run to be left out isn't there.
+pub fn read(files: &[PathBuf], exclude: &[String]) -> Result<Log, Failure> {
+    let mut all: Option<Log> = None;
+    let mut stems: Vec<String> = Vec::new();
+    for file in files {
+        let mut log = strangers::log(file)?;
+        if files.len() > 1 {
+            let stem = stem(file);
+            if stems.contains(&stem) {
+                return Err(Failure::Input(anyhow!(
+                    "{}: another log is called {stem}, too; expected different names, which their runs are told apart by",
+                    name(file)
+                )));
+            }
+            log.runs.iter_mut().for_each(|run| run.name = format!("{stem}:{}", run.name));
+            stems.push(stem);
+        }
+        match &mut all {
+            None => all = Some(log),
+            Some(all) => join(all, log),
+        }
+    }
+    let mut log = all.unwrap_or_default();
+    leave_out(&mut log, exclude).map_err(Failure::Input)?;
+    for run in &mut log.runs {
+        log_data::cut_to_energised(run);
+        run.extra = Vec::new();
+    }
+    Ok(log)
+}
+
+fn stem(file: &Path) -> String {
+    file.file_stem().unwrap_or(OsStr::new("log")).to_string_lossy().into_owned()
+}
+
+fn join(all: &mut Log, log: Log) {
+    all.title = format!("{} + {}", all.title, log.title);
+    if log.angle_zero == AngleZero::PerRun {
+        all.angle_zero = AngleZero::PerRun;
+    }
+    all.runs.extend(log.runs);
+}
+
+fn leave_out(log: &mut Log, exclude: &[String]) -> anyhow::Result<()> {
+    if let Some(unknown) = exclude.iter().find(|wanted| log.run(wanted).is_none()) {
+        let names: Vec<&str> = log.runs.iter().map(|run| run.name.as_str()).collect();
+        return Err(anyhow!("--exclude: found no run {unknown}, expected one of {}", names.join(", ")));
+    }
+    log.runs.retain(|run| !exclude.contains(&run.name));
+    if log.runs.is_empty() {
+        return Err(anyhow!("--exclude: no run is left, expected one at least"));
+    }
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! All runs of a log through a model, several at a time.
+
+use indicatif::ProgressBar;
+use log_data::{Channel, Log, Run};
+use prediction::{Past, Predicted, PredictionError, depends_on_past, predict_taken, predicted_channel};
+use std::num::NonZero;
+use std::sync::mpsc::Sender;
+use std::sync::{Mutex, PoisonError};
+use valve_model::Model;
+
+/// What is to be predicted of a run: its place in the log, and a channel of its.
+pub struct Task {
+    /// The run's place in the log.
+    pub index: usize,
+    /// What is predicted.
+    pub channel: Channel,
+    /// As measured before, the model's afterwards.
+    pub values: Vec<f64>,
+}
+
+/// A task that is done, its values the model's, or could not be.
+pub type Done = Result<(Task, Predicted), PredictionError>;
+
+/// Takes out of each run what is to be predicted.
+///
+/// # Errors
+/// A run of which nothing can be predicted.
+pub fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
+    let channels = log.runs.iter().map(predicted_channel).collect::<Result<Vec<_>, _>>()?;
+    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| Task {
+        index,
+        channel,
+        values: run.take_channel(channel).unwrap_or_default(),
+    });
+    Ok(taken.collect())
+}
+
+/// The same for a log that is still needed whole: with copies.
+///
+/// # Errors
+/// A run of which nothing can be predicted.
+pub fn tasks(log: &Log) -> Result<Vec<Task>, PredictionError> {
+    let task = |(index, run): (usize, &Run)| {
+        let channel = predicted_channel(run)?;
+        Ok(Task { index, channel, values: run.channel(channel).unwrap_or_default().to_vec() })
+    };
+    log.runs.iter().enumerate().map(task).collect()
+}
+
+/// Predicts all tasks, and hands over each as it is done, in any order.
+pub fn predict_all(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>, progress: &ProgressBar) {
+    if depends_on_past(model) {
+        one_after_the_other(log, model, tasks, done, progress);
+    } else {
+        side_by_side(log, model, tasks, done, progress);
+    }
+}
+
+/// For a model with a memory: in the order of time, each run with what the ones before left, rests in between included.
+fn one_after_the_other(
+    log: &Log,
+    model: &Model,
+    mut tasks: Vec<Task>,
+    done: &Sender<Done>,
+    progress: &ProgressBar,
+) {
+    let one_clock = log.is_on_one_clock();
+    let run_of = |task: &Task| log.runs.get(task.index);
+    let start_s = |task: &Task| run_of(task).map_or(f64::NAN, Run::start_s);
+    tasks.sort_by(|a, b| start_s(a).total_cmp(&start_s(b)));
+    let (mut past, mut ended_s) = (Past::default(), None);
+    for mut task in tasks {
+        let Some(run) = run_of(&task) else { continue };
+        if let Some(ended_s) = ended_s.filter(|_| one_clock) {
+            past.rest_s += run.start_s() - ended_s;
+        }
+        let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
+        if let Ok(predicted) = &predicted {
+            (past, ended_s) = (predicted.end, Some(run.end_s()));
+        }
+        let failed = predicted.is_err();
+        let told = done.send(predicted.map(|predicted| (task, predicted)));
+        if failed || told.is_err() {
+            return;
+        }
+        progress.inc(1);
+    }
+}
+
+/// As many runs at a time as there are processors.
+fn side_by_side(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>, progress: &ProgressBar) {
+    let workers = std::thread::available_parallelism().map_or(1, NonZero::get).min(tasks.len());
+    let queue = Mutex::new(tasks.into_iter());
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            let (queue, done) = (&queue, done.clone());
+            scope.spawn(move || {
+                let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+                while let Some(mut task) = next() {
+                    let Some(run) = log.runs.get(task.index) else { continue };
+                    let past = Past::default();
+                    let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
+                    if done.send(predicted.map(|predicted| (task, predicted))).is_err() {
+                        return;
+                    }
+                    progress.inc(1);
+                }
+            });
+        }
+    });
+}

@@ -1,0 +1,149 @@
+//! `stepvalve diagnose`: several logs in one, runs left out, and the files beside diagnosis.json.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+#[path = "shared/sliding.rs"]
+mod sliding;
+
+use log_data::{AngleZero, Attribute};
+use sliding::{NOISE_NM, campaign, diagnose, json, look_at, rig, sliding, write};
+use stepvalve_tests::TestPlace;
+
+fn rms(one: &[f64], other: &[f64]) -> f64 {
+    let squares = one.iter().zip(other).map(|(a, b)| (a - b).powi(2));
+    (squares.sum::<f64>() / one.len() as f64).sqrt()
+}
+
+#[test]
+fn residuals_hold_every_sample_as_predict_has_it() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.02));
+    let said = diagnose(&place, &log, &rig(), "out").expect_code(0);
+    for step in ["screening causes", "measuring the gain", "predicting every sample"] {
+        assert!(said.stderr.contains(step), "progress shows without a terminal: {}", said.stderr);
+    }
+    let predicted = |model: &str, out: &str| {
+        let (log, out) = (log.to_str().unwrap(), place.path(out));
+        let arguments = ["predict", "--log", log, "--model", model, "--out", out.to_str().unwrap()];
+        place.stepvalve(&arguments).expect_code(0);
+        run_log::read_log(&out).unwrap()
+    };
+    let given = predicted(rig().to_str().unwrap(), "given.h5");
+    let extended = predicted(place.path("out/model-extended.toml").to_str().unwrap(), "extended.h5");
+    let measured = run_log::read_log(&log).unwrap();
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    assert_eq!(residuals.attributes["predicted"], Attribute::Text("torque".to_owned()));
+    assert_eq!(
+        residuals.attributes["standard_deviation"],
+        Attribute::Text("of noise and parameters".to_owned())
+    );
+    assert_eq!(residuals.runs.len(), measured.runs.len());
+    for (index, run) in residuals.runs.iter().enumerate() {
+        let of = |name: &str| run.extra(name).unwrap().values.as_slice();
+        let torque = |log: &log_data::Log| log.runs[index].torque_nm.clone().unwrap();
+        assert_eq!(of("measured"), torque(&measured));
+        assert_eq!(of("predicted_before"), torque(&given));
+        // The file has its numbers with fewer digits.
+        assert!(rms(of("predicted_after"), &torque(&extended)) < 1e-6, "{}", run.name);
+        assert!(rms(of("measured"), of("predicted_after")) < 1.2 * NOISE_NM, "{}", run.name);
+        // The noise, and the gain of 2 % by what it is uncertain.
+        let deviation = of("standard_deviation");
+        assert!(deviation.iter().all(|of| (0.9 * NOISE_NM..1.3 * NOISE_NM).contains(of)), "{deviation:?}");
+    }
+    // A valve-log as any other.
+    let again = place.path("out/residuals.h5");
+    place.stepvalve(&["inspect", again.to_str().unwrap(), "--model", rig().to_str().unwrap()]).expect_code(0);
+}
+
+/// Rows that the instrument missed are missing there, and no others.
+#[test]
+fn residuals_are_missing_where_the_measurement_is() {
+    let place = TestPlace::new();
+    let mut runs = campaign(0.0);
+    runs[3].torque_nm.as_mut().unwrap()[100..150].fill(f64::NAN);
+    runs[4].angle_rad[300..310].fill(f64::NAN);
+    let log = write(&place, "log.h5", runs);
+    diagnose(&place, &log, &rig(), "out").expect_code(0);
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    let missing = |run: usize, name: &str| {
+        let values = &residuals.runs[run].extra(name).unwrap().values;
+        values.iter().enumerate().filter(|(_, value)| value.is_nan()).map(|(row, _)| row).collect::<Vec<_>>()
+    };
+    assert_eq!(missing(3, "measured"), (100..150).collect::<Vec<_>>());
+    assert!(missing(3, "predicted_before").is_empty() && missing(4, "predicted_before").is_empty());
+}
+
+#[test]
+fn several_logs_are_one_and_runs_are_left_out() {
+    let place = TestPlace::new();
+    let runs = campaign(0.02);
+    let (first, second) = runs.split_at(12);
+    let one = write(&place, "one.h5", first.to_vec());
+    let two = write(&place, "two.h5", second.to_vec());
+    let (one, two) = (one.to_str().unwrap(), two.to_str().unwrap());
+    let model = rig();
+    let diagnose = |more: &[&str], out: &str| {
+        let out = place.path(out);
+        let arguments = ["diagnose", "--model", model.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        place.stepvalve(&[&arguments[..], more].concat())
+    };
+    let title = ["--title", "Two days <on> the rig"];
+    diagnose(&[&["--log", one, "--log", two, "--exclude", "two:run-13"], &title[..]].concat(), "out")
+        .expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["causes"][0]["id"], "pressure-dependent-friction", "{found}");
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    let names: Vec<&str> = residuals.runs.iter().map(|run| run.name.as_str()).collect();
+    assert_eq!(names.len(), 23);
+    assert!(names.contains(&"one:run-00") && names.contains(&"two:run-14") && !names.contains(&"two:run-13"));
+    assert_eq!(residuals.angle_zero, AngleZero::Common);
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    assert!(page.contains("<h1>Diagnosis: Two days &lt;on&gt; the rig</h1>"));
+    // The same runs in one log are the same diagnosis.
+    let whole = write(&place, "whole.h5", runs);
+    diagnose(&["--log", whole.to_str().unwrap(), "--exclude", "run-13"], "whole").expect_code(0);
+    let gain = |out: &str| json(&place, out)["causes"][0]["parameters"]["gain"]["value"].as_f64().unwrap();
+    assert!((gain("out") / gain("whole") - 1.0).abs() < 1e-3, "{} and {}", gain("out"), gain("whole"));
+    // What can't be: nothing is written.
+    let none = place.path("none.h5");
+    let cases: [(&[&str], &str); 3] = [
+        (&["--log", one, "--exclude", "run-77"], "found no run run-77, expected one of run-00, run-01"),
+        (&["--log", one, one], "another log is called one"),
+        (&["--log", one, none.to_str().unwrap()], "none.h5"),
+    ];
+    for (arguments, says) in cases {
+        let refused = diagnose(arguments, "refused").expect_code(2);
+        assert!(refused.stderr.contains(says), "{}", refused.stderr);
+        assert!(!place.path("refused").exists());
+    }
+}
+
+/// A rival that is asked for is a model of its own, and predicts as well.
+#[test]
+fn rivals_are_models_of_their_own() {
+    let place = TestPlace::new();
+    let speeds = [0.5, -0.9, 2.0, -4.0, 0.7, -0.6, 1.2, -1.5].into_iter().enumerate();
+    let runs =
+        speeds.map(|(number, speed)| sliding(&format!("run-{number}"), number as u64, speed, 10.0, 0.02));
+    let log = write(&place, "log.h5", runs.collect());
+    let (log, model, out) = (log.to_str().unwrap().to_owned(), rig(), place.path("out"));
+    let arguments = [
+        "diagnose",
+        "--log",
+        &log,
+        "--model",
+        model.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+        "--rivals",
+    ];
+    place.stepvalve(&arguments).expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "ambiguous", "{found}");
+    let best = found["ambiguous"][0]["best"]["id"].as_str().unwrap();
+    let rival = place.path(&format!("out/model-{best}.toml"));
+    place.stepvalve(&["check", rival.to_str().unwrap()]).expect_code(0);
+    diagnose(&place, log.as_ref(), &rival, "again").expect_code(0);
+    assert_eq!(json(&place, "again")["verdict"], "no-discrepancy");
+    // The page says the group in its headline, and what to do.
+    look_at(&place.path("out/report.html"), "can't tell which of these it is");
+}
