@@ -1,10 +1,9 @@
-//! The life of a process, the same for all four: part, bus, ready, go, cycles, done, finish.
+//! What a process has once it is on the bus, and how it talks with the supervisor.
 
-use crate::complain::complain;
 use crate::disarm::DisarmDesk;
-use crate::frame::{FrameError, read_frame, write_frame};
-use crate::part::{ChildSummary, FromChild, Pace, Part, Task, ToChild};
-use crate::{bridge, controller, plant, recorder, trajectory};
+use crate::frame::{FrameError, write_frame};
+use crate::part::{ChildSummary, FromChild, Pace, ToChild};
+use crate::wishes::Wishes;
 use ethercat_link::{BringUpError, LinkError};
 use injection::Injection;
 use realtime::{Wanted, obtain};
@@ -12,13 +11,9 @@ use signal_bus::{Bus, BusError};
 use signals::Source;
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{self, stdin, stdout};
-use std::os::unix::process::parent_id;
-use std::process::ExitCode;
+use std::io::{self, stdout};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::Receiver;
 use thiserror::Error;
 
 /// Why a process can't do its work.
@@ -76,31 +71,6 @@ pub enum ChildError {
     Histogram(String),
 }
 
-/// What the supervisor wants while the cycles run; written by a thread that listens, read by the loop.
-#[derive(Debug, Default)]
-pub(crate) struct Wishes {
-    stop: AtomicBool,
-    finish: AtomicBool,
-    orphaned: AtomicBool,
-}
-
-impl Wishes {
-    /// The cycles shall end now.
-    pub(crate) fn stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.orphaned()
-    }
-
-    /// The process shall end.
-    pub(crate) fn finish(&self) -> bool {
-        self.finish.load(Ordering::Relaxed)
-    }
-
-    /// The supervisor is gone.
-    pub(crate) fn orphaned(&self) -> bool {
-        self.orphaned.load(Ordering::Relaxed)
-    }
-}
-
 /// What a process has once it is on the bus.
 pub(crate) struct Child {
     pub(crate) source: Source,
@@ -115,9 +85,9 @@ pub(crate) struct Child {
     pub(crate) injections: Option<Vec<Injection>>,
     /// Where operators disarm the valve straight away.
     pub(crate) disarm_desk: Option<Arc<DisarmDesk>>,
-    orders: Receiver<ToChild>,
+    pub(crate) orders: Receiver<ToChild>,
     /// Orders that came before the start.
-    early: RefCell<VecDeque<ToChild>>,
+    pub(crate) early: RefCell<VecDeque<ToChild>>,
 }
 
 /// The core of a process in lockstep, where there are two: trajectory and controller take turns, so they share one and hand
@@ -170,7 +140,8 @@ impl Child {
         let _ = write_frame(stdout(), words);
     }
 
-    fn finish(&self, summary: ChildSummary) -> Result<(), ChildError> {
+    /// Says that its cycles are done, and stays until nobody reads its messages any more.
+    pub(crate) fn finish(&self, summary: ChildSummary) -> Result<(), ChildError> {
         write_frame(stdout(), &FromChild::Done(Box::new(summary)))?;
         // The last messages stay readable until the supervisor, or its absence, says that nobody wants them.
         while !self.wishes.finish() && !self.wishes.orphaned() {
@@ -179,106 +150,5 @@ impl Child {
             }
         }
         Ok(())
-    }
-}
-
-/// Runs the process `source` to its end: the whole `main` of its binary.
-pub fn run(source: Source) -> ExitCode {
-    match live(source) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // Whoever reads stdout may be gone; stderr is there for that.
-            let refused = matches!(error, ChildError::Link { .. } | ChildError::Drive { .. });
-            let words = if refused { FromChild::Refused } else { FromChild::Failed };
-            let _ = write_frame(stdout(), &words(error.to_string()));
-            complain(format_args!("{source}: {error}"));
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn live(source: Source) -> Result<(), ChildError> {
-    let Some(part) = read_part(source)? else { return Ok(()) };
-    let lock = File::open(&part.membership.lock).map_err(ChildError::Lock)?;
-    lock.lock_shared().map_err(ChildError::Lock)?;
-    if parent_id() != part.membership.supervisor {
-        // It died before the lock was held: the place may be another supervisor's by now.
-        return Ok(());
-    }
-    let bus = Bus::open(&part.membership.place, part.membership.generation)?;
-    let wishes = Arc::new(Wishes::default());
-    let orders = listen(&wishes);
-    let disarm_desk = part.disarm_socket.map(|path| DisarmDesk::open(&path)).transpose();
-    let child = Child {
-        source,
-        bus,
-        pace: part.pace,
-        recorded: part.recorded,
-        timeline: part.timeline,
-        phase_ns: part.timing.phase_ns,
-        wishes,
-        wanted: Wanted {
-            priority: part.timing.priority,
-            core: part.timing.core,
-            lock_memory: source != Source::Recorder,
-        },
-        injections: part.injections,
-        disarm_desk: disarm_desk.map_err(ChildError::DisarmSocket)?,
-        orders,
-        early: RefCell::default(),
-    };
-    let summary = match part.task {
-        Task::Plant(part) => plant::run(&child, *part),
-        Task::Bridge(part) => bridge::run(&child, *part),
-        Task::Trajectory(part) => trajectory::run(&child, *part),
-        Task::Controller(part) => controller::run(&child, &part),
-        Task::Recorder(part) => recorder::run(&child, &part),
-    }?;
-    match summary {
-        Some(summary) => child.finish(summary),
-        None => Ok(()),
-    }
-}
-
-/// The part; `None` where the supervisor ended before it sent one.
-fn read_part(source: Source) -> Result<Option<Part>, ChildError> {
-    match read_frame(stdin())? {
-        None => Ok(None),
-        Some(ToChild::Part(part)) if part.task.source() == source => Ok(Some(*part)),
-        Some(ToChild::Part(part)) => {
-            Err(ChildError::WrongPart { found: part.task.source(), expected: source })
-        }
-        Some(_) => Err(ChildError::OutOfOrder { found: "another order", expected: "a part" }),
-    }
-}
-
-/// Listens to the supervisor on a thread of the normal scheduler, so that the loop need not.
-fn listen(wishes: &Arc<Wishes>) -> Receiver<ToChild> {
-    let (sender, receiver) = channel();
-    let wishes = Arc::clone(wishes);
-    std::thread::spawn(move || hear(&wishes, &sender));
-    receiver
-}
-
-fn hear(wishes: &Wishes, orders: &Sender<ToChild>) {
-    loop {
-        let order = read_frame::<ToChild>(stdin());
-        match &order {
-            Ok(Some(ToChild::Stop)) => wishes.stop.store(true, Ordering::Relaxed),
-            Ok(Some(ToChild::Finish)) => {
-                wishes.stop.store(true, Ordering::Relaxed);
-                wishes.finish.store(true, Ordering::Relaxed);
-            }
-            Ok(Some(_)) => {}
-            Ok(None) | Err(_) => {
-                wishes.orphaned.store(true, Ordering::Relaxed);
-                return;
-            }
-        }
-        if let Ok(Some(order)) = order
-            && orders.send(order).is_err()
-        {
-            return;
-        }
     }
 }

@@ -1,7 +1,8 @@
 //! The message of a cycle: there or not in real time, waited for in lockstep.
 
-use crate::child::{Child, Wishes, lockstep_core};
+use crate::child::{Child, lockstep_core};
 use crate::part::Pace;
+use crate::wishes::Wishes;
 use signal_bus::{BusError, CycleReader, Found, Service};
 use signals::Source;
 use std::sync::Arc;

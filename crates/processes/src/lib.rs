@@ -15,6 +15,7 @@ mod disarm;
 mod faults;
 mod frame;
 mod inbox;
+mod life;
 mod outbox;
 mod paced;
 mod part;
@@ -22,11 +23,13 @@ mod plant;
 mod recorder;
 mod segments;
 mod trajectory;
+mod wishes;
 
-pub use child::{ChildError, run};
+pub use child::ChildError;
 pub use complain::complain;
 pub use disarm::{ORDER_ID_STEP, straight_disarm};
 pub use frame::{FrameError, read_frame, write_frame};
+pub use life::run;
 pub use part::{
     BridgePart, ChildSummary, FromChild, Keep, Membership, Pace, Part, RecorderPart, Task, TaskTiming,
     ToChild,

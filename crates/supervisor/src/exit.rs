@@ -1,8 +1,9 @@
 //! How a program ends: done, stopped by a fault, interrupted; or a failure with its exit code.
 
-use crate::generation::Refused;
+use signals::Source;
 use std::fmt;
 use std::process::ExitCode;
+use thiserror::Error;
 
 /// A command that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +15,16 @@ pub enum Outcome {
     /// Exit code 130: interrupted after a clean stop.
     Interrupted,
 }
+
+/// A process that died before it was ready: that is its fault, not the user's.
+#[derive(Debug, Error)]
+#[error("{0} ended before it was ready")]
+pub struct DiedAtStart(pub Source);
+
+/// A device that is not the one it should be: wrong input, and nothing runs.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct Refused(pub String);
 
 /// A command that could not.
 #[derive(Debug)]

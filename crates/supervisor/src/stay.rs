@@ -1,8 +1,8 @@
 //! A mission from its first generation to its end.
 
 use crate::control::serve;
-use crate::exit::Failure;
-use crate::generation::{DiedAtStart, Generation, Setup};
+use crate::exit::{DiedAtStart, Failure};
+use crate::generation::{Generation, Setup};
 use crate::instance::Instance;
 use crate::interruption::Interruption;
 use crate::mission::{Ending, Mission};

@@ -6,9 +6,9 @@
 //!        └────────────────────────────────────────────────────────────────┘◀──────────────────┘
 //! ```
 
-use crate::device::Settings;
 use crate::dictionary::Dictionary;
 use crate::motion::Valve;
+use crate::settings::{OnMissed, Settings};
 
 /// The states, with the status word's bits under the mask 0x6F.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,15 +27,6 @@ pub enum DriveState {
     FaultReactionActive = 0x0F,
     /// Waits for a reset.
     Fault = 0x08,
-}
-
-/// What the drive does in a cycle without fresh outputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OnMissed {
-    /// Stands.
-    Hold,
-    /// Goes on as in the last cycle.
-    Extrapolate,
 }
 
 const CSP: i64 = 8;

@@ -22,13 +22,14 @@ mod motion;
 mod objects;
 mod profile;
 mod pulse_train;
+mod settings;
 mod sii;
 mod watchdog;
 
 pub use al::AlState;
 pub use bus::Bus;
-pub use cia402::{DriveState, OnMissed};
-pub use device::{Device, Identity, Settings, SyncRow};
+pub use cia402::DriveState;
+pub use device::{Device, SyncRow};
 pub use hurt::{Hurt, HurtParseError, Line};
 pub use motion::Valve;
-pub use profile::Kind;
+pub use settings::{Identity, Kind, OnMissed, Settings};

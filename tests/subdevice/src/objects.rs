@@ -1,7 +1,7 @@
 //! The objects that a CiA 402 drive begins with (ETG.1000.6 and CiA 402-2).
 
-use crate::device::Settings;
 use crate::dictionary::{Access, Dictionary};
+use crate::settings::Settings;
 
 /// All objects, in the drive's units: micro-steps.
 pub(crate) fn cia402(settings: &Settings, units_per_revolution: u32) -> Dictionary {

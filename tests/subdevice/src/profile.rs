@@ -1,20 +1,11 @@
 //! What kind of drive the device is: which objects it has, and what it does at SYNC0.
 
 use crate::cia402::Cia402;
-use crate::device::Settings;
 use crate::dictionary::Dictionary;
 use crate::motion::Valve;
 use crate::pulse_train::PulseTrain;
+use crate::settings::{Kind, Settings};
 use crate::{objects, pulse_train};
-
-/// The kinds that there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A CiA 402 drive in cyclic synchronous position.
-    Cia402,
-    /// A pulse-train terminal in front of a driver that is always on.
-    PulseTrain,
-}
 
 /// A drive of either kind.
 #[derive(Debug, Clone)]

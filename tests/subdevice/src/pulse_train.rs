@@ -3,10 +3,10 @@
 //!
 //! Made from the terminal's published description alone; nobody has compared it with one.
 
-use crate::device::Settings;
 use crate::dictionary::{Access, Dictionary};
 use crate::motion::Valve;
 use crate::objects::{assign, identity, synchronisation};
+use crate::settings::Settings;
 
 /// Objects of the terminal.
 pub(crate) fn objects(settings: &Settings) -> Dictionary {

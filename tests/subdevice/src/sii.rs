@@ -1,7 +1,7 @@
 //! The slave information interface's EEPROM (ETG.2010): identity, mailboxes, and the categories that a main device reads.
 
-use crate::device::Identity;
 use crate::esc::layout;
+use crate::settings::Identity;
 
 /// 32-bit words of the header are at fixed word addresses; categories begin here.
 const CATEGORIES_AT_WORD: usize = 0x40;
