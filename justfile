@@ -34,7 +34,7 @@ test CRATE *NAME:
 
 # A file of black-box tests (tests/tests/FILE.rs), all or those whose name contains NAME
 blackbox FILE *NAME:
-    cargo build --workspace --bins --locked && cargo test --package stepvalve-tests --locked --test {{FILE}} -- --nocapture {{NAME}}
+    cargo build --workspace --bins --examples --locked && cargo test --workspace --locked --test {{FILE}} -- --nocapture {{NAME}}
 
 # The documentation of the crates, in a browser
 doc:

@@ -18,11 +18,11 @@ pub fn repository() -> PathBuf {
 /// A program of the workspace, as cargo built it beside this test.
 ///
 /// # Panics
-/// Where it is not built: `cargo build --bins` comes first.
+/// Where it is not built: `cargo build --workspace --bins --examples` comes first.
 pub fn program(name: &str) -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let path = test.parent().and_then(Path::parent).unwrap().join(name);
-    assert!(path.exists(), "{} is missing: run `cargo build --workspace --bins` first", path.display());
+    assert!(path.exists(), "{} is missing: run `cargo build --workspace --bins --examples` first", path.display());
     path
 }
 

@@ -7,18 +7,17 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 use stepvalve_tests::{Finished, TestPlace, repository};
 
-/// An example of a crate, built and ready for arguments.
-fn example(package: &str, name: &str) -> Command {
-    let mut command = Command::new(env!("CARGO"));
-    command.args(["run", "--quiet", "--locked", "--package", package, "--example", name, "--"]);
+/// An example, as it was built beside the programs, in the repository's folder.
+fn example(place: &TestPlace, name: &str) -> Command {
+    let mut command = place.command(&format!("examples/{name}"));
     command.current_dir(repository());
     command
 }
 
 #[test]
 fn a_scenario_is_simulated_in_process() {
-    let mut command = example("closed-loop", "simulate_scenario");
-    let output = command.arg("rt-config/scenarios/sine-1hz.toml").output().unwrap();
+    let place = TestPlace::new();
+    let output = example(&place, "simulate_scenario").arg("rt-config/scenarios/sine-1hz.toml").output().unwrap();
     let finished = Finished::from(output).expect_code(0);
     let mut lines = finished.stdout.lines();
     assert!(lines.next().unwrap().starts_with("time_s,angle_rad,"));
@@ -33,7 +32,8 @@ fn a_scenario_is_simulated_in_process() {
 
 #[test]
 fn a_scenario_that_is_not_there_is_named() {
-    let output = example("closed-loop", "simulate_scenario").arg("nowhere.toml").output().unwrap();
+    let place = TestPlace::new();
+    let output = example(&place, "simulate_scenario").arg("nowhere.toml").output().unwrap();
     let finished = Finished::from(output);
     assert_ne!(finished.code, Some(0));
     assert!(finished.stderr.contains("nowhere.toml"), "{}", finished.stderr);
@@ -49,7 +49,7 @@ fn a_bus_client_follows_an_instance_to_its_end() {
     place.wait_for("the instance", || {
         (place.stepvalve(&["status", "--instance", "watched"]).code == Some(0)).then_some(())
     });
-    let mut client = place.within(example("supervisor", "print_feedback"));
+    let mut client = example(&place, "print_feedback");
     let mut client = client.arg("watched").stdout(Stdio::piped()).spawn().unwrap();
     let mut said = BufReader::new(client.stdout.take().unwrap());
     let mut cycles = Vec::new();
