@@ -22,7 +22,11 @@ pub fn repository() -> PathBuf {
 pub fn program(name: &str) -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let path = test.parent().and_then(Path::parent).unwrap().join(name);
-    assert!(path.exists(), "{} is missing: run `cargo build --workspace --bins --examples` first", path.display());
+    assert!(
+        path.exists(),
+        "{} is missing: run `cargo build --workspace --bins --examples` first",
+        path.display()
+    );
     path
 }
 

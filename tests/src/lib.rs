@@ -12,6 +12,7 @@ mod bench_place;
 mod blind;
 mod cable;
 mod fake_machine;
+mod instance;
 mod measured_data;
 mod payloads;
 mod stalls;
@@ -20,6 +21,7 @@ pub use bench_place::{Finished, TestPlace, program, repository, shared_memory_pr
 pub use blind::{count, nothing_hidden, ten_strong_effects};
 pub use cable::{DriveProcess, FAR, NEAR, on_a_cable};
 pub use fake_machine::FakeMachine;
+pub use instance::end_instance;
 pub use measured_data::measured_data;
 pub use payloads::{Payloads, payloads};
 pub use stalls::despite_stalls;

@@ -3,39 +3,28 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
 use recording::{AnyMessage, GapOrigin, read_record};
 use serde_json::Value;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::thread::sleep;
 use std::time::Duration;
-use stepvalve_tests::{Finished, TestPlace, despite_stalls};
+use stepvalve_tests::{Finished, TestPlace, despite_stalls, end_instance};
 use test_needs::skip_on_this_machine;
 
 const LOOP: [&str; 3] = ["plant-simulator", "trajectory-generator", "step-controller"];
 
-/// Starts an instance named `day` and waits until it answers.
 fn start(place: &TestPlace, scenario: &Path, record: &str, out: &Path) -> Child {
-    let mut command = place.command("stepvalve");
-    command.args(["run", "--instance", "day", "--json", "--record", record, "--out"]).arg(out).arg(scenario);
-    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    place.wait_for("the instance", || {
-        let status = place.stepvalve(&["status", "--json"]);
-        let status: Value = serde_json::from_str(&status.stdout).ok()?;
-        (status["processes"]["step-controller"]["cycle"].as_u64()? > 0).then_some(())
-    });
-    run
+    place.start_instance("day", &["--json", "--record", record], scenario, out)
 }
 
 fn status(place: &TestPlace) -> Value {
-    serde_json::from_str(&place.stepvalve(&["status", "--json"]).expect_code(0).stdout).unwrap()
+    place.status().unwrap()
 }
 
 fn terminate(run: Child) -> Finished {
-    kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGTERM).unwrap();
-    run.wait_with_output().unwrap().into()
+    end_instance(run, Signal::SIGTERM)
 }
 
 fn segments(out: &Path) -> Vec<PathBuf> {

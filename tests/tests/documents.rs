@@ -36,6 +36,12 @@ fn paths(text: &str) -> BTreeSet<&str> {
     words.map(|word| word.trim_end_matches([',', ';', ':', '.'])).filter(is_path).collect()
 }
 
+/// Files of the diagnosis in backticks, as its method's document names them: by folder and file of `crates/diagnosis/src`.
+fn files_of_the_diagnosis(text: &str) -> BTreeSet<&str> {
+    let spans = text.split('`').skip(1).step_by(2);
+    spans.filter(|word| word.ends_with(".rs") && !TOP.iter().any(|top| word.starts_with(top))).collect()
+}
+
 /// The anchors of a document's headings, as GitHub makes them.
 fn anchors(text: &str) -> BTreeSet<String> {
     let headings = text.lines().filter(|line| line.starts_with('#'));
@@ -71,6 +77,16 @@ fn every_path_exists() {
         }
     }
     assert!(looked_at > 50, "{looked_at} paths");
+}
+
+#[test]
+fn the_method_names_files_that_exist() {
+    let text = std::fs::read_to_string(repository().join("docs/diagnosis-method.md")).unwrap();
+    let files = files_of_the_diagnosis(&text);
+    assert!(files.len() > 10, "{files:?}");
+    for file in files {
+        assert!(repository().join("crates/diagnosis/src").join(file).exists(), "`{file}` does not exist");
+    }
 }
 
 #[test]

@@ -3,9 +3,7 @@
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
 use stepvalve_tests::{DriveProcess, Finished, NEAR, TestPlace, on_a_cable, repository};
 
 fn model() -> PathBuf {
@@ -24,22 +22,6 @@ fn scenario(place: &TestPlace) -> PathBuf {
             ("max_following_error", "max_following_error = \"30deg\""),
         ],
     )
-}
-
-fn start(place: &TestPlace, scenario: &Path) -> Child {
-    let mut command = place.command("stepvalve");
-    command.args(["run", "--instance", "bus", "--json", "--out"]).arg(place.path("out")).arg(scenario);
-    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    place.wait_for("the instance", || {
-        let status = place.stepvalve(&["status", "--json"]);
-        let status: Value = serde_json::from_str(&status.stdout).ok()?;
-        (status["processes"]["step-controller"]["cycle"].as_u64()? > 0).then_some(())
-    });
-    run
-}
-
-fn status(place: &TestPlace) -> Value {
-    serde_json::from_str(&place.stepvalve(&["status", "--json"]).expect_code(0).stdout).unwrap()
 }
 
 /// A row of the drive's log: start and end of the command, status word, control word, AL status.
@@ -73,14 +55,14 @@ fn an_instance_turns_a_drive() {
         let scenario = scenario(&place);
         let log = place.path("drive.csv");
         let drive = DriveProcess::start(&model(), &["--log", log.to_str().unwrap(), "--drift", "20000"]);
-        let run = start(&place, &scenario);
+        let run = place.start_instance("bus", &["--json"], &scenario, &place.path("out"));
         // Refused until the drive is in operation; absolute set-points until it is heard where it stands.
         place.wait_for("the drive", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
         place.wait_for("current", || {
             (place.stepvalve(&["set", "angle", "17deg"]).code == Some(0)).then_some(())
         });
         place.wait_for("17 degrees", || {
-            let angle = status(&place)["angle_rad"].as_f64()?;
+            let angle = place.status()?["angle_rad"].as_f64()?;
             ((angle - 17_f64.to_radians()).abs() < 2e-3).then_some(())
         });
         place.stepvalve(&["disarm"]).expect_code(0);

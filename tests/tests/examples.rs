@@ -17,7 +17,8 @@ fn example(place: &TestPlace, name: &str) -> Command {
 #[test]
 fn a_scenario_is_simulated_in_process() {
     let place = TestPlace::new();
-    let output = example(&place, "simulate_scenario").arg("rt-config/scenarios/sine-1hz.toml").output().unwrap();
+    let output =
+        example(&place, "simulate_scenario").arg("rt-config/scenarios/sine-1hz.toml").output().unwrap();
     let finished = Finished::from(output).expect_code(0);
     let mut lines = finished.stdout.lines();
     assert!(lines.next().unwrap().starts_with("time_s,angle_rad,"));

@@ -4,13 +4,12 @@
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use serde_json::Value;
 use std::os::unix::fs::{PermissionsExt, chown, symlink};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
-use stepvalve_tests::{Finished, TestPlace};
+use stepvalve_tests::{Finished, TestPlace, end_instance};
 use test_needs::skip_on_this_machine;
 
 const NAME: &str = "victim";
@@ -20,28 +19,12 @@ fn scenario(place: &TestPlace) -> PathBuf {
     place.scenario("step-sequence.toml", &[("silence_cycles", "silence_cycles = 500")])
 }
 
-fn spawn(place: &TestPlace, scenario: &Path, out: &str) -> Child {
-    let mut command = place.command("stepvalve");
-    command.args(["run", "--instance", NAME, "--out"]).arg(place.path(out)).arg(scenario);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+fn spawn(place: &TestPlace, out: &str) -> Child {
+    place.spawn_instance(NAME, &[], &scenario(place), &place.path(out))
 }
 
-fn status(place: &TestPlace) -> Option<Value> {
-    serde_json::from_str(&place.stepvalve(&["status", "--json"]).stdout).ok()
-}
-
-/// Starts the instance and waits until its controller has said something.
 fn start(place: &TestPlace) -> Child {
-    let run = spawn(place, &scenario(place), "out");
-    place.wait_for("the instance", || {
-        status(place)?["processes"]["step-controller"]["cycle"].as_u64().filter(|cycle| *cycle > 0)
-    });
-    run
-}
-
-fn end(run: Child, signal: Signal) -> Finished {
-    kill(Pid::from_raw(run.id().cast_signed()), signal).unwrap();
-    run.wait_with_output().unwrap().into()
+    place.start_instance(NAME, &[], &scenario(place), &place.path("out"))
 }
 
 /// The test user is root here or not; root alone can make files of other users.
@@ -87,7 +70,7 @@ fn a_runtime_folder_that_is_not_ours_alone_is_refused() {
     let refused = |says: &str| {
         let finished = place.stepvalve(&["status"]);
         assert!(finished.code != Some(0) && finished.stderr.contains(says), "{says}: {}", finished.stderr);
-        let run = Finished::from(spawn(&place, &scenario(&place), "out").wait_with_output().unwrap());
+        let run = Finished::from(spawn(&place, "out").wait_with_output().unwrap());
         assert!(run.code != Some(0) && run.stderr.contains(says), "{says}: {}", run.stderr);
     };
     std::fs::create_dir(&base).unwrap();
@@ -124,7 +107,7 @@ fn files_of_other_users_keep_nothing_from_starting() {
         chown(path, Some(NOBODY), None).unwrap();
     }
     let run = start(&place);
-    end(run, Signal::SIGTERM).expect_code(0);
+    end_instance(run, Signal::SIGTERM).expect_code(0);
     for path in &theirs {
         assert!(Path::new(path).exists(), "{path} is not ours to remove");
         std::fs::remove_file(path).unwrap();
@@ -145,7 +128,7 @@ fn doctor_spares_an_instance_whose_runtime_folder_is_elsewhere() {
     let leftovers = findings.iter().find(|finding| finding["id"] == "leftovers").unwrap().to_string();
     let prefix = stepvalve_tests::shared_memory_prefix(&place.path("runtime/stepvalve").join(NAME));
     assert!(!leftovers.contains(&prefix), "{leftovers}");
-    end(run, Signal::SIGTERM).expect_code(0);
+    end_instance(run, Signal::SIGTERM).expect_code(0);
 }
 
 #[test]
@@ -153,7 +136,7 @@ fn a_removed_runtime_folder_lets_no_second_supervisor_start() {
     let place = TestPlace::new();
     let run = start(&place);
     std::fs::remove_dir_all(place.path("runtime/stepvalve").join(NAME)).unwrap();
-    let second = Finished::from(spawn(&place, &scenario(&place), "second").wait_with_output().unwrap());
+    let second = Finished::from(spawn(&place, "second").wait_with_output().unwrap());
     let second = second.expect_code(2);
     assert!(
         second.stderr.contains("running already, though its runtime folder was removed"),
@@ -161,7 +144,7 @@ fn a_removed_runtime_folder_lets_no_second_supervisor_start() {
         second.stderr
     );
     // The first goes on, and can be ended.
-    end(run, Signal::SIGTERM);
+    end_instance(run, Signal::SIGTERM);
     place.assert_nothing_left(&[NAME]);
 }
 
@@ -170,18 +153,18 @@ fn a_hang_up_is_a_clean_stop_unless_it_is_ignored() {
     let place = TestPlace::new();
     let run = start(&place);
     place.stepvalve(&["arm"]).expect_code(0);
-    end(run, Signal::SIGHUP).expect_code(130);
+    end_instance(run, Signal::SIGHUP).expect_code(130);
     place.assert_nothing_left(&[NAME]);
 
     let mut nohup = std::process::Command::new("nohup");
     nohup.arg(stepvalve_tests::program("stepvalve")).args(["run", "--instance", NAME, "--out"]);
     nohup.arg(place.path("out")).arg(scenario(&place));
     let run = place.within(nohup).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    place.wait_for("the instance", || status(&place));
+    place.wait_for("the instance", || place.status());
     kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGHUP).unwrap();
     std::thread::sleep(Duration::from_millis(200));
-    assert!(status(&place).is_some(), "nohup: it goes on");
-    end(run, Signal::SIGTERM).expect_code(0);
+    assert!(place.status().is_some(), "nohup: it goes on");
+    end_instance(run, Signal::SIGTERM).expect_code(0);
 }
 
 #[test]
@@ -197,7 +180,7 @@ fn idle_clients_keep_nobody_out() {
     // The idle ones would be sent away after five seconds each.
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
     drop(idle);
-    end(run, Signal::SIGTERM).expect_code(0);
+    end_instance(run, Signal::SIGTERM).expect_code(0);
 }
 
 #[test]
@@ -218,7 +201,7 @@ fn refusals_give_the_limit() {
         assert!(refused.stderr.contains(says), "{words:?}: {}", refused.stderr);
         assert!(!refused.stderr.contains("does not answer"), "{words:?}: {}", refused.stderr);
     }
-    end(run, Signal::SIGTERM).expect_code(0);
+    end_instance(run, Signal::SIGTERM).expect_code(0);
 }
 
 #[test]
@@ -229,14 +212,14 @@ fn a_recorder_that_dies_again_and_again_is_given_up_and_the_loss_is_told() {
         if let Some(recorder) = place.child_of(run.id(), "run-recorder") {
             let _ = kill(recorder, Signal::SIGKILL);
         }
-        status(&place)?["recorder_given_up"].as_bool().filter(|given_up| *given_up)
+        place.status()?["recorder_given_up"].as_bool().filter(|given_up| *given_up)
     });
     let told = place.stepvalve(&["status"]).expect_code(0).stdout;
     assert!(told.contains("NOTHING IS RECORDED ANY MORE"), "{told}");
     // The valve turns without.
     place.stepvalve(&["arm"]).expect_code(0);
     place.stepvalve(&["set", "angle", "5deg"]).expect_code(0);
-    let ended = end(run, Signal::SIGTERM).expect_code(1);
+    let ended = end_instance(run, Signal::SIGTERM).expect_code(1);
     assert!(ended.stderr.contains("the record is not whole"), "{}", ended.stderr);
     place.assert_nothing_left(&[NAME]);
 }

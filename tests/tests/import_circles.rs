@@ -137,11 +137,7 @@ fn resolve(
 }
 
 /// The first circle among the children of a module, with the imports that make it.
-fn circle_below(
-    package: &str,
-    sources: &BTreeMap<Module, Source>,
-    module: &Module,
-) -> Option<Vec<(String, String)>> {
+fn circle_below(sources: &BTreeMap<Module, Source>, module: &Module) -> Option<Vec<(String, String)>> {
     let within = |of: &Module| of.starts_with(module);
     let child = |of: &Module| of.get(module.len()).cloned();
     let mut edges: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
@@ -174,16 +170,15 @@ fn circle_below(
 }
 
 /// Circles of a crate whose files have these texts, by the module that they lie below.
-fn circles(package: &str, files: &BTreeMap<Module, String>) -> Vec<(String, Vec<(String, String)>)> {
+fn circles(files: &BTreeMap<Module, String>) -> Vec<(String, Vec<(String, String)>)> {
     let children = |of: &Module| -> BTreeSet<String> {
         let below = files.keys().filter(|module| module.len() == of.len() + 1 && module.starts_with(of));
         below.filter_map(|module| module.last().cloned()).collect()
     };
     let sources: BTreeMap<Module, Source> =
         files.iter().map(|(module, text)| (module.clone(), source(text, &children(module)))).collect();
-    let found = sources
-        .keys()
-        .filter_map(|module| Some((module.join("::"), circle_below(package, &sources, module)?)));
+    let found =
+        sources.keys().filter_map(|module| Some((module.join("::"), circle_below(&sources, module)?)));
     found.collect()
 }
 
@@ -212,7 +207,7 @@ fn no_crate_has_an_import_circle() {
         let mut files = BTreeMap::new();
         read(package.manifest_path.parent().unwrap().join("src").as_std_path(), &Vec::new(), &mut files);
         assert!(!files.is_empty(), "{} has no sources", package.name);
-        for (module, circle) in circles(&package.name, &files) {
+        for (module, circle) in circles(&files) {
             let way: Vec<&str> = circle.iter().map(|(_, import)| import.as_str()).collect();
             found.push(format!("{}, in {module:?}: {}", package.name, way.join("; ")));
         }
@@ -283,8 +278,7 @@ fn circles_are_found_between_files_between_folders_and_through_names_passed_on()
         ),
     ];
     for (files, expected) in ways {
-        let found: Vec<String> =
-            circles("", &crate_of(files)).into_iter().map(|(module, _)| module).collect();
+        let found: Vec<String> = circles(&crate_of(files)).into_iter().map(|(module, _)| module).collect();
         assert_eq!(found, expected, "{files:?}");
     }
 }

@@ -4,7 +4,6 @@
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use serde_json::Value;
 use std::os::unix::net::UnixStream;
 use std::process::{Child, Stdio};
 use std::thread::sleep;
@@ -24,25 +23,12 @@ struct Instance<'a> {
 impl<'a> Instance<'a> {
     fn start(place: &'a TestPlace) -> Self {
         let scenario = place.scenario("rotation-200khz.toml", &[("silence_cycles", "silence_cycles = 100")]);
-        let mut command = place.command("stepvalve");
-        command
-            .args(["run", "--instance", NAME, "--record", "none", "--out"])
-            .arg(place.path("out"))
-            .arg(scenario);
-        let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let this = Self { place, run };
-        place.wait_for("the instance", || {
-            this.status()?["processes"]["step-controller"]["cycle"].as_u64().filter(|cycle| *cycle > 0)
-        });
-        this
-    }
-
-    fn status(&self) -> Option<Value> {
-        serde_json::from_str(&self.place.stepvalve(&["status", "--json"]).stdout).ok()
+        let run = place.start_instance(NAME, &["--record", "none"], &scenario, &place.path("out"));
+        Self { place, run }
     }
 
     fn state(&self) -> String {
-        self.place.wait_for("a status", || self.status())["state"].as_str().unwrap().to_owned()
+        self.place.wait_for("a status", || self.place.status())["state"].as_str().unwrap().to_owned()
     }
 
     fn pid(&self, name: &str) -> Pid {
@@ -61,7 +47,7 @@ impl<'a> Instance<'a> {
         self.place.stepvalve(&["arm"]).expect_code(0);
         self.place.stepvalve(&["set", "speed", "60rpm"]).expect_code(0);
         self.place.wait_for("the rotation", || {
-            self.status()?["pulse_rate_hz"].as_f64().filter(|rate| *rate > 100e3)
+            self.place.status()?["pulse_rate_hz"].as_f64().filter(|rate| *rate > 100e3)
         });
     }
 
@@ -132,7 +118,7 @@ fn a_set_point_that_was_refused_is_not_followed_later() {
     place.stepvalve(&["reset"]).expect_code(0);
     place.stepvalve(&["arm"]).expect_code(0);
     sleep(Duration::from_millis(200));
-    assert_eq!(instance.status().unwrap()["moving"], false);
+    assert_eq!(place.status().unwrap()["moving"], false);
     instance.end();
 }
 
@@ -183,9 +169,8 @@ fn a_disarm_that_can_not_be_done_says_what_stops_the_valve_instead() {
         }
         pids.iter().for_each(|pid| kill(*pid, Signal::SIGCONT).unwrap());
         // The guard has stopped the valve, as it was told.
-        place.wait_for("standstill", || {
-            instance.status()?["pulse_rate_hz"].as_f64().filter(|rate| *rate == 0.0)
-        });
+        place
+            .wait_for("standstill", || place.status()?["pulse_rate_hz"].as_f64().filter(|rate| *rate == 0.0));
         instance.never("running");
         instance.end();
     }

@@ -2,25 +2,15 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
-use stepvalve_tests::TestPlace;
+use std::process::Child;
+use stepvalve_tests::{TestPlace, end_instance};
 
 const NAME: &str = "zero";
 
-fn status(place: &TestPlace) -> Option<Value> {
-    serde_json::from_str(&place.stepvalve(&["status", "--json"]).stdout).ok()
-}
-
 fn start(place: &TestPlace, scenario: &Path) -> Child {
-    let mut command = place.command("stepvalve");
-    command
-        .args(["run", "--instance", NAME, "--record", "none", "--out"])
-        .arg(place.path("out"))
-        .arg(scenario);
-    let run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let run = place.start_instance(NAME, &["--record", "none"], scenario, &place.path("out"));
     generation(place, 1);
     run
 }
@@ -28,7 +18,7 @@ fn start(place: &TestPlace, scenario: &Path) -> Child {
 /// Waits until the processes of this start run; the status then.
 fn generation(place: &TestPlace, number: u64) -> Value {
     place.wait_for("the processes", || {
-        status(place).filter(|status| {
+        place.status().filter(|status| {
             let cycle = status["processes"]["step-controller"]["cycle"].as_u64();
             status["generation"].as_u64() == Some(number) && cycle > Some(100)
         })
@@ -36,8 +26,7 @@ fn generation(place: &TestPlace, number: u64) -> Value {
 }
 
 fn end(place: &TestPlace, run: Child) {
-    kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGTERM).unwrap();
-    run.wait_with_output().unwrap();
+    end_instance(run, Signal::SIGTERM);
     place.assert_nothing_left(&[NAME]);
 }
 
@@ -65,7 +54,7 @@ fn a_restart_of_the_processes_leaves_the_valve_where_it_is() {
     place.stepvalve(&["arm"]).expect_code(0);
     place.stepvalve(&["set", "angle", "30deg"]).expect_code(0);
     let before = place.wait_for("the angle", || {
-        status(&place).filter(|status| status["moving"] == false && degrees(status) > 29.0)
+        place.status().filter(|status| status["moving"] == false && degrees(status) > 29.0)
     });
     for (victim, next) in [("step-controller", 2), ("plant-simulator", 3)] {
         let pid = place.child_of(run.id(), victim).unwrap();
@@ -85,14 +74,14 @@ fn a_valve_that_is_not_homed_is_homed_by_a_switch() {
     let homing = "[homing]\nbegins_homed = false\nmethod = \"switch\"\nspeed = \"-20deg/s\"\nangle = \"-5deg\"\n\
                   longest = \"90deg\"\n[homing.simulated]\nswitch = \"-5deg\"\n";
     let run = start(&place, &scenario(&place, homing));
-    assert_eq!(status(&place).unwrap()["homed"], false);
+    assert_eq!(place.status().unwrap()["homed"], false);
     place.stepvalve(&["arm"]).expect_code(0);
     let refused = place.stepvalve(&["set", "angle", "5deg"]).expect_code(1);
     assert!(refused.stderr.contains("not homed"), "{}", refused.stderr);
     place.stepvalve(&["disarm"]).expect_code(0);
     let homed = place.stepvalve(&["home"]).expect_code(0);
     assert!(homed.stdout.contains("homed at"), "{}", homed.stdout);
-    let after = status(&place).unwrap();
+    let after = place.status().unwrap();
     assert_eq!((after["homed"].as_bool(), after["homing"].as_str()), (Some(true), Some("done")), "{after}");
     place.stepvalve(&["disarm"]);
     place.stepvalve(&["arm"]).expect_code(0);

@@ -116,7 +116,7 @@ impl<W: Wire> InProcess<W> {
         let heard = reference.and_then(|reference| self.wire.reference(cycle, reference));
         let controller = runs(&self.wire, Source::Controller)
             .then(|| self.controller.step(cycle, feedback.as_ref(), heard.as_ref(), None));
-        // The command of this cycle was made in the one before. A plant that is late takes it later, and moves alike.
+        // This command was made in the cycle before; a late plant process reads it late, with the same result.
         let received = self.command.filter(|_| alive);
         if alive {
             self.plant.advance(cycle, received.as_ref());

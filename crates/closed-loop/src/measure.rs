@@ -1,4 +1,4 @@
-//! One run in one thread: how far the spool is from where it is wanted, and what stood in the way.
+//! Following error of one scenario at a chosen compensation, in one thread, and what limited it.
 
 use crate::in_process::InProcess;
 use crate::wiring::{WiringError, wire};

@@ -135,7 +135,8 @@ impl PlantRole {
         self.output = Some(output);
     }
 
-    /// The drive's cycle; its zero and its current decide over the encoder's zero and over what is known of it.
+    /// Runs the guard's cycle. A new zero shifts the encoder's zero and homes the valve; without an encoder,
+    /// switching the current off un-homes it.
     fn drive_step(&mut self, cycle: u64, command: Option<&StepCommand>) -> drive::Output {
         let (zero_id, had_current) = (self.drive.zero_id(), self.drive.energised());
         let encoder_rad = self.encoder.as_ref().map(|encoder| encoder.reading().1 + self.encoder_zero_rad);

@@ -1,4 +1,4 @@
-//! The driver's pulses in a cycle, counted where they reach the motor: for the oracle that judges a run afterwards.
+//! The driver's pulses in a cycle, computed from the guard's output: for the oracle that judges a run afterwards.
 
 /// The pulses of one cycle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -13,8 +13,8 @@ pub enum Presence {
     Silent,
 }
 
-/// Carries the messages of cycle `cycle` (the one in which they are sent) to those who read them; everybody takes part and
-/// everything arrives as it was sent, but for what an implementation says.
+/// Carries the messages of cycle `cycle` (the one in which they are sent) to their readers. By default every process
+/// runs and every message arrives unchanged; an implementation overrides what it alters.
 pub trait Wire {
     /// Whether a process takes part in a cycle.
     fn presence(&self, _source: Source, _cycle: u64) -> Presence {

@@ -143,8 +143,8 @@ fn drive_params(scenario: &Scenario, motor: &MotorParams) -> drive::Params {
 const STANDSTILL_NOISES: f64 = 8.0;
 const STANDSTILL_COUNTS: f64 = 2.5;
 
-/// How far beyond the limits of motion the guard lets the valve go: as far as it may be from where it is wanted, and no
-/// less than the command leads a rotor.
+/// The guard's margin beyond the limits of angle: the largest permitted following error, at least a quarter of a
+/// tooth pitch (load angle 90°).
 fn angle_slack_rad(scenario: &Scenario, motor: &MotorParams) -> f64 {
     let quarter_pitch_rad = TAU / f64::from(motor.rotor_teeth) / 4.0;
     scenario.safety.max_following_error_rad.max(quarter_pitch_rad)

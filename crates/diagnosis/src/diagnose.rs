@@ -140,8 +140,7 @@ fn judge<'a>(
     Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
 }
 
-/// The given model with its numbers corrected within their tolerance; `None` where it leaves no more than noise as it is, and
-/// nothing speaks against them.
+/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed.
 fn within_tolerance(
     setting: &Setting<'_>,
     given: &Fitted,
@@ -161,8 +160,8 @@ fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, Diagnosi
     Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)))
 }
 
-/// A selection beside which all numbers of the model are known within their tolerance alone, so that its causes' numbers are
-/// known no better than that lets them be. A cause that says no more than that a number is off within its tolerance is none.
+/// Refits the selected causes together with corrections of the model's parameters, so that their intervals include
+/// the tolerances. Removes a cause that only changes a parameter within its tolerance.
 fn with_corrections(
     setting: &Setting<'_>,
     mut selection: Selection,

@@ -21,7 +21,7 @@ struct ValveBridge {
     status: Inbox<ControlStatus>,
     was_in_fault: bool,
     standstill_told: bool,
-    /// What was said on stderr of the bus.
+    /// Bus state last reported on stderr.
     told: (BusPhase, Option<BringUpError>),
 }
 

@@ -77,7 +77,6 @@ impl Cyclic for Controller {
             desk.obeyed(self.disarms, output.status.state);
         }
         stamp.has_stepped();
-        stamp.has_stepped();
         self.command.write(cycle, cycle + 1, stamp.now(), output.command);
         self.status.write(cycle, cycle, stamp.now(), output.status);
         stamp.has_written();

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Where the valve still moves after this, that is the answer: the whole way takes a client less than a second.
+/// After this a client is told that the valve still moves, so that `stepvalve disarm` answers within a second.
 const PATIENCE: Duration = Duration::from_millis(700);
 /// How often a waiting client's case is looked at.
 const LOOK: Duration = Duration::from_millis(1);

@@ -108,7 +108,8 @@ pub(crate) trait Cyclic {
     fn published(&self) -> (u64, u64);
     /// Maps the readers that are there.
     fn connect(&self);
-    /// What the deadlines are to be shifted by, ns, as the newest Feedback says: onto the clock of a drive's bus.
+    /// Shift of the deadlines, ns, from the newest Feedback: keeps the loop in phase with the drive's distributed
+    /// clock.
     fn phase_correction_ns(&self) -> i64 {
         0
     }
@@ -193,7 +194,8 @@ fn realtime_cycles<C: Cyclic>(
         work.cycle(wake.cycle, wake.skipped, &mut stamp);
         timing.write(wake.cycle, stamp.last_ns, loop_timing(&wake, &stamp, stats, work.missed(), priority));
         stats.finished(&wake, now_ns());
-        // What Feedback k says holds from cycle k+2 on, in every process alike: nobody hears of it later than in cycle k.
+        // The correction of Feedback k applies from cycle k+2 in every process: all have received it by the end of
+        // cycle k.
         timer.steer(std::mem::replace(&mut correction_ns, work.phase_correction_ns()));
         let over = wake.cycle >= child.timeline.last_cycle || child.wishes.stop();
         if over && work.may_end() {

@@ -26,7 +26,7 @@ struct Plant {
     commands: Inbox<StepCommand>,
     recorder: Inbox<RecorderProgress>,
     silent_lockstep: bool,
-    // What the last Feedback said: the record ends with a valve that stands.
+    // STANDSTILL in the last Feedback; the process ends only after one that has it.
     standstill_told: bool,
 }
 

@@ -8,10 +8,10 @@
 //!                          ▼           ▼
 //!                              SetZero ──▶ Done
 //! ```
-//! The mark gives the zero. A switch is met twice, the second time slowly, so that its edge and not its delay counts. A
-//! hard stop is where the rotor no longer follows at reduced current: the command's lead grows beyond the one of sliding,
-//! or the rotor never slides at all. It is met twice, since friction beyond the reduced torque looks alike, but not twice
-//! in the same place. An index is latched by the encoder. `alignment` does the rest.
+//! The mark gives the zero. A switch is met twice, the second time slowly, so that its edge and not its delay counts.
+//! A hard stop is where the rotor no longer follows at reduced current: the command's lead grows beyond the one of
+//! sliding, or the rotor never slides at all. It is approached twice: friction above the reduced torque looks the
+//! same, but hardly at the same angle twice. An index is latched by the encoder. `alignment` does the rest.
 
 use crate::alignment::{align, arrived, await_zero, set_zero, tooth_rad};
 use crate::homing_params::{Homing, HomingMethod};
@@ -27,7 +27,7 @@ const CREEP: f64 = 1.0 / 8.0;
 /// At the hard stop the command leads the rotor by this more than in sliding, electrical rad.
 const STALL_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;
 
-/// A rotor slides that makes this part of the command's way, looked at every so many s.
+/// The rotor counts as following if it covers this share of the command's travel in each `SLIDING_S`, s.
 const SLIDING: f64 = 0.7;
 const SLIDING_S: f64 = 0.02;
 

@@ -49,8 +49,8 @@ impl ReferenceLimits {
     const SLACK: f64 = 0.01;
     const SLACK_RAD: f64 = 1e-3;
 
-    /// Whether a reference is faster than allowed, or beyond an end and on its way further out. One that is beyond and
-    /// rests, or comes back, is where a valve was armed that stood there.
+    /// Whether a reference is faster than allowed, or beyond an end and on its way further out. A reference beyond a
+    /// limit that rests or moves inwards is allowed: a valve may have been armed there.
     pub(crate) fn exceeded(&self, reference: &Reference, homed: bool) -> bool {
         let (angle, speed) = (reference.angle_rad, reference.speed_rad_per_s);
         if !homed {
@@ -61,8 +61,8 @@ impl ReferenceLimits {
         below || above || speed.abs() > self.max_speed_rad_per_s * (1.0 + Self::SLACK)
     }
 
-    /// Whether a leap, rad, from where a reference led that was last heard `time_s` ago, is more than the largest speed
-    /// the other way makes of it.
+    /// True if a reference is further from the extrapolation of the last one, received `time_s` ago, than a change
+    /// from full speed to full speed the other way can explain.
     pub(crate) fn leapt(&self, leap_rad: f64, time_s: f64) -> bool {
         leap_rad.abs() > 2.0 * self.max_speed_rad_per_s * (1.0 + Self::SLACK) * time_s + Self::SLACK_RAD
     }

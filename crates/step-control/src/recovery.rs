@@ -5,12 +5,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Lag beyond 180°, electrical rad, from where a rotor that goes on does not come back; and the one that is sure at once.
+/// Electrical lag, rad: beyond `DOUBTFUL_RAD` steps are lost if the lag still grows, beyond `CERTAIN_RAD` at once.
 /// Both lie within the tooth pitch after 180°.
 const DOUBTFUL_RAD: f64 = PI + 0.6;
 const CERTAIN_RAD: f64 = 1.5 * PI;
 
-/// Where command and rotor stand to each other.
+/// Position of the command relative to the rotor.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Recovery {
     /// Tooth pitches between the command and the angle that it holds.

@@ -105,7 +105,7 @@ impl Reception {
 /// Where the command is and where it goes. Changed by `track`, and by `step` while the valve is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Steering {
-    /// Whether the next target starts from `led` instead of continuing the reference before.
+    /// Whether a re-entry ramp starts at `led` in the next cycle.
     pub re_enters: bool,
     pub re_entry: ReEntry,
     /// What was followed last: the reference, or the re-entry ramp towards it.

@@ -115,7 +115,7 @@ fn begin(params: &Params, state: &mut State, cycle: u64, feedback: &Feedback) {
     state.reception = state.reception.begun();
     state.steering = Steering::at(feedback.accepted_microsteps.into(), reference);
     if !state.reception.homed {
-        // How the teeth stand to the encoder is not known: good enough for slow jogging is what is seen now.
+        // The offset of teeth to encoder is unknown before homing; the present lag is good enough for slow jogging.
         let count_rad = feedback.accepted_microsteps as f64 * params.drive.microstep_angle_rad;
         state.steering.offset_rad = feedback.angle_rad - count_rad;
     }

@@ -123,6 +123,6 @@ fn next_words(pipe: &mut ChildStdout, pidfd: &OwnedFd) -> Option<FromChild> {
     if !speaks(None) && !speaks(Some(&Timespec { tv_sec: 0, tv_nsec: 0 })) {
         return None;
     }
-    // A frame that can't be read is the end of sensible speech.
+    // After a damaged frame nothing more is read from this child.
     read_frame(pipe).ok().flatten()
 }

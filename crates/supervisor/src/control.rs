@@ -97,7 +97,7 @@ pub fn ask(socket: &Path, request: &Request, patience: Duration) -> Result<Answe
     }
 }
 
-/// What an answer may come later than the request was worth something.
+/// How long after the request's deadline an answer may still arrive.
 const GRACE: Duration = Duration::from_millis(100);
 
 fn ask_patiently(socket: &Path, request: Request, patience: Duration) -> Result<Answer> {

@@ -38,7 +38,7 @@ pub struct Mission {
     pub injections: Option<Vec<Injection>>,
     /// Whether degraded scheduling is refused.
     pub require_realtime: bool,
-    /// What the command line wants to be told when it takes over again, in a form that it alone understands.
+    /// Opaque bytes for the command line, returned in `Conclusion`.
     pub errand: Vec<u8>,
 }
 

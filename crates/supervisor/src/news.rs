@@ -1,4 +1,4 @@
-//! What the supervisor waits for: words and deaths of its children, wishes of operators.
+//! What the supervisor waits for: messages and exits of child processes, requests of operators.
 
 use crate::clients::Client;
 use crate::request::{Answer, Request};

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// How long the loop may take to show an effect.
 const EFFECT_PATIENCE: Duration = Duration::from_secs(1);
 
-/// How long a client that waits until then is still there, at most as long as the loop may take.
+/// Time left to the client's deadline, at most `EFFECT_PATIENCE`.
 fn patience(until_ns: Option<u64>) -> Duration {
     let left = until_ns.map(|until_ns| Duration::from_nanos(until_ns.saturating_sub(now_ns())));
     left.map_or(EFFECT_PATIENCE, |left| left.min(EFFECT_PATIENCE))
@@ -53,13 +53,21 @@ impl Generation<'_> {
         }
     }
 
-    /// Nobody heard that it was done, and whoever asked takes it for refused: so it is undone.
+    /// Undoes a request whose client stopped waiting and so counts it as refused.
     fn take_back(&mut self, request: &Request) {
         self.patience = EFFECT_PATIENCE;
         let answer = match request {
             Request::Arm | Request::Home => self.disarm(),
             Request::Set { .. } => self.hold(),
-            _ => return,
+            // These leave nothing behind that could move the valve.
+            Request::Disarm
+            | Request::Reset
+            | Request::Parameter { .. }
+            | Request::Hold
+            | Request::Status
+            | Request::Mark { .. }
+            | Request::SaveTiming
+            | Request::Inject { .. } => return,
         };
         complain(format_args!("an operator was gone when the order was done; taken back: {}", answer.text));
     }

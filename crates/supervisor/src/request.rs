@@ -4,7 +4,7 @@ use injection::Injection;
 use serde::{Deserialize, Serialize};
 use signals::SetPointKind;
 
-/// A request and how long it is worth something.
+/// A request with its deadline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ask {
     /// What is asked.

@@ -10,7 +10,7 @@ use signals::{
 };
 use std::time::{Duration, Instant};
 
-/// A process that was late is called so for this long.
+/// A process is reported late for this long after its last overrun.
 const LATE_FOR: Duration = Duration::from_secs(10);
 /// A process that has said nothing for this long is silent.
 const SILENT_AFTER: Duration = Duration::from_millis(500);

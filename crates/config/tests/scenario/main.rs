@@ -3,6 +3,8 @@
 
 mod control;
 mod files;
+mod homing;
+mod keys;
 mod set_points;
 mod values;
 

@@ -9,8 +9,10 @@ use crate::extend::hypothesis::Member;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups};
-use crate::measure::judgement::{Judgement, MISFIT};
+use crate::measure::judgement::Judgement;
+use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{
     Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Nearest, Verdict,
 };
@@ -25,13 +27,9 @@ use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
 use valve_model::{Condition, Effect, EffectId};
 
-/// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than this share of
-/// it.
+/// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than `SHARE_LEFT` of it.
 const RMS_LEFT: f64 = 1.1;
-const SHARE_LEFT: f64 = 0.02;
 const DEVIATIONS: f64 = 3.0;
-/// Significance level, corrected for the number of tests.
-const CHANCE: f64 = 0.01;
 /// The share of the residual beyond noise that one cause, or several together, must explain to be accepted. Several
 /// have more free numbers, so more is asked of them.
 const EXPLAINED: f64 = 0.5;
@@ -266,8 +264,8 @@ fn another_cause(selection: &Selection, structure: &Structure) -> bool {
     left > MISFIT * explained && share * structure.rms.powi(2) > ANOTHER * left
 }
 
-/// Whether what is left by a covariate speaks of another cause beside these: they have nothing to do with it. Speed, acceleration
-/// and runs have to do with all of them.
+/// True if none of the selected causes depends on this covariate, so that a residual that does points to a further
+/// cause. Any cause may depend on speed, acceleration or run.
 fn is_of_another(ids: &[EffectId], on: &str) -> bool {
     let over_the_angle = |id: &EffectId| {
         matches!(
@@ -303,7 +301,8 @@ fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Option<Nearest> {
 
 /// Whether a residual is no more than noise.
 pub(crate) fn is_noise(structure: &Structure) -> bool {
-    // Of what is less than noise no part is more than it.
+    // Below the noise, shares count in parts of the noise's variance, so a large share of a small residual is not
+    // significant.
     let square = structure.rms.powi(2).min(1.0);
     let depends =
         structure.dependences.iter().any(|of| of.share * square > SHARE_LEFT && of.p_value < CHANCE);

@@ -1,6 +1,6 @@
-//! How well the numbers of a fit are known: the jackknife over groups, so that what noise, runs and the model's misfit
-//! have in common within a run counts once; what the encoder and the smoothing make of them, which all runs have in
-//! common; and what the numbers would make of them that were left out.
+//! Covariance of fitted parameters: jackknife over groups (errors shared within a run count once), plus errors of the
+//! measured motion (shared by all runs), plus model selection (how far parameters move if one that was left out is
+//! freed).
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;

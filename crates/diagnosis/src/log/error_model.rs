@@ -1,8 +1,9 @@
-//! How much a sample tells: an encoder that rests between two of its steps reads the same wrong angle again and again.
+//! Effective sample size: an encoder that stays within one step repeats the same quantisation error.
 //!
-//! The error of a sample has a part of its own and a part that it shares with its neighbours, as long as the encoder stays
-//! within a step. n samples with a shared variance b and one of their own s tell their mean to b + s/n, as much as
-//! (b + s)/(b + s/n) samples with all of the error of their own would. So much of a sample each of them counts.
+//! The error of a sample has a part of its own and a part that it shares with its neighbours, as long as the encoder
+//! stays within a step. The mean of n samples with a shared variance b and one of their own s has the variance b +
+//! s/n, that of (b + s)/(b + s/n) samples with independent errors. Each of them therefore counts as (b + s)/(n·b + s)
+//! of an independent sample.
 
 use prediction::Noise;
 use std::f64::consts::PI;

@@ -116,8 +116,8 @@ impl Facts {
     }
 }
 
-/// How strongly the falling steady curve drives a sliding spool's swinging: LuGre's σ1·dz/dt goes with σ1·ω·g'(ω)/g(ω)
-/// there, which is least near the Stribeck velocity. The other laws' bristles don't drive it.
+/// Damping that LuGre's falling Stribeck curve takes away, N·m·s/rad: −σ1·ω·g'(ω)/g(ω) near the Stribeck velocity,
+/// its largest. 0 for the other laws.
 fn drive_of_a_squeal(friction: &FrictionParams) -> f64 {
     let FrictionParams::LuGre(p) = friction else { return 0.0 };
     let fall_nm = (p.static_torque_nm - p.coulomb_torque_nm) * (-1.0f64).exp();

@@ -18,17 +18,17 @@ use prediction::median;
 const FOURTH: f64 = 70.0;
 /// Samples whose noise is taken together.
 const BLOCK: usize = 128;
-/// A block of a torque log that is louder than what is known of its noise by this factor counts as its residual's fast
-/// part says: the smoother there had to let more of the encoder through.
+/// If the residual's fourth differences in a block of a torque log exceed the estimated variance by this factor,
+/// their variance is used: in fast motion the smoother passes more encoder noise.
 const LOUDER: f64 = 1.5;
-/// The part of a block's fourth differences, the greatest, that then doesn't count: where a model without presliding turns
-/// round, its friction jumps, and that is no noise. With it every block with a reversal would lose its weight, and the
-/// direction that is run through faster with them.
+/// Share of the largest squared fourth differences that is left out of that variance. At a reversal the friction of a
+/// model without presliding jumps, which is not noise; otherwise every block with a reversal would lose its weight,
+/// and the faster direction with them.
 const JUMPS: f64 = 0.1;
 /// Mean square of Gaussian numbers of variance 1 whose greatest tenth is left out.
 const WITHOUT_JUMPS: f64 = 0.623;
-/// Of such a jump alone, and so many samples on either side of it, the residual says when, hardly how much: where it is
-/// louder by this factor, they count as it says.
+/// Within `AROUND` samples of a friction jump, the residual's own variance replaces the estimate if it exceeds it by
+/// `JUMPING`: the residual there depends on when the reversal happens, hardly on the friction's size.
 const AROUND: usize = 16;
 const JUMPING: f64 = 2.5;
 /// No angle is known better than this, rad: the finest encoders' own errors; a simulation's angle is read as exact.
@@ -99,8 +99,8 @@ pub(crate) fn estimate(
     NoiseLevel { channel: channel.sqrt(), total: (sum / f64::max(count, 1.0)).sqrt(), per_independent: 1.0 }
 }
 
-/// Noise whose neighbours are alike shows less of itself between them than it has: what is left where all that was recorded
-/// explains nothing of it. The pieces' weights and what their samples count for follow.
+/// Sets coloured noise to the residual's RMS: differences between neighbours underestimate autocorrelated noise.
+/// Scales the pieces' weights and information per sample to match.
 pub(crate) fn as_left(
     campaign: &mut Campaign,
     noise: NoiseLevel,

@@ -146,8 +146,8 @@ fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, 
     }
 }
 
-/// A correction is told where it is so many of its standard errors from none, or this part of its tolerance: several that do
-/// the same are each uncertain, and together are not.
+/// A correction is reported if it exceeds `CLEAR` standard errors or `MOVED` of its tolerance, whichever is less. The
+/// second is for correlated corrections: each is uncertain, their joint effect is not.
 const CLEAR: f64 = 2.0;
 const MOVED: f64 = 1.0 / 3.0;
 
@@ -228,7 +228,7 @@ fn taken(member: &Member) -> Option<String> {
     let held = parameters.filter(|(number, (of, _))| of.slot.is_none() && !member.free.contains(number));
     let told: Vec<String> =
         held.map(|(_, (of, u))| format!("{} = {:.4}", of.key, of.map.value(*u))).collect();
-    (!told.is_empty()).then(|| format!("taken as it usually is, not fitted: {}", told.join(", ")))
+    (!told.is_empty()).then(|| format!("default value, not fitted: {}", told.join(", ")))
 }
 
 fn parameter(

@@ -7,7 +7,9 @@ use crate::fit::gauss_newton::Fitted;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
 use crate::measure::gain::gain;
+use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::residual::{Left, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
@@ -16,13 +18,8 @@ use crate::show::whiteness::is_white;
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
-/// What the misfit of a cause's form may leave, in parts of what the causes explain.
-pub(crate) const MISFIT: f64 = 0.02;
-
-/// What chance may do.
-const CHANCE: f64 = 0.01;
-/// Noise is coloured where so many neighbours are worth one sample, up to where it is a drift; and no louder than so many times
-/// what its neighbours differ by: a residual that is louder may be an effect that nothing recorded explains.
+/// A residual counts as coloured noise if `ALIKE` to `MOST_ALIKE` samples carry the information of one (more is a
+/// drift) and its RMS is below `LOUDEST` times the noise; a larger one may be an unmodelled effect.
 const ALIKE: f64 = 1.2;
 const MOST_ALIKE: f64 = 200.0;
 const LOUDEST: f64 = 1.5;
@@ -59,9 +56,11 @@ impl Judgement<'_> {
         let (_, left) = self.everywhere(fitted)?;
         let structure = structure(&self.setting, &left);
         let by_run = structure.dependences.iter().find(|of| of.on == "run" && !of.as_friction);
-        let within =
-            structure.dependences.iter().find(|of| of.on != "run" && of.share > 0.02 && of.p_value < 0.01);
-        let share = by_run.filter(|of| of.p_value < 0.01).map_or(0.0, |of| of.share);
+        let within = structure
+            .dependences
+            .iter()
+            .find(|of| of.on != "run" && of.share > SHARE_LEFT && of.p_value < CHANCE);
+        let share = by_run.filter(|of| of.p_value < CHANCE).map_or(0.0, |of| of.share);
         let of_others = within.map_or(0.0, |of| of.share);
         // Zeros explain nothing that a covariate within the runs explains better, nor the misfit of a large cause.
         let explained = self.selection.explained();
@@ -72,8 +71,8 @@ impl Judgement<'_> {
         Ok(share.sqrt() * structure.rms * self.noise_where_it_counts())
     }
 
-    /// What an error as large as the noise everywhere comes to, weighted as the samples are: of a residual in parts of its
-    /// noise, the unit.
+    /// The noise's RMS under the fit's weights, N·m or rad: the factor from a normalised residual to the channel's
+    /// unit.
     pub fn noise_where_it_counts(&self) -> f64 {
         let counted = self.setting.campaign.pieces.iter().flat_map(Piece::counted);
         let (square, count) = counted.fold((0.0, 0.0), |(square, count), (weight, information)| {
@@ -82,15 +81,15 @@ impl Judgement<'_> {
         if square > 0.0 { f64::sqrt(count / square) } else { self.noise.total }
     }
 
-    /// How much louder than it seemed the noise is, and how many of its neighbours are worth one sample, where more is left than
-    /// white noise and nothing that was recorded explains any of it; `None` where it is white, or something does.
+    /// If the residual is coloured noise: its RMS over the estimated noise, and how many samples carry the
+    /// information of one independent sample. `None` if it is white, holds a tone or depends on a covariate.
     pub fn colour(&self) -> Result<Option<(f64, f64)>, DiagnosisError> {
         let (_, left) = self.everywhere(&self.selection.fitted)?;
         if is_white(&self.setting, &left) || tone(&self.setting, &left).is_some() {
             return Ok(None);
         }
         let structure = structure(&self.setting, &left);
-        let depends = structure.dependences.iter().any(|of| of.share > MISFIT && of.p_value < CHANCE);
+        let depends = structure.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
         let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < LOUDEST;
         let colour = (structure.rms.max(1.0), structure.per_independent);
         Ok((coloured && !depends).then_some(colour))

@@ -5,6 +5,8 @@ use valve_model::EffectId;
 
 /// Causes whose form is exact (a constant, a line through zero): they leave no misfit.
 const EXACT: [EffectId; 2] = [EffectId::PressureTorque, EffectId::TorqueOffset];
+/// What the misfit of an inexact form may leave, as a share of what the causes of such a form explain.
+pub(crate) const MISFIT: f64 = 0.02;
 /// The cause whose form fits worst: no bank of Maxwell elements is exactly a real contact.
 pub(crate) const HYSTERESIS: EffectId = EffectId::PreslidingHysteresis;
 

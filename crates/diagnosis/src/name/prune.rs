@@ -4,8 +4,9 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Point, Setting};
+use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
-use crate::name::threshold::{FLOOR, SHARE, hysteresis_keeps_shrinking, reaches_threshold};
+use crate::name::threshold::{FLOOR, hysteresis_keeps_shrinking, reaches_threshold};
 use crate::name::tried::{NEARLY, Tried};
 use valve_model::EffectId;
 
@@ -74,7 +75,7 @@ fn idle(
     let picked = without.iter().position(|(index, tried)| is_picked(setting, state, *index, tried));
     let of_no_worth = |(_, tried): &&(usize, Tried)| {
         let worth = tried.rms.powi(2) - state.rms.powi(2);
-        tried.rms - state.rms < FLOOR || worth < SHARE * state.forms.inexact
+        tried.rms - state.rms < FLOOR || worth < MISFIT * state.forms.inexact
     };
     let place = picked.or(without.first().filter(of_no_worth).map(|_| 0))?;
     without.into_iter().nth(place)

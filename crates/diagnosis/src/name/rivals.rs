@@ -23,8 +23,8 @@ const PROMISING: f64 = 0.3;
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
-/// Fits within `NEARLY` of each other are as good as equal where groups disagree: where the mean difference is within so many of its
-/// standard errors.
+/// Two fits whose RMS differ by less than `NEARLY` count as equal if their mean difference over the groups is within
+/// `DISAGREE` standard errors.
 const DISAGREE: f64 = 1.5;
 
 /// A candidate fitted.

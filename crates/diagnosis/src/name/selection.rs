@@ -33,8 +33,8 @@ impl Selection {
         (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
     }
 
-    /// Removes accepted causes from the groups of others: one that gains beside another is no stand-in for it, though alone it did
-    /// as well.
+    /// Removes accepted causes from each other's ambiguous groups: a cause that lowers the held-out error beside
+    /// another is distinguishable from it, even if either alone fitted equally well.
     pub fn tell_members_apart(&mut self) {
         let hypothesis = &self.fitted.point.hypothesis;
         self.ambiguous.iter_mut().for_each(|(_, others)| others.retain(|id| !hypothesis.has(*id)));

@@ -3,7 +3,7 @@
 //! The threshold is the largest of a fixed floor, a share of the residual beyond noise, and the misfit that the forms of the
 //! accepted causes may leave: a candidate that gains less may only be fitting that misfit.
 
-use crate::name::forms::HYSTERESIS;
+use crate::name::forms::{HYSTERESIS, MISFIT};
 use crate::name::selection::Selection;
 use crate::numerics::gram::HeldOut;
 use crate::numerics::loss::Loss;
@@ -11,8 +11,6 @@ use valve_model::EffectId;
 
 /// Least cut of the held-out RMS, in parts of the noise.
 pub(crate) const FLOOR: f64 = 0.01;
-/// Least cut of the mean square, as a share of what the causes with an inexact form explain. Below it lies the misfit of a form.
-pub(crate) const SHARE: f64 = 0.02;
 /// What presliding-hysteresis may leave as its misfit, as a share of the sum of squares that it explains. It is more in an angle
 /// log, where a small misfit makes the rotor slip at other moments.
 const HYSTERESIS_MISFIT: f64 = 0.1;
@@ -55,7 +53,7 @@ pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
     } else {
         loss.least_part(causes)
     };
-    let least = (SHARE * state.forms.inexact).max(part * (square - 1.0));
+    let least = (MISFIT * state.forms.inexact).max(part * (square - 1.0));
     FLOOR.max(state.rms - (square - least).max(0.0).sqrt())
 }
 
@@ -63,7 +61,7 @@ pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
 /// the logarithmic loss of angle logs would hide how little a candidate cuts.
 fn squares_threshold(state: &Selection, id: EffectId, loss: Loss) -> f64 {
     let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.inexact > 0.0;
-    let of_many = if many { SHARE * state.explained() } else { f64::NEG_INFINITY };
+    let of_many = if many { MISFIT * state.explained() } else { f64::NEG_INFINITY };
     let left = match loss {
         _ if SAME_STIFFNESS.contains(&id) => MISFIT_OF_SAME_STIFFNESS,
         Loss::Squares => HYSTERESIS_MISFIT,

@@ -31,9 +31,9 @@ impl Loss {
         f64::sqrt(total / f64::max(all, 1.0))
     }
 
-    /// The share of the residual beyond noise that a cause must explain, beside `causes` accepted ones; less may be the misfit of
-    /// those. Of two equal causes the first explains half of the squares, but a sixth of the logarithms; a third cause competes
-    /// with the misfit of two.
+    /// Least share of the residual beyond noise that a cause must explain beside `causes` accepted ones; less may be
+    /// their misfit. Under the logarithmic loss the first of two equal causes explains only a sixth (half of the
+    /// squares), so the first two need a tenth; a third cause competes with the misfit of two.
     pub fn least_part(self, causes: usize) -> f64 {
         if self == Self::OwnNoise && causes < 2 { 0.1 } else { 0.25 }
     }

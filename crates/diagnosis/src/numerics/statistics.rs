@@ -1,4 +1,10 @@
-//! Probabilities corrected for the number of tests.
+//! What counts as significant, and probabilities corrected for the number of tests.
+
+/// Significance level, corrected for the number of tests.
+pub(crate) const CHANCE: f64 = 0.01;
+/// A covariate that explains less of a residual than this share does not count, however significant: with many samples every
+/// test is.
+pub(crate) const SHARE_LEFT: f64 = 0.02;
 
 /// Corrects probabilities for the number of tests by Holm's method (Scand. J. Stat. 6, 1979), so that any false one is as rare as
 /// a single test's would be.

@@ -2,6 +2,7 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
+use crate::numerics::statistics::CHANCE;
 use crate::outcome::Whiteness;
 use crate::show::residual::Left;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -16,10 +17,10 @@ const DEVIATIONS: f64 = 4.0;
 /// Noise counts as white if less than this share of its variance is predictable; with many samples every test is
 /// significant.
 const FORETOLD: f64 = 0.02;
-const CHANCE: f64 = 0.01;
 
-/// Noise of so little of an encoder's step leaves its rounding as it is. A reading is then no farther than half a step, and what a
-/// start is off by, from what is true, but for so few.
+/// Noise below `LITTLE_NOISE` of an encoder step hardly dithers the quantisation: all but a share `RARELY` of the
+/// readings then lie within `NEXT_STEP` of a step, plus three standard deviations of the noise, of a correct
+/// prediction.
 const LITTLE_NOISE: f64 = 0.15;
 const NEXT_STEP: f64 = 0.6;
 const RARELY: f64 = 0.01;
@@ -55,12 +56,13 @@ fn correlations<const N: usize>(
         square += product(0);
         sums.iter_mut().zip(1..).for_each(|(sum, lag)| *sum += product(lag));
     }
-    // What is less than noise may go on as it likes.
+    // Normalised by at least the noise's sum of squares: a residual below the noise counts as white however it is
+    // correlated.
     (sums.map(|sum| if square > 0.0 { sum / square.max(count) } else { 0.0 }), count)
 }
 
-/// Whether an encoder reads the step that is next to what the model has, as good as everywhere: a coarse one's rounding goes
-/// with speed and angle as it likes, and is no error of the model.
+/// True if nearly all readings are the encoder step nearest to the prediction. A coarse encoder's quantisation error
+/// is correlated with speed and angle; it is no model error.
 pub(crate) fn is_rounding(setting: &Setting<'_>, left: &[Left]) -> bool {
     if setting.campaign.kind.motion_is_measured {
         return false;

@@ -15,7 +15,7 @@ use crate::recorder_keeper::RecorderKeeper;
 use crate::watch::Watch;
 use anyhow::{Context, Result};
 use closed_loop::{Parts, PlantStart};
-use processes::{ChildSummary, Keep, Pace, ORDER_ID_STEP, ToChild};
+use processes::{ChildSummary, Keep, ORDER_ID_STEP, Pace, ToChild};
 use realtime::Obtained;
 use signal_bus::{Bus, Place, Writer};
 use signals::{Feedback, OperatorCommand, PlantTruth, SetPoint, Source};
@@ -28,7 +28,8 @@ const LOOK_AROUND: Duration = Duration::from_millis(2);
 /// How long a process may take to end once it may.
 const END_PATIENCE: Duration = Duration::from_secs(10);
 
-/// An effect is seen within this: an order must not be obeyed so late that its operator is told it was not.
+/// Time for an order's effect to show on the bus. An order expires this much before its client stops waiting, so that
+/// none is carried out after it was reported as refused.
 pub(crate) const SEEN_WITHIN: Duration = Duration::from_millis(10);
 
 const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller];
@@ -132,7 +133,7 @@ impl<'a> Generation<'a> {
         Ok(this)
     }
 
-    /// Whether nothing speaks for the end yet.
+    /// True while there is no reason to end.
     pub fn goes_on(&self) -> bool {
         let all_done = LOOP.iter().all(|source| self.summaries.contains_key(source));
         !all_done && self.failure.is_none() && !self.setup.interruption.wanted()
