@@ -1,7 +1,6 @@
 //! Of the report: the error over everything that was recorded, in plots in which what is selected in one lights up in all.
 
-use super::page::extended;
-use super::words::{self, short, unit};
+use super::words::{self, extended, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::Channel;
 use prediction::median;

@@ -1,7 +1,7 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
 use super::residuals::Residuals;
-use super::words::{headline, short, unit};
+use super::words::{extended, headline, short, unit};
 use super::{causes, explore, leftover, quality, remains, runs};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
@@ -85,11 +85,6 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
         facts.push(("no cause, but there".to_owned(), nuisance.clone()));
     }
     facts
-}
-
-/// Whether there is an extended model to show beside the given one.
-pub fn extended(found: &Found) -> bool {
-    !found.diagnosis.causes.is_empty()
 }
 
 fn parameters(found: &Found) -> Section {

@@ -1,8 +1,7 @@
 //! Of the report: all runs in a table, the worst first; each opens what was measured and predicted.
 
-use super::page::extended;
 use super::residuals::{Residuals, Sampled};
-use super::words::{self, short, unit};
+use super::words::{self, extended, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::{Channel, Log, Run};
 use report::{Axis, Band, Block, Hue, OpeningRow, OpeningTable, Section, Style, XyPlot, XySeries};

@@ -9,6 +9,11 @@ pub const GIVEN: &str = "model as given";
 /// See above.
 pub const EXTENDED: &str = "model extended";
 
+/// Whether there is an extended model to show beside the given one.
+pub fn extended(found: &Found) -> bool {
+    !found.diagnosis.causes.is_empty()
+}
+
 /// An error of so many times the noise is more than that.
 const LOUDER: f64 = 1.1;
 
