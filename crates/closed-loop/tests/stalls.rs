@@ -57,11 +57,17 @@ impl Wire for Stalls {
     }
 }
 
-/// The first fault and the most teeth lost.
+/// The first fault and the most teeth lost. Where one stall follows another while the valve brakes, the drive goes on at the
+/// last rate until it is beyond the limits of angle, and stops there by itself: that is no fault of the controller's.
 fn run(parts: &Parts, stalls: Stalls) -> (FaultCode, u64) {
     let mut run = InProcess::over(parts, stalls);
     let (mut fault, mut lost) = (FaultCode::None, 0);
     while let Some(outputs) = run.cycle() {
+        let stopped_itself =
+            outputs.plant.is_some_and(|plant| plant.feedback.drive_fault == FaultCode::AngleLimit.code());
+        if stopped_itself && fault == FaultCode::None {
+            return (fault, lost);
+        }
         if let Some(output) = outputs.controller.filter(|_| fault == FaultCode::None) {
             fault = FaultCode::from_code(output.status.fault).unwrap();
         }

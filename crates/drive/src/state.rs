@@ -16,6 +16,15 @@ pub enum Mode {
     Released,
 }
 
+/// Where the commands lead: a missing one is continued from here at constant rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Course {
+    /// Position at the end of the last cycle.
+    pub(crate) position: Microsteps,
+    /// Travel in that cycle, by the command's own pulse rate.
+    pub(crate) way: MicrostepsPerCycle,
+}
+
 /// The guard's state between two cycles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
@@ -35,8 +44,8 @@ pub struct State {
     pub(crate) energised: bool,
     /// Whether the last command asked for current.
     pub(crate) energise_wanted: bool,
-    /// Position asked for by the last cycle's command; `None` if there was none to follow.
-    pub(crate) previous_command: Option<Microsteps>,
+    /// What the last cycle's command asked for, or the continuation of the one before; `None` if there is none to follow.
+    pub(crate) course: Option<Course>,
     /// Cycle of the newest command accepted.
     pub(crate) command_cycle: u64,
     /// Whether the newest command was refused because it jumped.
@@ -67,7 +76,7 @@ impl State {
             settled: true,
             energised: false,
             energise_wanted: false,
-            previous_command: None,
+            course: None,
             command_cycle: 0,
             refused: false,
             fault: FaultCode::None,

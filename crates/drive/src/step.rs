@@ -3,6 +3,7 @@
 use signals::{FaultCode, MAX_MICROSTEPS, StepCommand, validity};
 
 use crate::limits::{self, Travel};
+use crate::state::Course;
 use crate::{AfterStop, Microsteps, MicrostepsPerCycle, Mode, Params, State};
 
 /// The motion of the micro-step command in one cycle, and the drive's status.
@@ -85,11 +86,11 @@ pub fn step(
     let start = state.accepted;
     let travel = match (state.mode, command) {
         (Mode::Following, Some(command)) => follow(params, state, command),
-        (Mode::Following, None) => go_on(state),
+        (Mode::Following, None) => go_on(params, state),
         (Mode::StoppedItself, _) => after_silence(params, state, command),
         _ => stop(params, state, command),
     };
-    accept(state, &travel, command);
+    accept(params, state, &travel, command);
     // Checked at the end of the cycle, so the ramp begins in the next one.
     if let Some(fault) = reason_to_stop(params, state, sensors) {
         state.mode = Mode::StoppedItself;
@@ -135,7 +136,7 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
         (_, false) => Mode::Idle,
     };
     if state.mode != Mode::Following {
-        state.previous_command = None;
+        state.course = None;
     }
 }
 
@@ -184,19 +185,27 @@ fn reason_to_stop(params: &Params, state: &State, sensors: &Sensors) -> Option<F
 fn follow(params: &Params, state: &State, command: &StepCommand) -> Travel {
     let target = Microsteps(command.position_unrounded);
     // The command's pulse rate is needed only where the command before is unknown.
-    let own_way = match state.previous_command {
-        Some(previous) => target - previous,
-        None => {
-            let way = command.pulse_rate_hz * params.period_s;
-            MicrostepsPerCycle(way.clamp(-params.max_travel(), params.max_travel()))
-        }
-    };
+    let own_way =
+        state.course.map_or_else(|| commanded_way(params, command), |course| target - course.position);
     limits::follow(params, state.position, state.travel, target, own_way)
 }
 
-/// Without a command: coasts at the last rate for one more cycle.
-fn go_on(state: &State) -> Travel {
-    go(state, state.travel, false)
+/// Travel of a cycle at the command's own pulse rate, within what the drive can do.
+fn commanded_way(params: &Params, command: &StepCommand) -> MicrostepsPerCycle {
+    let way = command.pulse_rate_hz * params.period_s;
+    MicrostepsPerCycle(way.clamp(-params.max_travel(), params.max_travel()))
+}
+
+/// Without a command: goes where it would have led at the rate of the one before. The drive's own last rate will not do: in a
+/// cycle that catches up it is higher, and a drive that coasts at that rate overshoots, more so with each further loss.
+fn go_on(params: &Params, state: &State) -> Travel {
+    match state.course {
+        Some(course) => {
+            let target = course.position + course.way;
+            limits::follow(params, state.position, state.travel, target, course.way)
+        }
+        None => go(state, state.travel, false),
+    }
 }
 
 /// The next cycle of a quick stop. A command that asks to be followed meanwhile counts as limited.
@@ -236,7 +245,7 @@ fn go(state: &State, way: MicrostepsPerCycle, change_limited: bool) -> Travel {
 }
 
 /// Takes over the cycle's travel, and rounds the position.
-fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
+fn accept(params: &Params, state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
     state.travel = travel.way;
     state.position = Microsteps(travel.position.0.clamp(-MAX_MICROSTEPS, MAX_MICROSTEPS));
     let untouched = command.filter(|command| {
@@ -250,7 +259,15 @@ fn accept(state: &mut State, travel: &Travel, command: Option<&StepCommand>) {
         None => state.position.round(),
     };
     if state.mode == Mode::Following {
-        state.previous_command = command.map(|command| Microsteps(command.position_unrounded));
+        state.course = match command {
+            Some(command) => Some(Course {
+                position: Microsteps(command.position_unrounded),
+                way: commanded_way(params, command),
+            }),
+            None => {
+                state.course.map(|course| Course { position: course.position + course.way, way: course.way })
+            }
+        };
     }
 }
 

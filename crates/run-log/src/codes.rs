@@ -3,7 +3,7 @@
 use recording::Topic;
 use signals::{
     ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling, SetPointKind,
-    SetPointRefusal, Source, limiting, validity,
+    SetPointRefusal, Source, alarm, limiting, validity,
 };
 
 /// The meaning of a field's numbers: `0 disarmed, 1 running, ...`; `None` for counts and quantities.
@@ -16,11 +16,8 @@ pub(crate) fn meaning(topic: Topic, field: &str) -> Option<String> {
         }
         (Topic::ControlStatus, "operator_result") => Some(list(OperatorResult::ALL, OperatorResult::code)),
         (Topic::ControlStatus, "homing_phase") => Some(list(HomingPhase::ALL, HomingPhase::code)),
-        (Topic::ControlStatus, "limiting") => Some(flags(&[
-            (limiting::PULSE_RATE, "pulse rate"),
-            (limiting::PULSE_ACCELERATION, "pulse acceleration"),
-            (limiting::TORQUE, "torque"),
-        ])),
+        (Topic::ControlStatus, "limiting") => Some(flags(&limiting::NAMES)),
+        (Topic::ControlStatus, "alarms") => Some(flags(&alarm::NAMES)),
         (Topic::Feedback, "validity") => Some(flags(VALIDITY)),
         (Topic::Reference, "set_point_kind") | (Topic::SetPoint, "kind") => {
             Some(list(SetPointKind::ALL, SetPointKind::code))

@@ -8,8 +8,40 @@ pub mod limiting {
     pub const PULSE_ACCELERATION: u64 = 1 << 1;
     /// The wanted torque is more than the motor has to give at this speed.
     pub const TORQUE: u64 = 1 << 2;
+    /// The observer's estimate of the disturbance is at its limit.
+    pub const OBSERVER: u64 = 1 << 3;
+    /// The first bit that is not used.
+    pub const END: u64 = 1 << 4;
+    /// Each bit with its name.
+    pub const NAMES: [(u64, &str); 4] = [
+        (PULSE_RATE, "pulse rate"),
+        (PULSE_ACCELERATION, "pulse acceleration"),
+        (TORQUE, "torque"),
+        (OBSERVER, "observer"),
+    ];
+}
+
+/// The bits of [`ControlStatus::alarms`]: what the operator has to know, and what stops nothing. Kept until the next arming.
+pub mod alarm {
+    /// The loop oscillated; the observer is off, and only the feed-forward is left.
+    pub const OSCILLATION: u64 = 1 << 0;
+    /// The observer has been at its limit for long: the belief is far from the valve.
+    pub const OBSERVER_SATURATED: u64 = 1 << 1;
+    /// More than a third of the commands to the drive are lost; the observer is off, since it counts on them.
+    pub const COMMANDS_LOST: u64 = 1 << 2;
     /// The first bit that is not used.
     pub const END: u64 = 1 << 3;
+    /// Each bit with its name.
+    pub const NAMES: [(u64, &str); 3] = [
+        (OSCILLATION, "the loop oscillated, observer off"),
+        (OBSERVER_SATURATED, "observer at its limit"),
+        (COMMANDS_LOST, "commands to the drive are lost, observer off"),
+    ];
+
+    /// The names of the bits that are set.
+    pub fn names(alarms: u64) -> impl Iterator<Item = &'static str> {
+        NAMES.into_iter().filter(move |(bit, _)| alarms & bit != 0).map(|(_, name)| name)
+    }
 }
 
 message! {
@@ -37,6 +69,13 @@ message! {
         torque_reserve_nm: f64 ["N*m", Within(-1e6, 1e6)],
         /// Limits that hold the command back: bits of [`limiting`].
         limiting: u64 ["1", Below(limiting::END)],
+        /// What the operator has to know: bits of [`alarm`].
+        alarms: u64 ["1", Below(alarm::END)],
+        /// Electrical lead of the command that the drive accepted over the rotor at the newest reading, lost teeth aside; 0
+        /// without an encoder.
+        load_angle_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
+        /// Commands since arming that the drive did not have in time.
+        missed_commands: u64 ["1", Any],
         /// How fast the trajectory's time shall run.
         time_scale: f64 ["1", Within(0.0, 1.0)],
         /// Tooth pitches lost since arming, each of them noticed, in whatever direction.

@@ -32,7 +32,7 @@ pub use codes::{
     ControlParameter, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling,
     SetPointKind, SetPointRefusal, Source,
 };
-pub use control_status::{ControlStatus, limiting};
+pub use control_status::{ControlStatus, alarm, limiting};
 pub use feedback::{Feedback, validity};
 pub use field::{Field, Kind, MAX_ANGLE_RAD, MAX_MICROSTEPS, Rule};
 pub use header::Header;

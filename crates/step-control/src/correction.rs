@@ -17,6 +17,9 @@ const SETTLING_S: f64 = 0.02;
 const HOLD_COUNTS: f64 = 2.0;
 const RELEASE_COUNTS: f64 = 4.0;
 
+/// Time constant with which the observer's torque fades when it is given up, s.
+const FADING_S: f64 = 0.02;
+
 /// Coefficient of the first-order filter on the deviation that the hold looks at, per cycle.
 const SMOOTHING: f64 = 0.1;
 
@@ -41,6 +44,10 @@ pub(crate) struct Correction {
     resting_cycles: u64,
     smoothed_rad: f64,
     holds: bool,
+    /// Torque beyond the feed-forward in the last cycle, N·m.
+    beyond_nm: f64,
+    /// Whether the estimate of the disturbance is at its limit.
+    saturated: bool,
 }
 
 impl Default for Correction {
@@ -51,6 +58,8 @@ impl Default for Correction {
             resting_cycles: 0,
             smoothed_rad: 0.0,
             holds: false,
+            beyond_nm: 0.0,
+            saturated: false,
         }
     }
 }
@@ -98,6 +107,20 @@ impl Correction {
         self.trail.get(age).map(|instant| instant.reference_rad)
     }
 
+    /// Speed aimed at in the cycle that ends then, rad/s.
+    pub(crate) fn aim_speed_rad_per_s(&self, age_cycles: u64, period_s: f64) -> f64 {
+        let (end, begin) = (self.commanded(age_cycles), self.commanded(age_cycles + 1));
+        (end.reference_rad - begin.reference_rad) / period_s
+    }
+
+    /// The drive stood elsewhere at that instant: at `command_rad`, which changes the torque by `change_nm`.
+    pub(crate) fn accepted(&mut self, age_cycles: u64, command_rad: f64, change_nm: f64) {
+        if let Some(instant) = self.trail.get_mut(age_cycles as usize) {
+            instant.command_rad = command_rad;
+            instant.beyond_nm += change_nm;
+        }
+    }
+
     /// Appends the command for the end of the next cycle.
     pub(crate) fn push(&mut self, instant: Instant) {
         self.trail.rotate_right(1);
@@ -139,6 +162,7 @@ impl Correction {
             angle_rad.map_or(predicted.x, |angle_rad| angle_rad - self.instant(age).reference_rad);
         let (filter, limit_nm) = (tuning.filter(observer), tuning.observer_limit_nm(observer));
         self.estimate = observer.corrected(&filter, &predicted, reading_rad, limit_nm);
+        self.saturated = limit_nm > 0.0 && self.estimate.z.abs() >= limit_nm;
         self.rest(observer, next, reading_rad, params.period_s);
         if self.holds {
             return Wish::Hold;
@@ -148,7 +172,20 @@ impl Correction {
             ahead = observer.predicted(&ahead, self.instant(age).beyond_nm, self.instant(age - 1).beyond_nm);
         }
         let beyond_nm = observer.torque_nm(&ahead, self.instant(0).beyond_nm);
+        self.beyond_nm = beyond_nm;
         Wish::More { beyond_nm }
+    }
+
+    /// Without the observer, after it made the loop oscillate: what it added fades, so that the command does not jump.
+    pub(crate) fn fall_back(&mut self, period_s: f64) -> Wish {
+        self.beyond_nm *= (-period_s / FADING_S).exp();
+        self.saturated = false;
+        Wish::More { beyond_nm: self.beyond_nm }
+    }
+
+    /// Whether the estimate of the disturbance is at its limit.
+    pub(crate) fn saturated(&self) -> bool {
+        self.saturated
     }
 
     /// Decides whether the command is held: the reference has rested long enough, and the deviation is within the hysteresis.

@@ -6,6 +6,8 @@
 //! No clock, heap, lock or I/O.
 #![forbid(unsafe_code)]
 
+mod acceptance;
+mod alarms;
 mod alignment;
 mod compensation;
 mod correction;
@@ -16,6 +18,7 @@ mod input;
 mod measure;
 mod observer;
 mod orders;
+mod oscillation;
 mod params;
 mod partner;
 mod re_entry;

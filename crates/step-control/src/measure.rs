@@ -35,6 +35,10 @@ pub(crate) fn measure(params: &Params, state: &mut State, feedback: Option<&Feed
     }
     observation.reading_rad = Some(feedback.angle_rad);
     observation.reading_change_rad = before_rad.map_or(0.0, |before_rad| feedback.angle_rad - before_rad);
+    if params.observer.is_some() {
+        let saturated = observation.correction.saturated();
+        observation.alarms.step(params, -observation.behind_aim_rad, saturated);
+    }
     let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - feedback.angle_rad);
     observation.load_angle_rad = Some(lag_rad - TAU * observation.recovery.teeth as f64);
     observation.lost = observation.recovery.lost(lag_rad);

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 pub(crate) struct Seen {
     /// The reading, rad.
     reading_rad: f64,
-    /// Cycles since the one in which it arrived.
+    /// Cycles since the one in which it arrived, whether the controller ran in them or not.
     cycles_ago: u64,
     /// Measured motion between the last two readings, in parts of the wanted one, from 0 to 1.
     confirmed: f64,
@@ -28,18 +28,21 @@ impl Seen {
         Self { reading_rad, cycles_ago: 0, confirmed: 1.0 }
     }
 
+    /// A cycle later that the controller overran.
+    pub(crate) fn passed_over(self) -> Self {
+        Self { cycles_ago: self.cycles_ago.saturating_add(1), ..self }
+    }
+
     /// A cycle later, with its reading where one arrived.
     pub(crate) fn next(self, params: &Params, commanded: &Correction, reading_rad: Option<f64>) -> Self {
+        let Some(reading_rad) = reading_rad else { return self.passed_over() };
         let cycles_ago = self.cycles_ago.saturating_add(1);
-        let Some(reading_rad) = reading_rad else { return Self { cycles_ago, ..self } };
         let age = age_cycles(params);
         let wanted_rad = match (commanded.aim_rad(age), commanded.aim_rad(age.saturating_add(cycles_ago))) {
             (Some(now_rad), Some(before_rad)) => now_rad - before_rad,
             _ => return Self::first(reading_rad),
         };
-        let confirmed = if !says_where_the_rotor_is(params, age) {
-            1.0
-        } else if wanted_rad == 0.0 {
+        let confirmed = if wanted_rad == 0.0 {
             self.confirmed
         } else {
             ((reading_rad - self.reading_rad) / wanted_rad).clamp(0.0, 1.0)
@@ -50,12 +53,12 @@ impl Seen {
     /// The rotor when the command towards `target` has been carried out; `None` if the reading is older than the history of
     /// commands.
     pub(crate) fn at(&self, params: &Params, commanded: &Correction, target: &Kinematics) -> Option<Rotor> {
-        let read_at_rad = commanded.aim_rad(age_cycles(params).saturating_add(self.cycles_ago))?;
-        let advance_rad = self.confirmed * (target.angle_rad - read_at_rad);
-        let last_rad = commanded.aim_rad(0)?;
+        let age = age_cycles(params).saturating_add(self.cycles_ago);
+        let confirmed = if says_where_the_rotor_is(params, age) { self.confirmed } else { 1.0 };
+        let advance_rad = confirmed * (target.angle_rad - commanded.aim_rad(age)?);
         Some(Rotor {
             deviation_rad: self.reading_rad + advance_rad - target.angle_rad,
-            way_rad: self.confirmed * (target.angle_rad - last_rad),
+            way_rad: confirmed * (target.angle_rad - commanded.aim_rad(0)?),
         })
     }
 }

@@ -1,5 +1,6 @@
 //! What the controller remembers from cycle to cycle, in parts that each have one writer.
 
+use crate::alarms::Alarms;
 use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
 use crate::correction::{Correction, Instant};
 use crate::homing_state::HomingState;
@@ -179,6 +180,9 @@ pub(crate) struct Observation {
     pub seen: Option<Seen>,
     /// Electrical lead of the command over the rotor at the last reading, lost teeth aside, rad.
     pub load_angle_rad: Option<f64>,
+    pub alarms: Alarms,
+    /// Commands since arming that the drive did not have in time.
+    pub missed_commands: u64,
     /// Whether this cycle's reading says that steps are lost.
     pub lost: bool,
     pub following_error_rad: f64,

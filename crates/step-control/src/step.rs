@@ -1,5 +1,6 @@
 //! One cycle of the controller.
 
+use crate::acceptance::note_accepted;
 use crate::compensation::Wanted;
 use crate::homing::{current_ratio, home};
 use crate::input::{Input, Output};
@@ -18,6 +19,7 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Ou
     pass_over(params, state, cycle);
     listen(params, state, input);
     obey(params, state, cycle, input);
+    note_accepted(params, state, input.feedback);
     measure(params, state, input.feedback);
     watch(params, state, cycle, input);
     if state.supervision.machine == ControllerState::Homing {
@@ -104,6 +106,9 @@ fn status(state: &State) -> ControlStatus {
         lead_angle_rad: wanted.lead_rad,
         torque_reserve_nm: wanted.reserve_nm,
         limiting: steering.limits,
+        alarms: observation.alarms.raised(),
+        load_angle_rad: observation.load_angle_rad.unwrap_or_default(),
+        missed_commands: observation.missed_commands,
         time_scale: steering.time_scale,
         lost_teeth: observation.recovery.lost_teeth,
         tooth_offset: observation.recovery.teeth,

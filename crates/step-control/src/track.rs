@@ -5,6 +5,7 @@ use crate::compensation::{
 };
 use crate::correction::{Instant, Wish};
 use crate::params::{LostSteps, Params};
+use crate::rotor::Seen;
 use crate::state::State;
 use crate::time_scale::next_time_scale;
 use drive::Microsteps;
@@ -33,7 +34,8 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     steering.target_before = steering.target;
     steering.position = travel.position;
     steering.travel = travel.way;
-    steering.limits = limits(&travel, steering.wanted.saturated || cut);
+    let saturated = state.observation.correction.saturated();
+    steering.limits = limits(&travel, steering.wanted.saturated || cut, saturated);
     let command_rad = steering.angle_rad(params, Microsteps::from(steering.position.round()));
     state.observation.correction.push(Instant {
         reference_rad: target.angle_rad,
@@ -77,6 +79,7 @@ pub(crate) fn coast(params: &Params, state: &mut State) {
         command_rad: steering.angle_rad(params, Microsteps::from(steering.position.round())),
     };
     state.observation.correction.coast(params, instant);
+    state.observation.seen = state.observation.seen.map(Seen::passed_over);
 }
 
 /// Lets the next target start from what the command aims at.
@@ -93,6 +96,7 @@ pub(crate) fn re_enter_from_aim(params: &Params, state: &mut State) {
 fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForward) -> bool {
     let observation = &mut state.observation;
     let wish = match &params.observer {
+        Some(_) if observation.alarms.fell_back() => observation.correction.fall_back(params.period_s),
         Some(observer) => {
             state.tuning.settle(observer);
             observation.correction.step(params, observer, &state.tuning, observation.reading_rad, target)
@@ -150,11 +154,12 @@ fn time_scale(params: &Params, state: &State) -> f64 {
     next_time_scale(steering.time_scale, by_torque.max(by_lag), params.period_s)
 }
 
-fn limits(travel: &drive::Travel, torque_cut: bool) -> u64 {
+fn limits(travel: &drive::Travel, torque_cut: bool, observer_saturated: bool) -> u64 {
     let bits = [
         (limiting::PULSE_RATE, travel.rate_limited),
         (limiting::PULSE_ACCELERATION, travel.change_limited),
         (limiting::TORQUE, torque_cut),
+        (limiting::OBSERVER, observer_saturated),
     ];
     bits.iter().filter(|(_, held)| *held).fold(0, |all, (bit, _)| all | bit)
 }

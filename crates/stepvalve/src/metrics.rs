@@ -56,6 +56,10 @@ pub struct Metrics {
     pub torque_reserve_min_nm: Option<f64>,
     /// Cycles in which a limit held the command back.
     pub limiting_cycles: u64,
+    /// Alarms raised: bits of [`signals::alarm`].
+    pub alarms: u64,
+    /// Commands that the drive did not have in time.
+    pub missed_commands: u64,
     /// The largest number of tooth pitches that the rotor was off.
     pub lost_steps: u64,
     /// The first fault.
@@ -129,6 +133,8 @@ impl Metrics {
             let lowest = self.torque_reserve_min_nm.unwrap_or(f64::INFINITY);
             self.torque_reserve_min_nm = Some(lowest.min(status.torque_reserve_nm));
             self.limiting_cycles += u64::from(status.limiting != 0);
+            self.alarms |= status.alarms;
+            self.missed_commands = self.missed_commands.max(status.missed_commands);
         }
         let fault = FaultCode::from_code(status.fault).unwrap_or(FaultCode::None);
         if fault != FaultCode::None {

@@ -6,6 +6,7 @@ use processes::ChildSummary;
 use realtime::{Obtained, Percentiles};
 use recording::{Damage, Report};
 use serde::Serialize;
+use signals::alarm;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -44,6 +45,10 @@ pub struct Summary {
     pub torque_reserve_min_nm: Option<f64>,
     /// Cycles in which a limit held the command back.
     pub limiting_cycles: u64,
+    /// What the operator has to know and what stopped nothing.
+    pub alarms: Vec<String>,
+    /// Commands that the drive did not have in time.
+    pub missed_commands: u64,
     /// Tooth pitches lost, at the worst.
     pub lost_steps: u64,
     /// Why the valve was stopped.
@@ -95,6 +100,8 @@ impl Summary {
             pulse_rate_peak_hz: 0.0,
             torque_reserve_min_nm: None,
             limiting_cycles: 0,
+            alarms: Vec::new(),
+            missed_commands: 0,
             lost_steps: 0,
             fault: None,
             fault_cycle: None,
@@ -127,6 +134,8 @@ impl Summary {
         self.pulse_rate_peak_hz = metrics.pulse_rate_peak_hz;
         self.torque_reserve_min_nm = metrics.torque_reserve_min_nm;
         self.limiting_cycles = metrics.limiting_cycles;
+        self.alarms = alarm::names(metrics.alarms).map(str::to_owned).collect();
+        self.missed_commands = metrics.missed_commands;
         self.lost_steps = metrics.lost_steps;
         self.fault = metrics.fault.map(|(fault, _)| fault.name().to_owned());
         self.fault_cycle = metrics.fault.map(|(_, cycle)| cycle);
@@ -177,6 +186,12 @@ impl fmt::Display for Summary {
             write!(f, "; torque reserve at least {reserve:.2} N·m")?;
         }
         writeln!(f, "; held back by limits in {} cycles", self.limiting_cycles)?;
+        for alarm in &self.alarms {
+            writeln!(f, "alarm            {alarm}")?;
+        }
+        if self.missed_commands > 0 {
+            writeln!(f, "lost commands    {}", self.missed_commands)?;
+        }
         writeln!(f, "lost steps       {}", self.lost_steps)?;
         if let (Some(fault), Some(cycle)) = (&self.fault, self.fault_cycle) {
             writeln!(f, "fault            {fault}, found in cycle {cycle}")?;

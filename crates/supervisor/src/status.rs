@@ -61,6 +61,10 @@ pub struct Status {
     pub torque_reserve_nm: f64,
     /// Whether a limit holds the command back.
     pub limiting: bool,
+    /// What the operator has to know and what stops nothing.
+    pub alarms: Vec<String>,
+    /// Commands since arming that the drive did not have in time.
+    pub missed_commands: u64,
     /// Pulse rate, Hz.
     pub pulse_rate_hz: f64,
     /// Pressure drop, Pa.
@@ -108,6 +112,12 @@ impl fmt::Display for Status {
         let limiting = if self.limiting { ", held back by a limit" } else { "" };
         writeln!(f, "torque reserve   {:.2} N·m{limiting}", self.torque_reserve_nm)?;
         writeln!(f, "pulse rate       {:.1} kHz", self.pulse_rate_hz / 1e3)?;
+        if self.missed_commands > 0 {
+            writeln!(f, "lost commands    {} since arming", self.missed_commands)?;
+        }
+        for alarm in &self.alarms {
+            writeln!(f, "ALARM            {alarm}")?;
+        }
         writeln!(
             f,
             "oil              {:.2} MPa, {:.1} °C",

@@ -6,7 +6,7 @@ use processes::Pace;
 use signal_bus::{Bus, CycleReader, Service};
 use signals::{
     ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, LoopTiming, Message, PlantTruth,
-    RecorderProgress, Reference, SetPointKind, Source, validity,
+    RecorderProgress, Reference, SetPointKind, Source, alarm, validity,
 };
 use std::time::{Duration, Instant};
 
@@ -148,6 +148,8 @@ impl Watch {
             following_error_peak_rad: status.following_error_peak_rad,
             torque_reserve_nm: status.torque_reserve_nm,
             limiting: status.limiting != 0,
+            alarms: alarm::names(status.alarms).map(str::to_owned).collect(),
+            missed_commands: status.missed_commands,
             pulse_rate_hz: feedback.pulse_rate_hz,
             pressure_drop_pa: feedback.pressure_drop_pa,
             oil_temperature_c: feedback.oil_temperature_c,

@@ -5,7 +5,7 @@ use super::table::Table;
 use super::timing::ProcessTiming;
 use ::report::{Interval, Level, Strip};
 use run_log::RunLogError;
-use signals::{ControllerState, FaultCode, limiting, validity};
+use signals::{ControllerState, FaultCode, alarm, limiting, validity};
 
 /// A column of each message of the cycle: where it is NaN, the message is missing.
 const MESSAGES: [(&str, &str); 5] = [
@@ -16,11 +16,11 @@ const MESSAGES: [(&str, &str); 5] = [
     ("true_angle", "PlantTruth"),
 ];
 
-const LIMITS: [(u64, &str, Level); 3] = [
-    (limiting::PULSE_RATE, "pulse rate", Level::Attention),
-    (limiting::PULSE_ACCELERATION, "pulse acceleration", Level::Attention),
-    (limiting::TORQUE, "torque", Level::Attention),
-];
+/// Flags that call for attention, by the names of their bits.
+fn attention(flags: u64, names: &[(u64, &'static str)]) -> Option<(String, Level)> {
+    let set = names.iter().filter(|(bit, _)| flags & bit != 0);
+    all(set.map(|(bit, name)| (*bit, *name, Level::Attention)))
+}
 
 /// What the drive and the sensors say that is out of the ordinary.
 const DRIVE: [(u64, &str, Level); 3] = [
@@ -43,7 +43,8 @@ pub fn read(table: &Table, events: &Events, timing: &[ProcessTiming]) -> Result<
     strips.extend(coded(table, "state", "state", state)?);
     strips.extend(coded(table, "fault", "fault", fault)?);
     strips.push(set_points(table, events));
-    strips.extend(coded(table, "limit", "limiting", |flags| named(flags, &LIMITS))?);
+    strips.extend(coded(table, "limit", "limiting", |flags| attention(flags, &limiting::NAMES))?);
+    strips.extend(coded(table, "alarm", "alarms", |flags| attention(flags, &alarm::NAMES))?);
     strips.extend(pace(table)?);
     strips.extend(drive_flags(table)?);
     strips.extend(coded(table, "drive fault", "drive_fault", fault)?);
@@ -190,6 +191,6 @@ mod tests {
         let found = drive(flags).unwrap();
         assert_eq!(found, ("stopped by itself, limited, not energised".to_owned(), Level::Fault));
         assert_eq!(drive(validity::HOMED | validity::ENERGISED), None);
-        assert_eq!(named(0, &LIMITS), None);
+        assert_eq!(attention(0, &limiting::NAMES), None);
     }
 }

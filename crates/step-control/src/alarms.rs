@@ -1,0 +1,53 @@
+//! Alarms: what the operator has to know and what stops nothing. Kept until the next arming.
+
+use crate::oscillation::Oscillation;
+use crate::params::Params;
+use signals::alarm;
+
+/// The observer may be at its limit for this long before it is an alarm, s: longer than any reversal or break-away takes.
+const SATURATED_S: f64 = 1.0;
+
+/// Lost commands beyond a third of all that are an alarm. One that arrives counts half against one that was lost.
+const LOST_COMMANDS: f64 = 5.0;
+const ARRIVED: f64 = 0.5;
+
+/// What leads to alarms, and those raised.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Alarms {
+    oscillation: Oscillation,
+    saturated_cycles: u64,
+    /// Commands lost, less those that arrived since by their weight.
+    lost_commands: f64,
+    raised: u64,
+}
+
+impl Alarms {
+    /// Takes in a reading's deviation from its aim, rad, and whether the observer is at its limit.
+    pub(crate) fn step(&mut self, params: &Params, deviation_rad: f64, saturated: bool) {
+        self.saturated_cycles = if saturated { self.saturated_cycles.saturating_add(1) } else { 0 };
+        if self.saturated_cycles as f64 * params.period_s > SATURATED_S {
+            self.raised |= alarm::OBSERVER_SATURATED;
+        }
+        if self.oscillation.step(params, deviation_rad) {
+            self.raised |= alarm::OSCILLATION;
+        }
+    }
+
+    /// Takes in whether the drive had its command in time.
+    pub(crate) fn note_command(&mut self, missed: bool) {
+        self.lost_commands = (self.lost_commands + if missed { 1.0 } else { -ARRIVED }).max(0.0);
+        if self.lost_commands > LOST_COMMANDS {
+            self.raised |= alarm::COMMANDS_LOST;
+        }
+    }
+
+    /// Bits of [`signals::alarm`].
+    pub(crate) fn raised(&self) -> u64 {
+        self.raised
+    }
+
+    /// Whether only the feed-forward is left.
+    pub(crate) fn fell_back(&self) -> bool {
+        self.raised & (alarm::OSCILLATION | alarm::COMMANDS_LOST) != 0
+    }
+}
