@@ -46,12 +46,13 @@ fn simulate_leaves_a_page_that_a_browser_shows() {
 #[test]
 fn a_fault_is_what_the_page_says_first() {
     let place = TestPlace::new();
-    // The paper's parameters can't turn: the motor loses steps.
-    let scenario = place.scenario("paper-initial.toml", &[]);
+    // The paper's parameters can't turn: the spool stays behind.
+    let limit = ("max_following_error", "max_following_error = \"3deg\"");
+    let scenario = place.scenario("paper-initial.toml", &[limit]);
     place.simulate(&scenario, "in-process", "out").expect_code(3);
     let said = headline(&place.path("out/run.html"));
     assert!(said.starts_with("Stopped by a fault at 0."), "{said}");
-    assert!(said.contains("lost steps"), "{said}");
+    assert!(said.contains("following error"), "{said}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// The oldest reading that can be simulated, in cycles.
-const MAX_DELAY_CYCLES: usize = 16;
+const MAX_DELAY_CYCLES: usize = config::LARGEST_ENCODER_DELAY_CYCLES as usize;
 
 /// An encoder.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

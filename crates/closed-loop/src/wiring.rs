@@ -17,6 +17,11 @@ use valve_model::{
     FrictionLaw, FrictionParams, LoadParams, Model, MotionParams, MotorParams, ParamError, ValveParams,
 };
 
+// config and step-control may not use each other; here it is checked that they mean the same.
+const _: () = assert!(config::LARGEST_ENCODER_DELAY_CYCLES == step_control::LARGEST_ENCODER_DELAY_CYCLES);
+const _: () = assert!(config::OBSERVER_BANDWIDTH_HZ.0 == step_control::SLOWEST_HZ);
+const _: () = assert!(config::OBSERVER_BANDWIDTH_HZ.1 == step_control::LARGEST_HZ);
+
 /// A scenario that can't be wired. Files that passed `config`'s checks never give one.
 #[derive(Debug, Error)]
 pub enum WiringError {

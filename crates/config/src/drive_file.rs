@@ -2,8 +2,7 @@
 
 use crate::bounds::Bounds;
 use crate::error::ConfigErrors;
-use crate::reader::{Field, Section, parse_document};
-use crate::source::Source;
+use crate::reader::{Field, Section, parse};
 use crate::units::Dimension;
 use fieldbus::{DriveFile, Homing, Profile, Sdo, SdoValue};
 
@@ -29,18 +28,7 @@ const TYPES: [(&str, SdoValue); 5] = [
 /// # Errors
 /// All that is wrong in the text, with line and column.
 pub fn parse_drive(text: &str, file: &str) -> Result<DriveFile, ConfigErrors> {
-    let source = Source::new(text, file);
-    let mut drive = None;
-    if let Some(document) = parse_document(text, &source) {
-        let root = Section::root(&source, &document);
-        if root.has_format(FORMAT, FORMAT_VERSION) {
-            drive = Some(read(root));
-        }
-    }
-    match drive {
-        Some(drive) if source.is_clean() => Ok(drive),
-        _ => Err(source.into_errors()),
-    }
+    parse(text, file, FORMAT, FORMAT_VERSION, |root| Some(read(root)))
 }
 
 fn read(root: Section<'_>) -> DriveFile {

@@ -10,10 +10,36 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::bounds::Bounds;
+use crate::error::ConfigErrors;
 use crate::source::Source;
 use crate::suggest::nearest;
 use crate::units::{Dimension, parse_quantity, shown};
 use valve_model::ParamError;
+
+/// Reads a whole text: TOML of this format and version, whose sections `read` takes. `file` names it in errors.
+///
+/// # Errors
+/// All that is wrong in the text.
+pub(crate) fn parse<T>(
+    text: &str,
+    file: &str,
+    format: &str,
+    version: u64,
+    read: impl FnOnce(Section<'_>) -> Option<T>,
+) -> Result<T, ConfigErrors> {
+    let source = Source::new(text, file);
+    let mut found = None;
+    if let Some(document) = parse_document(text, &source) {
+        let root = Section::root(&source, &document);
+        if root.has_format(format, version) {
+            found = read(root);
+        }
+    }
+    match found {
+        Some(found) if source.is_clean() => Ok(found),
+        _ => Err(source.into_errors()),
+    }
+}
 
 /// Parses a text as TOML; reports what is wrong with it and gives `None` then. Depth of nesting is bounded by `toml`.
 pub(crate) fn parse_document<'a>(text: &'a str, source: &Source<'a>) -> Option<DeTable<'a>> {

@@ -6,8 +6,11 @@ use crate::tuning::Tuning;
 use nalgebra::Vector3;
 use signals::Kinematics;
 
-/// Length of the command history, in cycles: the largest encoder delay (16), the longest dead time (2), and two ends.
-const TRAIL: usize = 20;
+/// The largest age of an encoder's reading, in cycles.
+pub const LARGEST_ENCODER_DELAY_CYCLES: u64 = 16;
+
+/// Length of the command history, in cycles: the largest encoder delay, the longest dead time (2), and two ends.
+const TRAIL: usize = LARGEST_ENCODER_DELAY_CYCLES as usize + 4;
 
 /// Time for which the reference has to rest before the command is held, s.
 const SETTLING_S: f64 = 0.02;

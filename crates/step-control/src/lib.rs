@@ -35,9 +35,10 @@ mod track;
 mod tuning;
 mod window;
 
+pub use correction::LARGEST_ENCODER_DELAY_CYCLES;
 pub use homing_params::{Homing, HomingMethod};
 pub use input::{Input, Output};
-pub use observer::{Observer, ObserverSettings};
+pub use observer::{LARGEST_HZ, Observer, ObserverSettings, SLOWEST_HZ};
 pub use params::{Compensation, ControlError, LostSteps, Params, ReferenceLimits};
 pub use shaper::Shaper;
 pub use state::State;

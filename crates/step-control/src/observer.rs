@@ -61,10 +61,10 @@ impl Shaft {
 }
 
 /// Upper bound of the bandwidth, Hz.
-const LARGEST_HZ: f64 = 1000.0;
+pub const LARGEST_HZ: f64 = 1000.0;
 
 /// Lower bound of the bandwidth, Hz: a slower observer would have no effect.
-const SLOWEST_HZ: f64 = 0.1;
+pub const SLOWEST_HZ: f64 = 0.1;
 
 /// A designed observer: constant coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,12 +1,9 @@
 //! Parameters changed while the controller runs: checked, taken over between two cycles, kept until it ends.
 
-use crate::observer::Observer;
+use crate::observer::{LARGEST_HZ, Observer, SLOWEST_HZ};
 use crate::params::{Compensation, Params};
 use crate::riccati::Filter;
 use signals::{ControlParameter, OperatorResult};
-
-/// The bounds of the bandwidth, as the scenario's reader has them.
-const BANDWIDTH_HZ: (f64, f64) = (0.1, 1000.0);
 
 /// No following error that is a fault may be smaller, rad.
 const SMALLEST_ERROR_RAD: f64 = 1e-9;
@@ -29,7 +26,8 @@ impl Tuning {
             ControlParameter::CompensationLevel => put(&mut self.compensation, level(value)),
             ControlParameter::ObserverBandwidth => {
                 let retuned = |observer: &Observer| observer.retuned(self.filter(observer), value);
-                let filter = within(value, BANDWIDTH_HZ).and(params.observer.as_ref()).map(retuned);
+                let filter =
+                    within(value, (SLOWEST_HZ, LARGEST_HZ)).and(params.observer.as_ref()).map(retuned);
                 put(&mut self.filter, filter)
             }
             ControlParameter::ObserverLimit => {

@@ -7,8 +7,7 @@ use crate::model::read_design::read_design;
 use crate::model::read_effects::read_effects;
 use crate::model::read_friction::read_friction;
 use crate::model::{FORMAT, FORMAT_VERSION};
-use crate::reader::{Field, Section, parse_document};
-use crate::source::Source;
+use crate::reader::{Field, Section, parse};
 
 /// Reads a model from its text. `file` names it in errors.
 ///
@@ -16,18 +15,7 @@ use crate::source::Source;
 /// All that is wrong in the text: what does not parse, unknown keys, missing ones, and for each section the first value
 /// that no valve can have.
 pub fn parse_model(text: &str, file: &str) -> Result<Model, ConfigErrors> {
-    let source = Source::new(text, file);
-    let mut model = None;
-    if let Some(document) = parse_document(text, &source) {
-        let root = Section::root(&source, &document);
-        if root.has_format(FORMAT, FORMAT_VERSION) {
-            model = read(root);
-        }
-    }
-    match model {
-        Some(model) if source.is_clean() => Ok(model),
-        _ => Err(source.into_errors()),
-    }
+    parse(text, file, FORMAT, FORMAT_VERSION, read)
 }
 
 /// The model; `None` if something without which there is none was refused.

@@ -2,7 +2,7 @@
 
 use crate::bounds::{ANGLE, Bounds, PRESSURE};
 use crate::error::ConfigErrors;
-use crate::reader::{Section, parse_document};
+use crate::reader::{Section, parse};
 use crate::scenario::read_control::read_compensation;
 use crate::scenario::read_homing::read_homing;
 use crate::scenario::read_set_points::{Frame, read_set_points};
@@ -10,7 +10,6 @@ use crate::scenario::read_timing::read_timing;
 use crate::scenario::{
     AfterStop, Drive, Driver, Encoder, LostSteps, MotionLimits, Profile, Safety, Scenario, checks,
 };
-use crate::source::Source;
 use crate::units::Dimension;
 
 const FORMAT: &str = "stepvalve-scenario";
@@ -35,6 +34,8 @@ const TIME: Bounds = Bounds::within(0.0, 30.0 * 86_400.0);
 const DEFAULT_PERIOD_S: f64 = 1e-3;
 const DEFAULT_OIL_TEMPERATURE_C: f64 = 40.0;
 const DEFAULT_COUNTS_PER_TURN: u64 = 131_072;
+/// The largest age of an encoder's reading, in cycles: as much as the controller keeps of its commands.
+pub const LARGEST_ENCODER_DELAY_CYCLES: u64 = 16;
 const DEFAULT_SILENCE_CYCLES: u64 = 3;
 
 /// Reads a scenario from its text. `file` names it in errors.
@@ -43,18 +44,7 @@ const DEFAULT_SILENCE_CYCLES: u64 = 3;
 /// All that is wrong in the text: what does not parse, unknown keys, missing ones, values out of range, and set-points
 /// that contradict the limits. What needs the models is checked by [`crate::check_against_models`].
 pub fn parse_scenario(text: &str, file: &str) -> Result<Scenario, ConfigErrors> {
-    let source = Source::new(text, file);
-    let mut scenario = None;
-    if let Some(document) = parse_document(text, &source) {
-        let root = Section::root(&source, &document);
-        if root.has_format(FORMAT, FORMAT_VERSION) {
-            scenario = Some(read(root));
-        }
-    }
-    match scenario {
-        Some(scenario) if source.is_clean() => Ok(scenario),
-        _ => Err(source.into_errors()),
-    }
+    parse(text, file, FORMAT, FORMAT_VERSION, |root| Some(read(root)))
 }
 
 fn read(root: Section<'_>) -> Scenario {
@@ -247,7 +237,7 @@ fn read_encoder(section: Section<'_>) -> Encoder {
         fitted: section.require("fitted", "true or false").is_some_and(|field| field.boolean()),
         counts_per_turn: section.integer_or("counts_per_turn", 4..=1 << 32, DEFAULT_COUNTS_PER_TURN),
         noise_rad: section.optional_quantity("noise", Dimension::Angle, NOISE).unwrap_or(0.0),
-        delay_cycles: section.integer_or("delay_cycles", 0..=16, 0),
+        delay_cycles: section.integer_or("delay_cycles", 0..=LARGEST_ENCODER_DELAY_CYCLES, 0),
         absolute: section.find("absolute").is_some_and(|field| field.boolean()),
     };
     section.finish();

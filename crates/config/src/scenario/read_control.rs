@@ -5,7 +5,9 @@ use crate::reader::{Field, Section};
 use crate::scenario::{Compensation, Control, Damping, Encoder};
 use crate::units::Dimension;
 
-const BANDWIDTH: Bounds = Bounds::within(0.1, 1000.0);
+/// Range of the observer's bandwidth, Hz: the controller's own.
+pub const OBSERVER_BANDWIDTH_HZ: (f64, f64) = (0.1, 1000.0);
+const BANDWIDTH: Bounds = Bounds::within(OBSERVER_BANDWIDTH_HZ.0, OBSERVER_BANDWIDTH_HZ.1);
 const LIMIT: Bounds = Bounds::within(0.0, 1.0);
 const DEFAULT_BANDWIDTH_HZ: f64 = 320.0;
 const DEFAULT_LIMIT: f64 = 0.5;
