@@ -5,7 +5,7 @@
 //! that nothing has to be fitted.
 
 use crate::windows::Window;
-use valve_model::{FrictionLaw, Model, MotionParams, MotorParams};
+use valve_model::{FrictionLaw, Model, MotionParams, MotionSample, MotorParams};
 
 /// Break-away deflections of travel after which friction has settled.
 const SETTLED: f64 = 5.0;
@@ -89,17 +89,24 @@ impl<'a> Expected<'a> {
         let mut all = vec![Sums::default(); runs];
         for window in windows {
             if let Some(sums) = all.get_mut(window.run) {
-                self.add(window, scale, sums);
+                self.add(&window.motions, &window.measured, scale, sums);
             }
         }
         all
     }
 
-    fn add(&self, window: &Window, scale: Scale, sums: &mut Sums) {
+    /// The sums of a stretch.
+    pub(crate) fn sums_of(&self, motions: &[MotionSample], measured: &[f64], scale: Scale) -> Sums {
+        let mut sums = Sums::default();
+        self.add(motions, measured, scale, &mut sums);
+        sums
+    }
+
+    fn add(&self, motions: &[MotionSample], measured: &[f64], scale: Scale, sums: &mut Sums) {
         let settled_rad = SETTLED * self.deflection_rad();
         let (by_speed, by_acceleration) = (scale.angle / scale.time, scale.angle / (scale.time * scale.time));
         let (mut travel_rad, mut direction, mut before) = (0.0, 0.0, None::<f64>);
-        for (motion, measured) in window.motions.iter().zip(&window.measured) {
+        for (motion, measured) in motions.iter().zip(measured) {
             let speed = by_speed * motion.speed_rad_per_s;
             let angle = scale.angle * motion.angle_rad;
             if speed.signum() != direction || speed == 0.0 {
@@ -131,13 +138,20 @@ impl Sums {
         self.count >= LEAST
     }
 
-    /// The run's own zero taken out, where it slides both ways: the mean of measured less expected.
+    /// The run's own zero: the mean of measured less expected; `None` where it doesn't slide both ways, or too little.
+    pub(crate) fn zero(&self) -> Option<f64> {
+        let both_ways = (BOTH_WAYS..=1.0 - BOTH_WAYS).contains(&(self.forward / self.count));
+        (both_ways && self.tell()).then(|| (self.measured - self.expected) / self.count)
+    }
+
+    /// RMS of what is expected.
+    pub(crate) fn expected_rms(&self) -> f64 {
+        (self.expected_2 / self.count).sqrt()
+    }
+
+    /// The run's own zero taken out, where there is one.
     pub(crate) fn about_zero(self) -> Self {
-        let part = self.forward / self.count;
-        if !(BOTH_WAYS..=1.0 - BOTH_WAYS).contains(&part) {
-            return self;
-        }
-        let zero = (self.measured - self.expected) / self.count;
+        let Some(zero) = self.zero() else { return self };
         Self {
             measured: self.expected,
             measured_2: self.measured_2 - 2.0 * zero * self.measured + self.count * zero * zero,

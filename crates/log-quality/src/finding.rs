@@ -41,6 +41,10 @@ pub enum Kind {
     MissingSamples,
     /// A channel that some runs lack.
     MissingChannel,
+    /// The torque's zero moves with time.
+    ZeroDrift,
+    /// The transducer is slower than its record.
+    Bandwidth,
 }
 
 /// How much a finding matters.
@@ -80,12 +84,6 @@ pub struct Finding {
     pub mend: String,
 }
 
-impl Finding {
-    pub(crate) fn concerns(&self, channel: Channel) -> bool {
-        self.place.channels.contains(&channel.name())
-    }
-}
-
 impl Place {
     /// A channel, in these runs.
     pub(crate) fn of(channels: &[Channel], runs: Vec<String>) -> Self {
@@ -119,6 +117,8 @@ impl Kind {
             Self::Outliers => "outliers",
             Self::MissingSamples => "missing-samples",
             Self::MissingChannel => "missing-channel",
+            Self::ZeroDrift => "zero-drift",
+            Self::Bandwidth => "bandwidth",
         }
     }
 }

@@ -6,6 +6,8 @@
 //! contradiction that no friction makes, a factor of more than three or a wrong sign.
 #![forbid(unsafe_code)]
 
+mod bandwidth;
+mod drift;
 mod expected;
 mod finding;
 mod mistakes;
@@ -17,25 +19,34 @@ mod windows;
 
 pub use finding::{Finding, Kind, Place, Severity};
 
-use log_data::{Channel, Log};
+use log_data::Log;
 use valve_model::Model;
-
-const PRESSURE: Channel = Channel::PressureDrop;
 
 /// All that is found, the gravest first. The log has passed [`Log::check`].
 pub fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
     let mut found = sampling::inspect(log);
     found.extend(samples::inspect(log));
     found.extend(plausible::inspect(log));
-    let constant =
-        |finding: &Finding| (finding.kind, finding.severity) == (Kind::ConstantChannel, Severity::Mistake);
-    if !found.iter().any(constant) {
-        found.extend(mistakes::inspect(log, model));
+    // What no motion makes.
+    let constant = |finding: &Finding| {
+        finding.severity == Severity::Mistake
+            && matches!(finding.kind, Kind::ConstantChannel | Kind::WrongAngle)
+    };
+    let mistaken = mistakes::inspect(log, model);
+    // Of a channel that is none nothing else can be told, but that another has taken its place.
+    let all = !found.iter().any(constant);
+    if !mistaken.iter().any(|finding| finding.severity == Severity::Mistake) {
+        found.extend(drift::inspect(log, model));
     }
-    // A torque in the pressure's place is no pressure in bar.
-    let exchanged = |finding: &Finding| finding.kind == Kind::SwappedChannels && finding.concerns(PRESSURE);
-    if found.iter().any(exchanged) {
-        found.retain(|finding| exchanged(finding) || !finding.concerns(PRESSURE));
+    found.extend(bandwidth::inspect(log));
+    found.extend(mistaken.into_iter().filter(|finding| all || finding.kind == Kind::SwappedChannels));
+    // A torque in the pressure's place is no pressure in bar, and an angle in the torque's has no rail.
+    let exchanged = |finding: &&Finding| finding.kind == Kind::SwappedChannels;
+    if let Some(channels) = found.iter().find(exchanged).map(|finding| finding.place.channels.clone()) {
+        let concerned = |finding: &Finding| finding.place.channels.iter().any(|of| channels.contains(of));
+        found.retain(|finding| {
+            exchanged(&finding) || finding.severity == Severity::Note || !concerned(finding)
+        });
     }
     found.sort_by_key(|finding| finding.severity);
     found

@@ -10,6 +10,7 @@ use crate::finding::{Finding, Kind, Place, Severity, in_runs};
 use crate::scale::median;
 use crate::windows::{Source, Window, windows};
 use log_data::{Channel, Log, Run};
+use std::f64::consts::TAU;
 use valve_model::Model;
 
 /// From here on a record contradicts the model.
@@ -23,8 +24,12 @@ const FEELS: f64 = 0.12;
 const FALLS: f64 = 4.0;
 /// Friction sampled more slowly than this shows neither stick nor slip: milliseconds are likelier than such a record, s.
 const SLOW_S: f64 = 0.1;
+/// A run that a mistake is not in agrees so many times less once mended.
+const WORSE: f64 = 1.5;
 /// A mended lag is no worse up to this factor.
 const SAME: f64 = 1.05;
+/// From here on a record has little in common with the model: of equal sizes, a correlation of a half.
+const LITTLE_IN_COMMON: f64 = 1.0;
 /// Nothing in common: the correlation of what was measured with what the motion takes.
 const NOTHING: f64 = 0.3;
 /// Correlated with the direction of motion so much the other way, a torque drives instead of braking.
@@ -93,6 +98,7 @@ const OF_TORQUE: &[Mistake] = &[
         "is it in kN*m, or was it divided by 1000 once too often?",
     ),
     DEGREE,
+    TURN,
     MILLISECOND,
 ];
 
@@ -106,6 +112,7 @@ const OF_ANGLE: &[Mistake] = &[
         "exchange the two columns",
     ),
     Mistake { scale: Scale { angle: 1.0 / DEGREES, measured: 1.0 / DEGREES, time: 1.0 }, ..DEGREE },
+    Mistake { scale: Scale { angle: TAU, measured: TAU, time: 1.0 }, ..TURN },
     MILLISECOND,
 ];
 
@@ -115,6 +122,14 @@ const DEGREE: Mistake = mistake(
     Scale { angle: 1.0 / DEGREES, ..AS_IT_IS },
     "with the angle divided by 57.3",
     "is it in degrees? Then --map angle='...*pi/180'",
+);
+
+const TURN: Mistake = mistake(
+    Kind::AngleUnit,
+    &[Channel::Angle],
+    Scale { angle: TAU, ..AS_IT_IS },
+    "with the angle times 6.28",
+    "is it in turns? Then --map angle='...*2*pi'",
 );
 
 const MILLISECOND: Mistake = mistake(
@@ -191,6 +206,18 @@ fn against_command(log: &Log) -> Vec<Finding> {
             1.0 / DEGREES,
             "is its command divided by 57.3",
             "is the command in degrees, the angle in radians? Then --map angle_command='...*pi/180'",
+        ),
+        (
+            Kind::AngleUnit,
+            1.0 / TAU,
+            "is its command divided by 6.28",
+            "is the angle in turns, the command in radians? Then --map angle='...*2*pi'",
+        ),
+        (
+            Kind::AngleUnit,
+            TAU,
+            "is 6.28 times its command",
+            "is the command in turns, the angle in radians? Then --map angle_command='...*2*pi'",
         ),
     ];
     for (kind, wanted, says, mend) in cases {
@@ -277,7 +304,8 @@ impl Case<'_> {
         if let Some(found) = self.some_runs(&tried, &given) {
             return vec![found];
         }
-        if all.tell() && all.distance() >= CONTRADICTS {
+        // An angle that hardly moves, or has little in common with the torque, may be another channel.
+        if !all.tell() || all.distance() >= LITTLE_IN_COMMON {
             return self.wrong_channels(source, &all).into_iter().collect();
         }
         Vec::new()
@@ -326,12 +354,15 @@ impl Case<'_> {
     }
 
     fn finding(&self, best: &Tried<'_>, given: &[Sums]) -> Finding {
-        let against = |sums: &Sums| sums.tell() && sums.about_zero().distance() >= CONTRADICTS;
-        let with = |sums: &Sums| sums.tell() && sums.about_zero().distance() <= AGREES;
-        // Runs that agree as they are, and would not any more.
-        let others: Vec<usize> = (0..self.log.runs.len())
-            .filter(|run| given.get(*run).is_some_and(with) && best.sums.get(*run).is_some_and(against))
-            .collect();
+        let of = |sums: &[Sums], run: usize| {
+            sums.get(run).filter(|sums| sums.tell()).map(|sums| sums.about_zero().distance())
+        };
+        // Runs that agree as they are, and would agree less, by half or more.
+        let is_right = |run: &usize| {
+            let (before, after) = (of(given, *run), of(&best.sums, *run));
+            before.zip(after).is_some_and(|(before, after)| before <= AGREES && after >= WORSE * before)
+        };
+        let others: Vec<usize> = (0..self.log.runs.len()).filter(is_right).collect();
         if others.is_empty() {
             return self.said(best, Vec::new(), &pooled(given), &pooled(&best.sums));
         }
@@ -396,13 +427,13 @@ impl Case<'_> {
                 best = Some((tried, sums));
             }
         }
-        let explained = best
-            .filter(|(_, sums)| sums.distance() <= AGREES && given.distance() >= NEARER * sums.distance());
+        let nearer = |sums: &Sums| !given.tell() || given.distance() >= NEARER * sums.distance();
+        let explained = best.filter(|(_, sums)| sums.distance() <= AGREES && nearer(sums));
         if let Some((tried, sums)) = explained {
             return Some(self.exchanged(source, tried, given, &sums));
         }
         // An angle log's angle was held against its command before; lost steps and an eccentric encoder rule the lag.
-        let nothing = self.torque && given.correlation().abs() < NOTHING;
+        let nothing = self.torque && given.tell() && given.correlation().abs() < NOTHING;
         nothing.then(|| Finding {
             kind: Kind::WrongAngle,
             severity: Severity::Mistake,

@@ -15,11 +15,15 @@ const UNLIKELY: f64 = 20.7;
 const MORE_THAN_A_PEAK: f64 = 5.0;
 /// A run in which more than this part of neighbours are equal holds still.
 const STILL: f64 = 0.3;
+/// An angle that follows a line so exactly, in parts of its way, is no angle: 30 bits of an encoder.
+const EXACT: f64 = 1e-9;
+/// Noise of this part of the span from the tenth to the ninetieth per cent is all that there is. White noise has 0.35 to 0.39.
+const ALL_OVER: f64 = 0.25;
 /// How many deviations of the noise a single sample must be off. Of a billion normal ones none is by chance.
 const WILD: f64 = 12.0;
 
 pub(crate) fn inspect(log: &Log) -> Vec<Finding> {
-    [constant(log), clipped(log), outliers(log)].into_iter().flatten().collect()
+    [constant(log), no_motion(log), clipped(log), outliers(log)].into_iter().flatten().collect()
 }
 
 fn constant(log: &Log) -> Vec<Finding> {
@@ -45,6 +49,48 @@ fn constant(log: &Log) -> Vec<Finding> {
         });
     }
     found
+}
+
+/// An angle that no motion makes: the time itself, or noise without an end.
+fn no_motion(log: &Log) -> Vec<Finding> {
+    let runs: Vec<&Run> =
+        log.runs.iter().filter(|run| run.len() >= LEAST && !never_changes(&run.angle_rad)).collect();
+    let all = |of: fn(&Run) -> bool| !runs.is_empty() && runs.iter().all(|run| of(run));
+    let says = if all(goes_with_time) {
+        "the angle grows with the time alone, to the last digit"
+    } else if all(jumps_all_over) {
+        "the angle jumps from each sample to the next as far as it ever goes"
+    } else {
+        return Vec::new();
+    };
+    vec![Finding {
+        kind: Kind::WrongAngle,
+        severity: Severity::Mistake,
+        evidence: format!("{says} {}", in_runs(&[], log.runs.len())),
+        place: Place::of(&[Channel::Angle], Vec::new()),
+        mend: "is the angle's column the right one?".to_owned(),
+    }]
+}
+
+/// Whether the angle is the time, in seconds or in a thousandth or a thousand of them: no encoder is so exact.
+fn goes_with_time(run: &Run) -> bool {
+    let (first, last) = (run.angle_rad.first().copied(), run.angle_rad.last().copied());
+    let (Some(first), Some(last)) = (first, last) else { return false };
+    let slope = (last - first) / (run.end_s() - run.start_s());
+    let line = |time_s: f64| first + slope * (time_s - run.start_s());
+    let off = run.time_s.iter().zip(&run.angle_rad).map(|(time_s, angle)| (angle - line(*time_s)).abs());
+    // A missing sample is none of the time's.
+    slope != 0.0
+        && off.fold(0.0, |most: f64, off| if off <= most { most } else { off })
+            <= EXACT * (last - first).abs()
+}
+
+/// Whether neighbours differ as much as any two samples.
+fn jumps_all_over(run: &Run) -> bool {
+    let values = &run.angle_rad;
+    let (low, high) = (quantile(values.iter().copied(), 0.1), quantile(values.iter().copied(), 0.9));
+    // Of white noise the span is 2.6 (normal) or 2.8 (even) standard deviations.
+    high > low && noise(values) > ALL_OVER * (high - low)
 }
 
 fn never_changes(values: &[f64]) -> bool {
@@ -76,10 +122,13 @@ fn clipped(log: &Log) -> Vec<Finding> {
                 .collect();
             let signed = || runs.iter().flat_map(|(_, values)| values.iter().map(move |value| sign * value));
             let rail = sign * signed().filter(|value| value.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+            let opposite = sign * signed().filter(|value| value.is_finite()).fold(f64::INFINITY, f64::min);
+            // A torque that ends at both its rails stands still at neither. Pressures and flows are switched between two levels.
+            let rails = if channel == Channel::Torque { [rail, opposite] } else { [rail; 2] };
             // A channel that holds still, or has no noise, has plateaus that are no rails.
             let moving: Vec<(&Run, &[f64])> =
-                runs.iter().copied().filter(|(_, values)| stands_still(values, rail) < STILL).collect();
-            let at = at_rail(moving.into_iter(), rail);
+                runs.iter().copied().filter(|(_, values)| stands_still(values, rails) < STILL).collect();
+            let at = at_rail(moving.into_iter(), rail, rails);
             if at.unlikely < UNLIKELY || !piles_up(&at, signed(), sign * rail) {
                 continue;
             }
@@ -103,10 +152,10 @@ fn clipped(log: &Log) -> Vec<Finding> {
     found
 }
 
-/// The part of neighbours that are equal, of those that are not at the rail.
-fn stands_still(values: &[f64], rail: f64) -> f64 {
+/// The part of neighbours that are equal, of those that are not at a rail.
+fn stands_still(values: &[f64], rails: [f64; 2]) -> f64 {
     let (equal, all) = values.windows(2).fold((0.0, 0.0), |(equal, all), pair| match pair {
-        [a, b] if a == b && *a == rail => (equal, all),
+        [a, b] if a == b && rails.contains(a) => (equal, all),
         [a, b] if a.is_finite() && b.is_finite() => (equal + f64::from(u8::from(a == b)), all + 1.0),
         _ => (equal, all),
     });
@@ -126,11 +175,11 @@ fn piles_up(at: &AtRail, signed: impl Iterator<Item = f64>, rail: f64) -> bool {
     at.samples as f64 > MORE_THAN_A_PEAK * count
 }
 
-fn at_rail<'a>(runs: impl Iterator<Item = (&'a Run, &'a [f64])>, rail: f64) -> AtRail {
+fn at_rail<'a>(runs: impl Iterator<Item = (&'a Run, &'a [f64])>, rail: f64, rails: [f64; 2]) -> AtRail {
     let mut all = AtRail::default();
     for (run, values) in runs {
         let mut begin = 0;
-        let chance = stands_still(values, rail).max(1.0 / values.len() as f64);
+        let chance = stands_still(values, rails).max(1.0 / values.len() as f64);
         for (stretch, part) in
             values.chunk_by(|a, b| (*a == rail) == (*b == rail)).map(|part| (part.len(), part))
         {

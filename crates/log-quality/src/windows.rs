@@ -13,6 +13,8 @@ const ALL_ROWS: usize = 60_000;
 pub(crate) struct Window {
     /// The run's place in the log.
     pub(crate) run: usize,
+    /// Time of its first sample, s.
+    pub(crate) begin_s: f64,
     /// Time between samples, s.
     pub(crate) interval_s: f64,
     pub(crate) motions: Vec<MotionSample>,
@@ -67,7 +69,8 @@ fn of_run(log: &Log, index: usize, run: &Run, source: Source) -> Vec<Window> {
         let motions = (0..time_s.len()).map(|row| smoother.motion(row)).collect();
         let steps = time_s.len().saturating_sub(1).max(1) as f64;
         let interval_s = (time_s.last()? - time_s.first()?) / steps;
-        Some(Window { run: index, interval_s, motions, measured })
+        let begin_s = *time_s.first()?;
+        Some(Window { run: index, begin_s, interval_s, motions, measured })
     };
     starts.into_iter().filter_map(window).filter(|window| window.motions.len() > 20).collect()
 }

@@ -112,6 +112,24 @@ type Case = (&'static str, fn(&mut Log), Kind, &'static str);
 #[test]
 fn each_mistake_is_named_with_what_speaks_for_it() {
     let cases: &[Case] = &[
+        (
+            "noise",
+            |log| {
+                let mut noise = noise();
+                log.runs.iter_mut().for_each(|run| run.angle_rad.fill_with(&mut noise));
+            },
+            Kind::WrongAngle,
+            "jumps from each sample",
+        ),
+        (
+            "turns",
+            |log| {
+                log.runs.iter_mut().for_each(|run| run.angle_command_rad = Some(run.angle_rad.clone()));
+                scale(log, Channel::Angle, 1.0 / TAU);
+            },
+            Kind::AngleUnit,
+            "divided by 6.28",
+        ),
         ("sign", |log| scale(log, Channel::Torque, -1.0), Kind::TorqueSign, "falls from"),
         ("direction", |log| scale(log, Channel::Angle, -1.0), Kind::TorqueSign, "the torque's sign turned"),
         ("degrees", |log| scale(log, Channel::Angle, 57.295_78), Kind::AngleUnit, "57.3"),
@@ -163,7 +181,7 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
             "the time for the angle",
             |log| log.runs.iter_mut().for_each(|run| run.angle_rad = run.time_s.clone()),
             Kind::WrongAngle,
-            "nothing to do with",
+            "grows with the time",
         ),
         (
             "clipped",
@@ -264,4 +282,45 @@ fn without_a_model_a_torque_that_drives_is_seen() {
     let mut log = log();
     scale(&mut log, Channel::Torque, -1.0);
     assert_eq!(named(&inspect(&log, None), Kind::TorqueSign).severity, Severity::Mistake);
+}
+
+/// A zero that drifts by a tenth of the friction over the record is noted; one that only scatters from run to run is not.
+#[test]
+fn a_zero_that_drifts_is_noted() {
+    let zeros = |zero: fn(f64) -> f64| {
+        let mut log = log();
+        let end = log.runs.last().unwrap().end_s();
+        for run in &mut log.runs {
+            let parts: Vec<f64> = run.time_s.iter().map(|time| zero(time / end)).collect();
+            run.torque_nm.as_mut().unwrap().iter_mut().zip(&parts).for_each(|(torque, zero)| *torque += zero);
+        }
+        inspect(&log, Some(&model()))
+    };
+    let found = zeros(|part| 0.2 * part);
+    let drift = named(&found, Kind::ZeroDrift);
+    assert_eq!((drift.severity, drift.place.channels.as_slice()), (Severity::Note, &["torque"][..]));
+    assert!(drift.evidence.contains("moves with time"), "{}", drift.evidence);
+    assert_eq!(zeros(|part| 0.2 * (40.0 * part).sin()), []);
+}
+
+/// A filter of 30 Hz on a torque sampled at 1 kHz is noted, with about its bandwidth.
+#[test]
+fn a_transducer_slower_than_its_record_is_noted() {
+    let filtered = |hertz: f64| {
+        let mut log = log();
+        for run in &mut log.runs {
+            let part = 1.0 - (-TAU * hertz * 1e-3).exp();
+            let mut state = run.torque_nm.as_ref().unwrap()[0];
+            for torque in run.torque_nm.as_mut().unwrap() {
+                state += part * (*torque - state);
+                *torque = state;
+            }
+        }
+        inspect(&log, Some(&model()))
+    };
+    let found = filtered(30.0);
+    let evidence = &named(&found, Kind::Bandwidth).evidence;
+    let told = evidence.split("of about ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    assert!((10.0..90.0).contains(&told.parse().unwrap()), "{evidence}");
+    assert_eq!(filtered(400.0), []);
 }
