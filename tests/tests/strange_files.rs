@@ -2,6 +2,8 @@
 //! or takes all memory. 100 files; `STEPVALVE_STRANGE_FILES=1000` tries so many. The seed of each is printed with a failure.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+#[path = "shared/packed.rs"]
+mod packed;
 #[path = "shared/changed.rs"]
 mod shared;
 #[path = "shared/tables.rs"]
@@ -10,6 +12,7 @@ mod tables;
 use injection::SplitSeed;
 use log_data::{Log, Run};
 use nix::sys::resource::{UsageWho, getrusage};
+use packed::mat_v5_packed_zeros;
 use shared::changed;
 use std::io::Read;
 use std::path::Path;
@@ -163,18 +166,29 @@ fn what_unpacks_to_gigabytes_is_refused() {
         println!("{}", finished.stderr.trim());
         assert!(finished.stderr.contains(name), "{}", finished.stderr);
         assert!(!out.exists());
+        finished.stderr
     };
     // 300 MB of one line, as holes in a file.
     let line = std::fs::File::create(place.path("line.csv")).unwrap();
     std::io::copy(&mut std::io::repeat(b'7').take(300 << 20), &mut &line).unwrap();
-    import("line.csv");
+    assert!(import("line.csv").contains("line 1"));
     // 1.6 GB of zeros in a deflated dataset of a MAT file of v7.3.
     let file = hdf5::File::create(place.path("bomb.mat")).unwrap();
     let zeros = file.new_dataset::<f64>().chunk(1 << 20).deflate(9).shape(200 << 20).create("x").unwrap();
     zeros.write_slice(&vec![1.0; 1 << 20], 0..1 << 20).unwrap();
     drop(zeros);
     file.close().unwrap();
-    import("bomb.mat");
+    assert!(import("bomb.mat").contains("at most"));
+    // 560 MB of zeros in a compressed element of a MAT file of v5; a hundredth of that is read.
+    mat_v5_packed_zeros(&place.path("packed.mat"), 70_000_000);
+    let bytes = std::fs::metadata(place.path("packed.mat")).unwrap().len();
+    assert!(bytes < 2_000_000, "{bytes} bytes are no thousandth");
+    let said = import("packed.mat");
+    assert!(said.contains("takes more than") && said.contains("unpacks to less"), "{said}");
+    mat_v5_packed_zeros(&place.path("small.mat"), 700_000);
+    let (small, read) = (place.path("small.mat"), place.path("small.h5"));
+    let maps = ["--map", "time=row", "--map", "angle=x", "--out", read.to_str().unwrap()];
+    place.stepvalve(&[&["import", small.to_str().unwrap()], &maps[..]].concat()).expect_code(0);
     // The same in a valve-log.
     run_log::write_log(&place.path("bomb.h5"), &log(10)).unwrap();
     let file = hdf5::File::open_rw(place.path("bomb.h5")).unwrap();

@@ -2,6 +2,9 @@
 
 use crate::html::escaped;
 
+/// A number with its unit and its range is no longer.
+const NUMBER_CHARS: usize = 40;
+
 /// A table; cells that begin with a number stand to the right.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
@@ -45,5 +48,7 @@ pub(crate) fn cell(html: &mut String, tag: &str, text: &str, number: bool) {
 
 pub(crate) fn is_number(text: &str) -> bool {
     let digits = text.trim_start_matches(['-', '−', '+', '±', '≤', '≥', '<', '>', '≈', ' ']);
-    text == "–" || digits.starts_with(|c: char| c.is_ascii_digit())
+    // Longer ones are sentences that begin with a number.
+    let short = text.chars().count() <= NUMBER_CHARS;
+    text == "–" || short && digits.starts_with(|c: char| c.is_ascii_digit())
 }

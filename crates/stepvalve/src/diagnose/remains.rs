@@ -11,7 +11,15 @@ const MOST: usize = 4;
 /// The section.
 pub fn section(found: &Found, quality: &[Finding]) -> Section {
     let section = Section::new("What remains, and what to do next").with(Block::Text(left(found)));
-    let rows: Vec<Vec<String>> = found.diagnosis.structure_after.iter().take(MOST).map(remaining).collect();
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    // Where a group explains it, that is what remains.
+    let open =
+        found.diagnosis.structure_after.iter().filter(|_| found.diagnosis.verdict != Verdict::Ambiguous);
+    for row in open.map(remaining) {
+        if rows.len() < MOST && !rows.iter().any(|known| known.get(1) == row.get(1)) {
+            rows.push(row);
+        }
+    }
     let section = if rows.is_empty() {
         section
     } else {
@@ -34,15 +42,18 @@ fn left(found: &Found) -> String {
         Verdict::NoDiscrepancy | Verdict::Explained => {
             format!("What remains is as large as the measurement's own noise of {noise}, and looks like it.")
         }
-        Verdict::PartlyExplained | Verdict::Ambiguous | Verdict::Unexplained => {
+        Verdict::PartlyExplained => {
             format!("What remains is {after:.1} times the measurement's own noise of {noise}.")
         }
+        Verdict::Ambiguous | Verdict::Unexplained => format!(
+            "No cause is accepted, so all of the model's error remains: {after:.1} times the measurement's own noise of {noise}."
+        ),
     }
 }
 
 fn remaining(of: &Dependence) -> Vec<String> {
     let how = if of.as_friction { "as friction, against the motion" } else { "the same both ways" };
-    let what = format!("{:.0} % of its square goes by {}, {how}", 100.0 * of.share, of.on);
+    let what = format!("an error by {}, {how}: {:.0} % of its square", of.on, 100.0 * of.share);
     let (makes, look) = cause_of(&of.on, of.as_friction);
     [what.as_str(), makes, look].map(str::to_owned).to_vec()
 }

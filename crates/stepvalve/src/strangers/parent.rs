@@ -113,14 +113,15 @@ fn complaint(child: &mut Child) -> std::thread::JoinHandle<String> {
 /// What the end of a process says about the file that it read.
 fn ended(file: &str, status: ExitStatus, said: &str, limits: &Limits) -> anyhow::Error {
     let signal = status.signal().and_then(|signal| Signal::try_from(signal).ok());
-    if status.code() == Some(2) {
-        return if said.starts_with(file) { anyhow!("{said}") } else { anyhow!("{file}: {said}") };
-    }
-    if said.contains("memory allocation of") {
+    // Rust's allocator, or the error that a parser prints when it unpacks too much.
+    if ["memory allocation of", "OutOfMemory"].iter().any(|text| said.contains(text)) {
         let most = limits.memory_bytes >> 20;
         return anyhow!(
             "{file}: reading it takes more than {most} MB of memory, expected a file that unpacks to less"
         );
+    }
+    if status.code() == Some(2) {
+        return if said.starts_with(file) { anyhow!("{said}") } else { anyhow!("{file}: {said}") };
     }
     match signal {
         Some(Signal::SIGXCPU | Signal::SIGALRM | Signal::SIGKILL) => {
