@@ -147,3 +147,56 @@ fn rivals_are_models_of_their_own() {
     // The page says the group in its headline, and what to do.
     look_at(&place.path("out/report.html"), "can't tell which of these it is");
 }
+
+/// A number that is known exactly is set, and no cause; one that can't be set is refused with what can.
+#[test]
+fn numbers_are_fixed() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.0));
+    let text = std::fs::read_to_string(rig()).unwrap();
+    let off = text
+        .replace("coulomb_torque_nm = 1.5 ", "coulomb_torque_nm = 1.2 ")
+        .replace("static_torque_nm = 3.0 ", "static_torque_nm = 2.4 ");
+    let model = place.write("model.toml", &off);
+    let diagnose = |more: &[&str], out: &str| {
+        let out = place.path(out);
+        let arguments = ["diagnose", "--log", log.to_str().unwrap(), "--model", model.to_str().unwrap()];
+        place.stepvalve(&[&arguments[..], &["--out", out.to_str().unwrap()], more].concat())
+    };
+    // More friction, or a transducer that reads too much: who knows the transducer exactly knows which.
+    diagnose(&[], "off").expect_code(0);
+    assert_eq!(json(&place, "off")["verdict"], "ambiguous");
+    diagnose(&["--fix", "torque-gain.factor=1"], "gain").expect_code(0);
+    let found = json(&place, "gain");
+    assert_eq!(
+        (&found["verdict"], &found["causes"][0]["id"]),
+        (&"explained".into(), &"coulomb-level".into())
+    );
+    let fixed = ["--fix", "friction.coulomb_torque_nm=1.5", "--fix", "friction.static_torque_nm=3"];
+    diagnose(&fixed, "fixed").expect_code(0);
+    let found = json(&place, "fixed");
+    assert_eq!(found["verdict"], "no-discrepancy", "{found}");
+    let untestable = found["untestable"].as_array().unwrap();
+    let level = untestable.iter().find(|of| of["id"] == "coulomb-level").expect("told as not asked");
+    assert_eq!(level["reason"], "it was said to be known exactly");
+    // A wrong number that is said to be known exactly isn't blamed: what it does is told of another.
+    diagnose(&["--fix", "friction.static_torque_nm=2.4"], "wrong").expect_code(0);
+    let wrong = json(&place, "wrong");
+    assert!(!wrong["causes"].as_array().unwrap().iter().any(|of| of["id"] == "coulomb-level"), "{wrong}");
+    diagnose(&["--fix", "torque-offset.offset_nm=0.2"], "offset").expect_code(0);
+    let extended = std::fs::read_to_string(place.path("offset/model-extended.toml")).unwrap();
+    assert!(extended.contains("torque-offset") && extended.contains("0.2"), "{extended}");
+    let cases = [
+        ("load.inertia", "expected SECTION.KEY=VALUE"),
+        ("load.inertia=1", "expected one of friction.coulomb_torque_nm, friction.static_torque_nm"),
+        ("friction.coulomb_torque_nm=-1", "coulomb_torque_nm"),
+        ("position-torque.cos=1", "parameters: write it into the model"),
+        ("torque-offset.gain=1", "expected offset_nm"),
+        ("torque-gain.factor=x", "expected a number"),
+    ];
+    for (fix, says) in cases {
+        let refused = diagnose(&["--fix", fix], "refused").expect_code(2);
+        assert!(refused.stderr.contains(says) && refused.stderr.contains(fix), "{}", refused.stderr);
+        assert!(!place.path("refused").exists());
+    }
+}

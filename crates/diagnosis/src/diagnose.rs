@@ -81,7 +81,7 @@ pub fn diagnose(
     tell(Event::Step("estimating the noise"));
     let noise = estimate(&mut campaign, &ready, &first.starts, options, workers);
     campaign.facts.excitation = excitation(&campaign, noise.channel);
-    let (able, unable) = candidates(&campaign.facts, model);
+    let (able, unable) = candidates(&campaign.facts, model, &options.fixed);
     let nuisances = Nuisances {
         zero_nm: 0.0,
         angle_zero: !campaign.kind.motion_is_measured && campaign.angle_zero_per_run,

@@ -1,7 +1,9 @@
 //! What the caller of a diagnosis may choose.
 
+use valve_model::EffectId;
+
 /// What can be chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Decides which runs are held out, and the bootstrap's draws: the same seed, the same answer.
     pub seed: u64,
@@ -10,4 +12,6 @@ pub struct Options {
     /// How well the model's numbers are known: the standard deviation of each in parts of it (of the torque's zero in parts of
     /// T_c); 0: exactly.
     pub tolerance: f64,
+    /// Effects that are known exactly, as the model has them: neither causes nor corrections.
+    pub fixed: Vec<EffectId>,
 }

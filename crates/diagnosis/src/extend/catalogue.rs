@@ -23,9 +23,17 @@ const SOME_PRESSURE: f64 = 0.02;
 
 /// The candidates, and what is untestable. An effect may be both: at one constant pressure other than zero it is fitted
 /// as a rival of its twin, but never accepted.
-pub(crate) fn candidates(facts: &Facts, model: &Model) -> (Vec<Candidate>, Vec<Untestable>) {
+pub(crate) fn candidates(
+    facts: &Facts,
+    model: &Model,
+    fixed: &[EffectId],
+) -> (Vec<Candidate>, Vec<Untestable>) {
     let (mut able, mut unable) = (Vec::new(), Vec::new());
     for &id in EffectId::ALL {
+        if fixed.contains(&id) {
+            unable.push(Untestable { id, reason: "it was said to be known exactly".to_owned() });
+            continue;
+        }
         let reason = why_not(id, facts);
         let confounded =
             reason.is_some() && needs_pressure(id) && facts.greatest_pressure_mpa() > SOME_PRESSURE;

@@ -4,6 +4,7 @@ mod causes;
 mod closed_loop;
 mod explore;
 mod extended;
+mod fix;
 mod leftover;
 mod logs;
 mod page;
@@ -16,7 +17,7 @@ mod runs;
 mod threads;
 mod words;
 
-use crate::files::{self, name};
+use crate::files::name;
 use crate::inspect;
 use crate::say::say;
 use anyhow::Context;
@@ -44,6 +45,10 @@ pub struct Arguments {
     /// Leave a run out; of several logs it is called LOG:RUN
     #[arg(long, value_name = "RUN")]
     exclude: Vec<String>,
+    /// A number of the model that is known exactly, SECTION.KEY=VALUE as in the model file (load.inertia_kg_m2=0.008), or of an
+    /// effect that has but one, ID.KEY=VALUE (torque-offset.offset_nm=0): it is set, and is no cause
+    #[arg(long, value_name = "PARAMETER=VALUE")]
+    fix: Vec<String>,
     /// What the page is called; else as the log is
     #[arg(long)]
     title: Option<String>,
@@ -82,12 +87,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let results = Results::new(&arguments.out)?;
     let model_file = name(&arguments.model);
     let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
-    let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
+    let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
     let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
     let progress = Progress::new();
-    let options = Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance };
+    let options =
+        Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance, fixed };
     let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| progress.show(event));
     let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
     progress.step("simulating the gain in the loop");
