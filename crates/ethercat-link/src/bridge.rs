@@ -10,7 +10,9 @@ use core::future::Future;
 use core::pin::Pin;
 use core::task::Poll;
 use ethercrab::MainDevice;
-use fieldbus::{Axis, AxisParams, Clock, ClockParams, DriveFile, Exchange, Outcome, Outputs, Plan};
+use fieldbus::{
+    Axis, AxisParams, Clock, ClockParams, DriveFile, Exchange, Outcome, Outputs, OwnLimits, Plan,
+};
 use serde::{Deserialize, Serialize};
 use signals::{Feedback, StepCommand};
 
@@ -109,9 +111,8 @@ impl<L: Link> Bridge<L> {
     /// A bridge that has sent nothing yet.
     pub fn new(link: L, params: BridgeParams) -> Self {
         let (main, pump) = main_device::make();
-        let drive = &params.axis.drive;
-        // `as` saturates.
-        let plan = Plan::new(&params.file, params.period_ns, drive.quick_stop_deceleration_hz_per_s as u32);
+        let limits = OwnLimits::of(&params.axis.drive, params.file.units_per_rev);
+        let plan = Plan::new(&params.file, params.period_ns, limits);
         let report = BusReport {
             phase: BusPhase::Wait,
             working_counter: 0,

@@ -5,7 +5,7 @@ mod common;
 
 use common::{Rig, drive_file, valve};
 use ethercat_link::BringUpError;
-use fieldbus::{DriveFile, Plan};
+use fieldbus::{DriveFile, OwnLimits, Plan};
 use subdevice::{Device, Identity, Settings};
 
 fn device(settings: Settings) -> Device {
@@ -89,7 +89,8 @@ fn other_units() {
 /// An abort at every object of the bring-up is told with the object.
 #[test]
 fn every_object_that_is_refused_is_named() {
-    let plan = Plan::new(&drive_file(), common::PERIOD_NS, 20_000_000);
+    let limits = OwnLimits::of(&common::guard(), drive_file().units_per_rev);
+    let plan = Plan::new(&drive_file(), common::PERIOD_NS, limits);
     let mut objects: Vec<_> = plan.requests().iter().map(|request| request.object).collect();
     objects.sort();
     objects.dedup();

@@ -35,5 +35,5 @@ pub use counter::Counter;
 pub use cyclic_frame::{CyclicFrame, FrameError, MAX_FRAME, Reply};
 pub use drive_file::{DriveFile, DriveFileError, Homing, Profile, Sdo, SdoValue};
 pub use judge::{BusFault, Judge, JudgeParams, Outcome, Verdict};
-pub use plan::{Mismatch, Plan, Request, watchdog_registers};
+pub use plan::{Mismatch, OwnLimits, Plan, Request, watchdog_registers};
 pub use process_data::{Inputs, Mapping, Outputs};

@@ -37,6 +37,8 @@ pub const MODE_DISPLAY: Object = object(0x6061, 0);
 pub const POSITION_ACTUAL: Object = object(0x6064, 0);
 /// Target position.
 pub const TARGET_POSITION: Object = object(0x607A, 0);
+/// Highest speed of the motor, rpm.
+pub const MAX_MOTOR_SPEED: Object = object(0x6080, 0);
 /// Quick stop deceleration, position units per s².
 pub const QUICK_STOP_DECELERATION: Object = object(0x6085, 0);
 /// Position encoder resolution: increments.

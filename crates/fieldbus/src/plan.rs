@@ -82,6 +82,27 @@ impl Request {
     }
 }
 
+/// What the drive itself keeps to, whatever the frames say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OwnLimits {
+    /// Deceleration of its ramps to a stop, position units per s².
+    pub quick_stop_units_per_s2: u32,
+    /// Highest speed, rpm: no frame that comes at a wrong time, or says a wrong target, makes it turn faster.
+    pub max_speed_rpm: u32,
+}
+
+impl OwnLimits {
+    /// The guard's limits, in the drive's units; the speed rounded up.
+    pub fn of(guard: &drive::Params, units_per_rev: u32) -> Self {
+        let rpm = guard.max_pulse_rate_hz * 60.0 / f64::from(units_per_rev.max(1));
+        // `as` saturates.
+        Self {
+            quick_stop_units_per_s2: guard.quick_stop_deceleration_hz_per_s as u32,
+            max_speed_rpm: rpm.ceil() as u32,
+        }
+    }
+}
+
 /// All steps of the bring-up in PRE-OP.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
@@ -89,8 +110,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The steps for a drive at a cycle of `period_ns`, that shall ramp to a stop at `quick_stop_units_per_s2` by itself.
-    pub fn new(file: &DriveFile, period_ns: u32, quick_stop_units_per_s2: u32) -> Self {
+    /// The steps for a drive at a cycle of `period_ns`, that shall keep to `limits` by itself.
+    pub fn new(file: &DriveFile, period_ns: u32, limits: OwnLimits) -> Self {
         let mut requests: Vec<_> =
             file.sdos.iter().map(|sdo| Request::write(sdo.object(), sdo.value)).collect();
         let (outputs, inputs) = file.profile.pdos();
@@ -106,7 +127,7 @@ impl Plan {
         synchronisation(&mut requests, period_ns);
         if file.profile == Profile::Cia402Csp {
             units(&mut requests, file.units_per_rev);
-            drive(&mut requests, file, period_ns, quick_stop_units_per_s2);
+            drive(&mut requests, file, period_ns, limits);
         }
         // What the file itself sets stays; what the drive lacks is passed over.
         let own = |request: &Request| file.sdos.iter().any(|sdo| sdo.object() == request.object);
@@ -163,7 +184,7 @@ fn units(requests: &mut Vec<Request>, units_per_rev: u32) {
     }
 }
 
-fn drive(requests: &mut Vec<Request>, file: &DriveFile, period_ns: u32, quick_stop_units_per_s2: u32) {
+fn drive(requests: &mut Vec<Request>, file: &DriveFile, period_ns: u32, limits: OwnLimits) {
     /// Bit 7 of 0x6502: cyclic synchronous position.
     const CSP: u32 = 1 << 7;
     requests.push(Request::expect(objects::SUPPORTED_MODES, SdoValue::U32(CSP), Check::HasBits));
@@ -180,7 +201,8 @@ fn drive(requests: &mut Vec<Request>, file: &DriveFile, period_ns: u32, quick_st
         // A fault, and a lost bus, which is one: the ramp of a quick stop.
         (objects::other(0x605E, 0), SdoValue::I16(2)),
         (objects::ABORT_CONNECTION, SdoValue::I16(1)),
-        (objects::QUICK_STOP_DECELERATION, SdoValue::U32(quick_stop_units_per_s2)),
+        (objects::QUICK_STOP_DECELERATION, SdoValue::U32(limits.quick_stop_units_per_s2)),
+        (objects::MAX_MOTOR_SPEED, SdoValue::U32(limits.max_speed_rpm)),
         // The controller watches the following error, with friction in mind; the drive doesn't.
         (objects::other(0x6065, 0), SdoValue::U32(u32::MAX)),
         // The count goes all the way round: limits of motion are the controller's.
@@ -217,6 +239,8 @@ mod tests {
     use super::*;
     use crate::drive_file::{Homing, Sdo};
 
+    const LIMITS: OwnLimits = OwnLimits { quick_stop_units_per_s2: 1000, max_speed_rpm: 320 };
+
     pub(crate) fn file() -> DriveFile {
         DriveFile {
             name: "test".to_owned(),
@@ -243,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_pdo_is_emptied_mapped_counted_and_assigned_in_this_order() {
-        let plan = Plan::new(&file(), 1_000_000, 1000);
+        let plan = Plan::new(&file(), 1_000_000, LIMITS);
         let (assigned, mapped) = (index_of(&plan, 0x1C12, 0), index_of(&plan, 0x1600, 0));
         let (first, pdo) = (index_of(&plan, 0x1600, 1), index_of(&plan, 0x1C12, 1));
         assert!(assigned[0] < mapped[0] && mapped[0] < first[0] && first[0] < mapped[1]);
@@ -254,14 +278,35 @@ mod tests {
     #[test]
     fn the_files_own_settings_come_first_and_stay() {
         let own = Sdo { index: 0x6007, sub: 0, value: SdoValue::I16(3) };
-        let plan = Plan::new(&DriveFile { sdos: vec![own], ..file() }, 1_000_000, 1000);
+        let plan = Plan::new(&DriveFile { sdos: vec![own], ..file() }, 1_000_000, LIMITS);
         assert_eq!(index_of(&plan, 0x6007, 0), [0]);
         assert_eq!(plan.requests()[0].value, SdoValue::I16(3));
     }
 
     #[test]
+    fn the_drives_own_speed_is_the_guards_rounded_up() {
+        let guard = |max_pulse_rate_hz| drive::Params {
+            period_s: 1e-3,
+            microstep_angle_rad: 5.6e-5,
+            max_pulse_rate_hz,
+            max_pulse_acceleration_hz_per_s: 4e8,
+            quick_stop_deceleration_hz_per_s: 1e7,
+            after_stop: drive::AfterStop::Hold,
+            silence_cycles: 3,
+            energise_cycles: 0,
+            lowest_angle_rad: None,
+            highest_angle_rad: None,
+            standstill_rad: 1e-3,
+        };
+        for (rate_hz, rpm) in [(600e3, 320), (600_001.0, 321), (1.0, 1)] {
+            let limits = OwnLimits::of(&guard(rate_hz), 112_500);
+            assert_eq!(limits, OwnLimits { quick_stop_units_per_s2: 10_000_000, max_speed_rpm: rpm });
+        }
+    }
+
+    #[test]
     fn what_the_drive_lacks_is_passed_over() {
-        let plan = Plan::new(&DriveFile { absent: vec![(0x10F1, 2)], ..file() }, 1_000_000, 1000);
+        let plan = Plan::new(&DriveFile { absent: vec![(0x10F1, 2)], ..file() }, 1_000_000, LIMITS);
         assert!(index_of(&plan, 0x10F1, 2).is_empty());
     }
 

@@ -57,6 +57,11 @@ impl Bus {
         }
     }
 
+    /// Whether something that befell the line, the cable or the power is not over yet.
+    pub fn is_hurt(&self, now_ns: u64) -> bool {
+        self.line.is_some() || self.power_off_until_ns.is_some() || now_ns < self.cable_out_until_ns
+    }
+
     /// Lets everything happen that was due by `now_ns`.
     pub fn advance(&mut self, now_ns: u64) {
         match self.power_off_until_ns {

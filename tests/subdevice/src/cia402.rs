@@ -207,7 +207,8 @@ impl Cia402 {
             // The bus carries 32 bits: the nearer way round.
             let target = objects.value(0x607A, 0) as i32;
             let here = (self.demand + self.zero) as i32;
-            return i64::from(target.wrapping_sub(here));
+            let most = longest_way(objects, period_s);
+            return i64::from(target.wrapping_sub(here)).clamp(-most, most);
         }
         if enabled && self.mode == CSP && !stopping && settings.on_missed == OnMissed::Extrapolate {
             return way;
@@ -260,4 +261,11 @@ impl Cia402 {
         objects.set(0x6061, 0, mode);
         objects.set(0x603F, 0, i64::from(self.fault));
     }
+}
+
+/// How far it turns in a cycle at the highest speed of its motor (0x6080, rpm).
+fn longest_way(objects: &Dictionary, period_s: f64) -> i64 {
+    let units_per_rev = objects.unsigned(0x6092, 1) as f64;
+    // `as` saturates.
+    (objects.unsigned(0x6080, 0) as f64 / 60.0 * units_per_rev * period_s).round() as i64
 }

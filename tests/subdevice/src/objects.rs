@@ -42,8 +42,9 @@ pub(crate) fn cia402(settings: &Settings, units_per_revolution: u32) -> Dictiona
     for (index, sub, access, data) in fixed {
         all.add(index, sub, access, data);
     }
-    let numbers: [(u16, u8, Access, u32); 12] = [
+    let numbers: [(u16, u8, Access, u32); 13] = [
         (0x6065, 0, Always, u32::MAX),
+        (0x6080, 0, Always, u32::MAX),
         (0x6085, 0, Always, 10_000_000),
         (0x607B, 1, Always, i32::MIN.cast_unsigned()),
         (0x607B, 2, Always, i32::MAX.cast_unsigned()),

@@ -98,9 +98,9 @@ pub fn valve() -> Valve {
     Valve::new(&model, 0.0).unwrap()
 }
 
-pub fn params(file: DriveFile) -> BridgeParams {
+pub fn params(file: DriveFile, guard: drive::Params) -> BridgeParams {
     let axis = AxisParams {
-        drive: guard(),
+        drive: guard,
         profile: file.profile,
         direction: file.direction(),
         position_is_measured: file.position_is_measured,
@@ -134,9 +134,26 @@ impl Rig {
     }
 
     pub fn with(devices: Vec<Device>, file: DriveFile) -> Self {
+        Self::over(devices, params(file, guard()))
+    }
+
+    pub fn over(devices: Vec<Device>, params: BridgeParams) -> Self {
         let epoch_ns = 5_000_000;
         let cable = Cable { bus: Bus::new(devices), now_ns: epoch_ns, down: false, sent: 0 };
-        Self { bridge: Bridge::new(cable, params(file)), cycle: 0, epoch_ns }
+        Self { bridge: Bridge::new(cable, params), cycle: 0, epoch_ns }
+    }
+
+    /// Counts cycles from here on anew.
+    pub fn begin_anew(&mut self) {
+        self.epoch_ns += self.cycle * u64::from(PERIOD_NS);
+        self.cycle = 0;
+    }
+
+    /// The cycle that a SYNC0 begins.
+    pub fn cycle_of(&self, row: &SyncRow) -> i64 {
+        let ours_ns = self.epoch_ns.saturating_add_signed(self.bridge.correction_ns());
+        let period_ns = i64::from(PERIOD_NS);
+        (row.host_ns.cast_signed() - ours_ns.cast_signed() + period_ns / 2).div_euclid(period_ns)
     }
 
     pub fn cable(&mut self) -> &mut Cable {
@@ -156,18 +173,20 @@ impl Rig {
         self.device().take_rows()
     }
 
+    /// The bridge's process does not run for so many cycles.
+    pub fn skip(&mut self, cycles: u64) {
+        self.cycle += cycles;
+    }
+
     /// The next cycle.
     pub fn step(&mut self, command: Option<&StepCommand>, reset: bool) -> Option<Feedback> {
         let begin = self.epoch_ns + self.cycle * u64::from(PERIOD_NS);
         let begin = begin.saturating_add_signed(self.bridge.correction_ns());
         let wake = begin + u64::from(PERIOD_NS) / 10;
         let cable = self.cable();
-        while cable.now_ns < wake {
-            // Frames that come while nobody waits are there later.
-            let next = cable.bus.next_event_ns().unwrap_or(u64::MAX).max(cable.now_ns + 1);
-            cable.now_ns = next.min(wake);
-            cable.bus.advance(cable.now_ns);
-        }
+        // Everything happens at its own time; frames that come while nobody waits are there later.
+        cable.now_ns = cable.now_ns.max(wake);
+        cable.bus.advance(cable.now_ns);
         let feedback = self.bridge.cycle(self.cycle, begin, command, reset);
         self.cycle += 1;
         feedback

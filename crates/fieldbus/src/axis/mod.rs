@@ -18,7 +18,7 @@ mod report;
 use crate::cia402::{Cia402, DriveState, Order, control};
 use crate::counter::Counter;
 use crate::drive_file::{Homing, Profile};
-use crate::judge::{BusFault, Judge, JudgeParams, Outcome};
+use crate::judge::{BusFault, Judge, JudgeParams, Outcome, Verdict};
 use crate::process_data::{Inputs, Outputs};
 use report::Moved;
 use serde::{Deserialize, Serialize};
@@ -98,6 +98,8 @@ pub struct Axis {
     energise: bool,
     /// The operator's reset, until it has released the fault.
     release: bool,
+    /// The cycle before; `None` before the first in operation.
+    last_cycle: Option<u64>,
     phase_correction_ns: i64,
 }
 
@@ -120,6 +122,7 @@ impl Axis {
             silent_cycles: 0,
             energise: false,
             release: false,
+            last_cycle: None,
             phase_correction_ns: 0,
             params,
         }
@@ -153,6 +156,7 @@ impl Axis {
 
     /// Makes the process data of cycle `cycle` with StepCommand `cycle`. `reset` is the operator's, once.
     pub fn send(&mut self, cycle: u64, command: Option<&StepCommand>, reset: bool) -> Sent {
+        self.pass_over_skipped(cycle);
         self.hear(command, reset);
         let before = self.guard;
         let sensors = self.sensors();
@@ -186,10 +190,7 @@ impl Axis {
             self.note_inputs(inputs);
             self.note_state(cycle);
         }
-        if let Some(fault) = verdict.fault {
-            self.bus_down |= !matches!(fault, BusFault::NotSynchronised { .. });
-            self.fail(cycle, fault_code(fault));
-        }
+        self.note_verdict(cycle, verdict);
         let known = inputs.is_some() || matches!(self.phase, Phase::Failed { .. });
         known.then(|| self.feedback(cycle, &arrived))
     }
@@ -215,6 +216,24 @@ impl Axis {
     /// The count of the position on the bus, in the valve's direction.
     fn count(&self) -> i64 {
         self.counter.map_or(0, |counter| counter.count())
+    }
+
+    /// Cycles that did not run since the last one: to the drive they are frames that were lost.
+    fn pass_over_skipped(&mut self, cycle: u64) {
+        let skipped = self.last_cycle.map_or(0, |last| cycle.saturating_sub(last).saturating_sub(1));
+        self.last_cycle = Some(cycle);
+        for _ in 0..skipped.min(self.params.judge.bus_lost_cycles) {
+            self.settle(false);
+            let verdict = self.judge.judge(Outcome::Missing);
+            self.note_verdict(cycle, verdict);
+        }
+    }
+
+    fn note_verdict(&mut self, cycle: u64, verdict: Verdict) {
+        if let Some(fault) = verdict.fault {
+            self.bus_down |= !matches!(fault, BusFault::NotSynchronised { .. });
+            self.fail(cycle, fault_code(fault));
+        }
     }
 
     fn hear(&mut self, command: Option<&StepCommand>, reset: bool) {
