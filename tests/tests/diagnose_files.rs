@@ -200,3 +200,20 @@ fn numbers_are_fixed() {
         assert!(!place.path("refused").exists());
     }
 }
+
+/// A recording of the loop has torque and command: its angle is what is predicted, in every file alike.
+#[test]
+fn a_recording_is_held_against_its_angle() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("sine-1hz.toml", 2.0, &[]);
+    place.simulate(&scenario, "in-process", "run").expect_code(0);
+    diagnose(&place, &place.path("run/run.h5"), &rig(), "out").expect_code(0);
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    assert_eq!(residuals.attributes["predicted"], Attribute::Text("angle".to_owned()));
+    let run = &residuals.runs[0];
+    let of = |name: &str| run.extra(name).unwrap().values.as_slice();
+    assert_eq!(of("measured"), run.angle_rad);
+    let noise = json(&place, "out")["residual"][0]["noise"].as_f64().unwrap();
+    let left = rms(of("measured"), of("predicted_before"));
+    assert!(left < 2.0 * noise, "{left} rad, where the encoder scatters by {noise}");
+}

@@ -49,8 +49,8 @@ impl Residuals {
         let channel = found.channel;
         let extended = with_transducer(found);
         let (whole, _) = diagnosis::bridged(log);
-        let mut before = predictions(&whole, given)?;
-        let mut after = predictions(&whole, &extended)?;
+        let mut before = predictions(&whole, channel, given)?;
+        let mut after = predictions(&whole, channel, &extended)?;
         let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
         let spread = spread(&whole, found, &extended, &after)?;
         let with_parameters = spread.is_some();
@@ -127,8 +127,8 @@ fn with_transducer(found: &Found) -> Model {
     model
 }
 
-fn predictions(log: &Log, model: &Model) -> Result<Vec<Vec<f64>>, PredictionError> {
-    let tasks = tasks(log)?;
+fn predictions(log: &Log, channel: Channel, model: &Model) -> Result<Vec<Vec<f64>>, PredictionError> {
+    let tasks = tasks(log, channel);
     let mut all: Vec<Vec<f64>> = vec![Vec::new(); log.runs.len()];
     let (sender, done) = mpsc::channel::<Done>();
     std::thread::scope(|scope| {
@@ -181,7 +181,7 @@ fn spread(
     }
     let mut variance: Vec<Vec<f64>> = after.iter().map(|run| vec![0.0; run.len()]).collect();
     for model in &shifted {
-        let moved = predictions(log, model)?;
+        let moved = predictions(log, found.channel, model)?;
         for ((sums, run), moved) in variance.iter_mut().zip(after).zip(&moved) {
             for ((sum, value), moved) in sums.iter_mut().zip(run).zip(moved) {
                 *sum += (moved - value).powi(2);

@@ -35,14 +35,12 @@ pub fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
     Ok(taken.collect())
 }
 
-/// The same for a log that is still needed whole: with copies.
-///
-/// # Errors
-/// A run of which nothing can be predicted.
-pub fn tasks(log: &Log) -> Result<Vec<Task>, PredictionError> {
-    let task = |(index, run): (usize, &Run)| {
-        let channel = predicted_channel(run)?;
-        Ok(Task { index, channel, values: run.channel(channel).unwrap_or_default().to_vec() })
+/// One channel of all runs, of a log that is still needed whole: with copies.
+pub fn tasks(log: &Log, channel: Channel) -> Vec<Task> {
+    let task = |(index, run): (usize, &Run)| Task {
+        index,
+        channel,
+        values: run.channel(channel).unwrap_or_default().to_vec(),
     };
     log.runs.iter().enumerate().map(task).collect()
 }
