@@ -217,3 +217,58 @@ fn a_recording_is_held_against_its_angle() {
     let left = rms(of("measured"), of("predicted_before"));
     assert!(left < 2.0 * noise, "{left} rad, where the encoder scatters by {noise}");
 }
+
+/// A run as an instrument exports it: a preamble, a line of units, decimal commas; ms, degrees, N·cm and bar.
+fn exported(run: &log_data::Run) -> String {
+    let mut text =
+        "Instrument;DAQ 4711\nOperator;nobody\n\nZeit;Winkel;Moment;Druck\nms;deg;Ncm;bar\n".to_owned();
+    let (torque, pressure) = (run.torque_nm.as_ref().unwrap(), run.pressure_drop_pa.as_ref().unwrap());
+    for row in 0..run.len() {
+        let numbers = [
+            1e3 * (run.time_s[row] - run.time_s[0]),
+            run.angle_rad[row].to_degrees(),
+            100.0 * torque[row],
+            pressure[row] / 1e5,
+        ];
+        let cells = numbers.map(|number| format!("{number:.9}").replace('.', ","));
+        text.push_str(&(cells.join(";") + "\n"));
+    }
+    text
+}
+
+/// The way of docs/import.md, from the instrument's tables to a cause; what is mapped wrongly at first is named on the way.
+#[test]
+fn from_the_tables_of_an_instrument_to_a_cause() {
+    let place = TestPlace::new();
+    let files: Vec<String> = campaign(0.02)
+        .iter()
+        .map(|run| place.write(&format!("{}.csv", run.name), &exported(run)).to_str().unwrap().to_owned())
+        .collect();
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let path = |name: &str| place.path(name).to_str().unwrap().to_owned();
+    let (model, recipe) = (rig().to_str().unwrap().to_owned(), path("daq.toml"));
+    let import = |torque: &str, out: &str, more: &[&str]| {
+        let table = ["--skip", "auto", "--units-line", "--decimal-comma", "--gap", "9"];
+        let maps =
+            ["--map", "time=Zeit/1000", "--map", "angle=Winkel*pi/180", "--map", "pressure_drop=Druck*1e5"];
+        let rest = ["--map", torque, "--out", out];
+        place.stepvalve(&[&["import"], &files[..], &table, &maps, &rest, more].concat()).expect_code(0);
+    };
+    let inspect = |log: &str| place.stepvalve(&["inspect", log, "--model", &model]);
+    import("torque=Moment", &path("wrong.h5"), &[]);
+    let said = inspect(&path("wrong.h5")).expect_code(1).stdout;
+    assert!(said.contains("is it in N*cm? Then --map torque='.../100'"), "{said}");
+    let log = path("rig.h5");
+    import("torque=Moment/100", &log, &["--save-recipe", &recipe]);
+    inspect(&log).expect_code(0);
+    diagnose(&place, log.as_ref(), &rig(), "found").expect_code(0);
+    let found = json(&place, "found");
+    assert_eq!(found["verdict"], "explained", "{found}");
+    assert_eq!(found["causes"][0]["id"], "pressure-dependent-friction");
+    // The next record in one word.
+    let out = path("next.h5");
+    let next = [&["import"], &files[..], &["--recipe", &recipe, "--out", &out]].concat();
+    place.stepvalve(&next).expect_code(0);
+    let runs = |name: &str| run_log::read_log(&place.path(name)).unwrap().runs;
+    assert_eq!(runs("next.h5"), runs("rig.h5"));
+}

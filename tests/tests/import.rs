@@ -106,6 +106,9 @@ fn wrong_texts_are_refused_with_their_place() {
     refused(&place, &[file, "--map", "time=t", "--map", "angle=x*("], &["no expression"]);
     refused(&place, &[&[file, "--run", "a", "--run", "b"], &MAPS[..]].concat(), &["--run", "expected 1"]);
     refused(&place, &[&["missing.csv"], &MAPS[..]].concat(), &["missing.csv"]);
+    let commas = place.write("commas.csv", "DAQ;4711\n\nt;x\ns;rad\n0;0,5\n1;0,6\n2;0,7\n");
+    let arguments = [&[commas.to_str().unwrap(), "--skip", "auto"], &MAPS[..]].concat();
+    refused(&place, &arguments, &["commas.csv", "say --decimal-comma"]);
     let binary = place.path("given.bin");
     std::fs::write(&binary, [0, 1, 2, 0, 255]).unwrap();
     refused(&place, &[&[binary.to_str().unwrap()], &MAPS[..]].concat(), &["not a text"]);

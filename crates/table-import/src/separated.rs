@@ -180,6 +180,12 @@ impl Separated {
             (Skip::Lines(lines), _) => (lines, format.units_line),
             (Skip::Auto, Some(found)) => (found.skip, found.units_line),
             (Skip::Auto, None) => {
+                let commas = Format { decimal_comma: true, ..format.clone() };
+                let reader = CellReader { format: commas.clone(), ..CellReader::default() };
+                ensure!(
+                    format.decimal_comma || found_rows(&reader, &commas, &look).is_none(),
+                    "no three rows of numbers with decimal points, expected some; with decimal commas there are: say --decimal-comma"
+                );
                 bail!(
                     "no three rows of as many numbers in the first {LOOK_LINES} lines, expected some: say --skip"
                 )
