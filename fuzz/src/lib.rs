@@ -9,8 +9,8 @@ use diagnosis::{OneAfterTheOther, Options, diagnose};
 use log_data::{Log, Run};
 use recording::read_record;
 use signals::{
-    Body, ControlStatus, Expectation, Feedback, LoopTiming, Message, OperatorCommand, PlantTruth,
-    RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
+    Body, ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message, OperatorCommand,
+    PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 use std::io::Write;
 use table_import::{Format, Header, Interleaved, Map, Selection, Separated, Separator, Skip, Table, collect};
@@ -31,6 +31,7 @@ pub fn message_check(bytes: &[u8]) {
     each::<Reference>(bytes, Source::Trajectory);
     each::<StepCommand>(bytes, Source::Controller);
     each::<ControlStatus>(bytes, Source::Controller);
+    each::<ControllerSnapshot>(bytes, Source::Controller);
     each::<Feedback>(bytes, Source::Plant);
     each::<PlantTruth>(bytes, Source::Plant);
     each::<LoopTiming>(bytes, Source::Plant);

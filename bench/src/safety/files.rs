@@ -177,6 +177,7 @@ fn record(path: &Path) -> Result<u64> {
         title: "cut".to_owned(),
         instance: String::new(),
         mode: "in-process".to_owned(),
+        operated: false,
         program_version: String::new(),
         generation: 0,
         period_ns: ground.parts.timeline.period_ns,

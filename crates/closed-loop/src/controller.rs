@@ -1,5 +1,6 @@
 //! The step controller's role: Reference, Feedback and orders in; StepCommand and ControlStatus out.
 
+use crate::snapshot::Snapshot;
 use serde::{Deserialize, Serialize};
 use signals::{Feedback, OperatorCommand, Reference};
 use step_control::{Input, Output};
@@ -24,6 +25,21 @@ impl ControllerRole {
     /// A disarmed controller.
     pub fn new(part: &ControllerPart) -> Self {
         Self { params: part.params.clone(), state: step_control::State::new(part.initial_microsteps) }
+    }
+
+    /// One that goes on from a snapshot.
+    pub fn resumed(part: &ControllerPart, snapshot: &Snapshot) -> Self {
+        Self { params: part.params.clone(), state: snapshot.state }
+    }
+
+    /// The id of the last order that it looked at.
+    pub fn operator_id(&self) -> u64 {
+        self.state.operator_id()
+    }
+
+    /// Its state between two cycles.
+    pub fn state(&self) -> &step_control::State {
+        &self.state
     }
 
     /// StepCommand k+1 and ControlStatus k, from Feedback k, Reference k+2 and a new order if one came.

@@ -22,7 +22,6 @@ struct Case {
     loop_delay_cycles: u64,
     encoder_delay_cycles: u64,
     counts_per_turn: u64,
-    observer: bool,
     speed_rad_per_s: f64,
     /// Where in a cycle the rotor meets the stop, in parts of the cycle's motion.
     phase: f64,
@@ -38,8 +37,8 @@ impl Case {
         scenario.limits.max_speed_rad_per_s = 40.0;
         // Out of the way: the valve is to go on pulling at the stop.
         scenario.safety.max_following_error_rad = 100.0;
-        scenario.control.observer = self.observer;
-        scenario.control.damping = if self.observer { Damping::Active } else { Damping::None };
+        scenario.control.observer = true;
+        scenario.control.damping = Damping::Active;
         scenario.homing.marks.high_stop_rad = Some(self.stop_rad());
         let set_point = SetPoint::Speed { speed_rad_per_s: self.speed_rad_per_s };
         scenario.set_points = vec![ScheduledSetPoint { time_s: 0.1, set_point, line: 0 }];
@@ -111,14 +110,13 @@ const TIMINGS: [(u64, u64, u64); 5] =
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (period_ns, loop_delay_cycles, encoder_delay_cycles) in TIMINGS {
-        for (observer, counts_per_turn) in [(true, 131_072), (false, 131_072), (true, 4_000)] {
+        for counts_per_turn in [131_072, 4_000] {
             for speed_rad_per_s in [0.5, 1.0, 5.0, 9.0, 12.0] {
                 cases.extend([0.0, 0.2, 0.4, 0.6, 0.8].map(|phase| Case {
                     period_ns,
                     loop_delay_cycles,
                     encoder_delay_cycles,
                     counts_per_turn,
-                    observer,
                     speed_rad_per_s,
                     phase,
                 }));

@@ -1,13 +1,14 @@
 //! Position and travel in micro-steps as two types, so that they cannot be confused.
 
+use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Sub};
 
 /// A position of the command, absolute micro-steps, before rounding.
-#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct Microsteps(pub f64);
 
 /// Travel in one cycle, signed, micro-steps: pulse rate times period.
-#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct MicrostepsPerCycle(pub f64);
 
 impl Microsteps {

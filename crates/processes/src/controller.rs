@@ -6,9 +6,10 @@ use crate::inbox::Inbox;
 use crate::outbox::Outbox;
 use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::ChildSummary;
-use closed_loop::{ControllerPart, ControllerRole};
+use closed_loop::{ControllerPart, ControllerRole, SnapshotSender};
 use injection::Injection;
-use signals::{ControlStatus, Feedback, OperatorCommand, Reference, Source, StepCommand};
+use signal_bus::Writer;
+use signals::{ControlStatus, ControllerSnapshot, Feedback, OperatorCommand, Reference, Source, StepCommand};
 use std::sync::Arc;
 
 struct Controller {
@@ -20,6 +21,9 @@ struct Controller {
     reference: Inbox<Reference>,
     orders: Inbox<OperatorCommand>,
     disarm_desk: Option<Arc<DisarmDesk>>,
+    /// The state on its way to the recorder.
+    snapshots: SnapshotSender,
+    snapshot: Writer<ControllerSnapshot>,
     /// Disarms that came to the desk and were obeyed.
     disarms: u64,
     /// The id of the newest order.
@@ -36,6 +40,8 @@ pub(crate) fn run(child: &Child, part: &ControllerPart) -> Result<Option<ChildSu
         reference: Inbox::open(child, Source::Trajectory)?,
         orders: Inbox::open(child, Source::Supervisor)?,
         disarm_desk: child.disarm_desk.clone(),
+        snapshots: SnapshotSender::new(part.params.period_s),
+        snapshot: child.bus.writer(Source::Controller)?,
         disarms: 0,
         last_id: 0,
     };
@@ -72,6 +78,7 @@ impl Cyclic for Controller {
         let reference = self.reference.of_cycle(cycle + 2);
         let order = self.order();
         stamp.has_read();
+        let snapshot = self.snapshots.next(cycle, self.role.state());
         let output = self.role.step(cycle, feedback.as_ref(), reference.as_ref(), order.as_ref());
         if let Some(desk) = &self.disarm_desk {
             desk.obeyed(self.disarms, output.status.state);
@@ -79,6 +86,9 @@ impl Cyclic for Controller {
         stamp.has_stepped();
         self.command.write(cycle, cycle + 1, stamp.now(), output.command);
         self.status.write(cycle, cycle, stamp.now(), output.status);
+        if let Some(part) = snapshot {
+            self.snapshot.write(cycle, stamp.now(), part);
+        }
         stamp.has_written();
     }
 
@@ -103,11 +113,15 @@ impl Cyclic for Controller {
     }
 
     fn published(&self) -> (u64, u64) {
-        (self.command.published() + self.status.published(), self.command.failures() + self.status.failures())
+        (
+            self.command.published() + self.status.published() + self.snapshot.published(),
+            self.command.failures() + self.status.failures() + self.snapshot.failures(),
+        )
     }
 
     fn connect(&self) {
         self.command.connect();
         self.status.connect();
+        self.snapshot.connect();
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::{Topic, cdr};
 use signals::{
-    Body, ControlStatus, Expectation, Feedback, Header, LoopTiming, Message, OperatorCommand, PlantTruth,
-    RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
+    Body, ControlStatus, ControllerSnapshot, Expectation, Feedback, Header, LoopTiming, Message,
+    OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 
 /// One message, by its type.
@@ -14,6 +14,7 @@ pub enum AnyMessage {
     StepCommand(Message<StepCommand>),
     Feedback(Message<Feedback>),
     ControlStatus(Message<ControlStatus>),
+    ControllerSnapshot(Message<ControllerSnapshot>),
     PlantTruth(Message<PlantTruth>),
     SetPoint(Message<SetPoint>),
     OperatorCommand(Message<OperatorCommand>),
@@ -30,6 +31,7 @@ macro_rules! each {
             AnyMessage::StepCommand($message) => $value,
             AnyMessage::Feedback($message) => $value,
             AnyMessage::ControlStatus($message) => $value,
+            AnyMessage::ControllerSnapshot($message) => $value,
             AnyMessage::PlantTruth($message) => $value,
             AnyMessage::SetPoint($message) => $value,
             AnyMessage::OperatorCommand($message) => $value,
@@ -52,6 +54,7 @@ impl AnyMessage {
             Self::StepCommand(_) => Some(Topic::StepCommand),
             Self::Feedback(_) => Some(Topic::Feedback),
             Self::ControlStatus(_) => Some(Topic::ControlStatus),
+            Self::ControllerSnapshot(_) => Some(Topic::ControllerSnapshot),
             Self::PlantTruth(_) => Some(Topic::PlantTruth),
             Self::SetPoint(_) => Some(Topic::SetPoint),
             Self::OperatorCommand(_) => Some(Topic::OperatorCommand),
@@ -76,6 +79,7 @@ impl AnyMessage {
             Topic::StepCommand => Self::StepCommand(body(topic, payload)?),
             Topic::Feedback => Self::Feedback(body(topic, payload)?),
             Topic::ControlStatus => Self::ControlStatus(body(topic, payload)?),
+            Topic::ControllerSnapshot => Self::ControllerSnapshot(body(topic, payload)?),
             Topic::PlantTruth => Self::PlantTruth(body(topic, payload)?),
             Topic::SetPoint => Self::SetPoint(body(topic, payload)?),
             Topic::OperatorCommand => Self::OperatorCommand(body(topic, payload)?),

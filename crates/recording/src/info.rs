@@ -24,6 +24,8 @@ pub struct RecordInfo {
     pub instance: String,
     /// How it was run: `realtime`, `lockstep` or `in-process`.
     pub mode: String,
+    /// Whether an operator moves the valve, instead of the scenario's course.
+    pub operated: bool,
     /// The version of the program that made it.
     pub program_version: String,
     /// The start of the instance at which the segment begins; 0 in lockstep.
@@ -64,6 +66,9 @@ impl RecordInfo {
             ("generation", self.generation.to_string()),
             ("period_ns", self.period_ns.to_string()),
         ]);
+        if self.operated {
+            general.insert("operated".to_owned(), "true".to_owned());
+        }
         if let Some(started) = self.started_unix_ns {
             general.insert("started_unix_ns".to_owned(), started.to_string());
         }
@@ -98,6 +103,7 @@ impl RecordInfo {
             title: text(general, "title")?,
             instance: text(general, "instance")?,
             mode: text(general, "mode")?,
+            operated: optional_number(general, "operated")?.unwrap_or(false),
             program_version: text(general, "program_version")?,
             generation: number(general, "generation")?,
             period_ns,

@@ -2,8 +2,8 @@
 
 use crate::Topic;
 use signals::{
-    Body, ControlStatus, Feedback, Field, Header, Kind, LoopTiming, OperatorCommand, PlantTruth,
-    RecorderProgress, Reference, SetPoint, StepCommand,
+    Body, ControlStatus, ControllerSnapshot, Feedback, Field, Header, Kind, LoopTiming, OperatorCommand,
+    PlantTruth, RecorderProgress, Reference, SetPoint, StepCommand,
 };
 
 /// Name and text of a schema.
@@ -19,6 +19,7 @@ pub(crate) fn of_topic(topic: Topic) -> Schema {
         Topic::StepCommand => of_body::<StepCommand>(),
         Topic::Feedback => of_body::<Feedback>(),
         Topic::ControlStatus => of_body::<ControlStatus>(),
+        Topic::ControllerSnapshot => of_body::<ControllerSnapshot>(),
         Topic::PlantTruth => of_body::<PlantTruth>(),
         Topic::SetPoint => of_body::<SetPoint>(),
         Topic::OperatorCommand => of_body::<OperatorCommand>(),

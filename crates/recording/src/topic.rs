@@ -1,8 +1,8 @@
 //! The channels of a record: one for each message, and one LoopTiming for each loop process.
 
 use signals::{
-    Body, ControlStatus, Feedback, Field, LoopTiming, OperatorCommand, PlantTruth, RecorderProgress,
-    Reference, SetPoint, Source, StepCommand,
+    Body, ControlStatus, ControllerSnapshot, Feedback, Field, LoopTiming, OperatorCommand, PlantTruth,
+    RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 
 /// A channel that carries messages of the loop.
@@ -16,6 +16,8 @@ pub enum Topic {
     Feedback,
     /// ControlStatus k.
     ControlStatus,
+    /// The controller's state, part by part.
+    ControllerSnapshot,
     /// PlantTruth k.
     PlantTruth,
     /// Set-points as the supervisor publishes them.
@@ -39,6 +41,7 @@ impl Topic {
         Self::StepCommand,
         Self::Feedback,
         Self::ControlStatus,
+        Self::ControllerSnapshot,
         Self::PlantTruth,
         Self::SetPoint,
         Self::OperatorCommand,
@@ -55,6 +58,7 @@ impl Topic {
             Self::StepCommand => "/step_command",
             Self::Feedback => "/feedback",
             Self::ControlStatus => "/control_status",
+            Self::ControllerSnapshot => "/controller_snapshot",
             Self::PlantTruth => "/plant_truth",
             Self::SetPoint => "/set_point",
             Self::OperatorCommand => "/operator_command",
@@ -74,7 +78,9 @@ impl Topic {
     pub const fn source(self) -> Source {
         match self {
             Self::Reference | Self::TrajectoryTiming => Source::Trajectory,
-            Self::StepCommand | Self::ControlStatus | Self::ControllerTiming => Source::Controller,
+            Self::StepCommand | Self::ControlStatus | Self::ControllerSnapshot | Self::ControllerTiming => {
+                Source::Controller
+            }
             Self::Feedback | Self::PlantTruth | Self::PlantTiming => Source::Plant,
             Self::SetPoint | Self::OperatorCommand => Source::Supervisor,
             Self::RecorderProgress => Source::Recorder,
@@ -94,6 +100,7 @@ impl Topic {
             Self::StepCommand => StepCommand::FIELDS,
             Self::Feedback => Feedback::FIELDS,
             Self::ControlStatus => ControlStatus::FIELDS,
+            Self::ControllerSnapshot => ControllerSnapshot::FIELDS,
             Self::PlantTruth => PlantTruth::FIELDS,
             Self::SetPoint => SetPoint::FIELDS,
             Self::OperatorCommand => OperatorCommand::FIELDS,
@@ -109,6 +116,7 @@ impl Topic {
             Self::StepCommand => StepCommand::SCHEMA_HASH,
             Self::Feedback => Feedback::SCHEMA_HASH,
             Self::ControlStatus => ControlStatus::SCHEMA_HASH,
+            Self::ControllerSnapshot => ControllerSnapshot::SCHEMA_HASH,
             Self::PlantTruth => PlantTruth::SCHEMA_HASH,
             Self::SetPoint => SetPoint::SCHEMA_HASH,
             Self::OperatorCommand => OperatorCommand::SCHEMA_HASH,

@@ -6,8 +6,8 @@ use crate::{BusError, Place, Service, Writer};
 use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use signals::{
-    ControlStatus, Expectation, Feedback, LoopTiming, Message, OperatorCommand, PlantTruth, RecorderProgress,
-    Reference, SetPoint, Source, StepCommand,
+    ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message, OperatorCommand,
+    PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 use std::any::Any;
 
@@ -35,6 +35,7 @@ impl Bus {
         bus.hold::<Reference>(Source::Trajectory)?;
         bus.hold::<StepCommand>(Source::Controller)?;
         bus.hold::<ControlStatus>(Source::Controller)?;
+        bus.hold::<ControllerSnapshot>(Source::Controller)?;
         bus.hold::<Feedback>(Source::Plant)?;
         bus.hold::<PlantTruth>(Source::Plant)?;
         bus.hold::<SetPoint>(Source::Supervisor)?;

@@ -1,8 +1,8 @@
 //! The services: who publishes each, how deep its readers' buffers are, how many may read.
 
 use signals::{
-    Body, ControlStatus, Feedback, LoopTiming, OperatorCommand, PlantTruth, RecorderProgress, Reference,
-    SetPoint, Source, StepCommand,
+    Body, ControlStatus, ControllerSnapshot, Feedback, LoopTiming, OperatorCommand, PlantTruth,
+    RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 
 /// Messages of one service that the recorder may fall behind before it loses some: 4 s at 1 kHz.
@@ -41,6 +41,7 @@ services! {
     Reference: Some(Source::Trajectory);
     StepCommand: Some(Source::Controller);
     ControlStatus: Some(Source::Controller);
+    ControllerSnapshot: Some(Source::Controller);
     Feedback: Some(Source::Plant);
     PlantTruth: Some(Source::Plant);
     LoopTiming: None;

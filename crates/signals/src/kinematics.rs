@@ -1,6 +1,7 @@
 //! Angle, speed, acceleration and jerk at one instant: what a Reference says of the motion.
 
 use crate::Reference;
+use serde::{Deserialize, Serialize};
 
 /// The state of a motion. Which zero the angle has, the owner says.
 ///
@@ -11,7 +12,7 @@ use crate::Reference;
 /// let end = start.after(2.0);
 /// assert_eq!((end.angle_rad, end.speed_rad_per_s, end.acceleration_rad_per_s2), (8.5, 12.0, 12.0));
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kinematics {
     /// Angle, rad.
     pub angle_rad: f64,

@@ -13,6 +13,7 @@ mod body;
 mod check;
 mod codes;
 mod control_status;
+mod controller_snapshot;
 mod feedback;
 mod field;
 mod header;
@@ -33,6 +34,7 @@ pub use codes::{
     SetPointKind, SetPointRefusal, Source,
 };
 pub use control_status::{ControlStatus, alarm, limiting};
+pub use controller_snapshot::ControllerSnapshot;
 pub use feedback::{Feedback, validity};
 pub use field::{Field, Kind, MAX_ANGLE_RAD, MAX_MICROSTEPS, Rule};
 pub use header::Header;

@@ -101,6 +101,7 @@ fn schema_hashes_differ_between_messages() {
         StepCommand::SCHEMA_HASH,
         Feedback::SCHEMA_HASH,
         ControlStatus::SCHEMA_HASH,
+        ControllerSnapshot::SCHEMA_HASH,
         PlantTruth::SCHEMA_HASH,
         LoopTiming::SCHEMA_HASH,
         SetPoint::SCHEMA_HASH,

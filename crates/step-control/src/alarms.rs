@@ -2,6 +2,7 @@
 
 use crate::oscillation::Oscillation;
 use crate::params::Params;
+use serde::{Deserialize, Serialize};
 use signals::alarm;
 
 /// The observer may be at its limit for this long before it is an alarm, s: longer than any reversal or break-away takes.
@@ -12,7 +13,7 @@ const LOST_COMMANDS: f64 = 5.0;
 const ARRIVED: f64 = 0.5;
 
 /// What leads to alarms, and those raised.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Alarms {
     oscillation: Oscillation,
     saturated_cycles: u64,

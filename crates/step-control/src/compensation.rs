@@ -6,6 +6,7 @@
 use crate::params::{Compensation, Params};
 use crate::rotor::Rotor;
 use drive::MicrostepsPerCycle;
+use serde::{Deserialize, Serialize};
 use signals::Kinematics;
 use std::f64::consts::TAU;
 use valve_model::{FrictionState, MotionInput, MotionSample, MotionState, motion_step};
@@ -30,7 +31,7 @@ pub(crate) struct FeedForward {
 }
 
 /// The torque wanted from the motor, and how the command gives it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Wanted {
     /// Friction that is compensated, what the observer adds included, N·m.
     pub friction_nm: f64,
@@ -47,7 +48,7 @@ pub(crate) struct Wanted {
 }
 
 /// The believed contact, moved by the reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Contact {
     friction: FrictionState,
     with_effects: Option<MotionState>,
@@ -61,7 +62,7 @@ impl Contact {
 }
 
 /// What the valve's sensors said last, or what holds where they say nothing.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Surroundings {
     pub pressure_drop_pa: f64,
     pub oil_temperature_c: f64,

@@ -4,6 +4,7 @@ use crate::observer::Observer;
 use crate::params::Params;
 use crate::tuning::Tuning;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use signals::Kinematics;
 
 /// The largest age of an encoder's reading, in cycles.
@@ -27,7 +28,7 @@ const FADING_S: f64 = 0.02;
 const SMOOTHING: f64 = 0.1;
 
 /// A command at one instant: the end of a cycle.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Instant {
     /// Where the spool was wanted, rad: the reference, shaped, or the re-entry ramp.
     pub reference_rad: f64,
@@ -38,7 +39,7 @@ pub(crate) struct Instant {
 }
 
 /// The observer's state.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Correction {
     /// Estimate of x, ẋ and d at the time of the newest reading.
     estimate: Vector3<f64>,

@@ -3,13 +3,14 @@
 use crate::homing_params::Homing;
 use crate::params::Params;
 use drive::Microsteps;
+use serde::{Deserialize, Serialize};
 use signals::{Feedback, HomingPhase};
 
 /// Rests on the way through an electrical period; the first ten orders of a micro-step error average out over them.
 pub(crate) const POINTS: usize = 16;
 
 /// Where homing is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HomingState {
     pub phase: HomingPhase,
     /// Where the command is to go.
@@ -40,7 +41,7 @@ pub(crate) struct HomingState {
 }
 
 /// A new zero for the drive: counts and encoder shift by these.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ZeroShift {
     /// Counts up with each homing; 0: no shift.
     pub id: u64,

@@ -6,6 +6,7 @@
 //! as large as the first.
 
 use crate::params::Params;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Half-waves one after another: five periods, in which a resonance of damping ratio 0.026 decays to less than a half.
@@ -26,7 +27,7 @@ const SMALLEST_RAD: f64 = 5.0 * PI / 180.0;
 const KEEPS: f64 = 0.8;
 
 /// The half-waves so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Oscillation {
     /// Deviation of the last reading from its aim, rad.
     before_rad: Option<f64>,

@@ -1,7 +1,9 @@
 //! How long a partner has been silent.
 
+use serde::{Deserialize, Serialize};
+
 /// Cycles in a row without a valid message of one partner.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Partner {
     silent_cycles: u64,
 }

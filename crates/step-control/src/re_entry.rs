@@ -5,6 +5,7 @@
 //! elsewhere. A jump to the reference would lose steps, and the drive would go on at the rate of that jump through the
 //! next stall. So the target starts from where command or rotor are, at their speed, and closes the offset gradually.
 
+use serde::{Deserialize, Serialize};
 use signals::Kinematics;
 
 /// Rate at which the offset decays, 1/s. A stall shorter than two over this, 80 ms, in which the command goes on at the
@@ -24,7 +25,7 @@ pub(crate) struct ReEntryLimits {
 }
 
 /// How far the target is behind the reference.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ReEntry {
     offset_rad: f64,
     offset_rad_per_s: f64,

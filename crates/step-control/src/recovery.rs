@@ -3,6 +3,7 @@
 //! Beyond 180° of electrical lag the motor pulls into the next tooth: the command is then whole tooth pitches away from
 //! the angle that it holds. Re-synchronising takes these teeth for granted.
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// Electrical lag, rad: beyond `DOUBTFUL_RAD` steps are lost if the lag still grows, beyond `CERTAIN_RAD` at once.
@@ -11,7 +12,7 @@ const DOUBTFUL_RAD: f64 = PI + 0.6;
 const CERTAIN_RAD: f64 = 1.5 * PI;
 
 /// Position of the command relative to the rotor.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Recovery {
     /// Tooth pitches between the command and the angle that it holds.
     pub teeth: i64,

@@ -8,11 +8,12 @@
 
 use crate::correction::Correction;
 use crate::params::Params;
+use serde::{Deserialize, Serialize};
 use signals::Kinematics;
 use std::f64::consts::PI;
 
 /// The last reading, and how much of its motion the rotor made.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Seen {
     /// The reading, rad.
     reading_rad: f64,

@@ -37,8 +37,9 @@ impl Shaper {
 }
 
 /// The motions that a shaper remembers, newest first.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Shaped {
+    #[serde(with = "serde_big_array::BigArray")]
     past: [Kinematics; MEMORY],
 }
 

@@ -13,10 +13,11 @@ use crate::shaper::Shaped;
 use crate::tuning::Tuning;
 use crate::window::Window;
 use drive::{Microsteps, MicrostepsPerCycle};
+use serde::{Deserialize, Serialize};
 use signals::{ControllerState, FaultCode, Feedback, Kinematics, OperatorResult, validity};
 
 /// The controller's state between two cycles: plain data.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub(crate) supervision: Supervision,
     pub(crate) reception: Reception,
@@ -44,6 +45,11 @@ impl State {
         self.supervision.machine
     }
 
+    /// The id of the last order looked at.
+    pub fn operator_id(&self) -> u64 {
+        self.supervision.operator_id
+    }
+
     /// Why the valve was stopped; kept until reset.
     pub fn fault(&self) -> FaultCode {
         self.supervision.fault
@@ -51,7 +57,7 @@ impl State {
 }
 
 /// The state machine and what it answered. Changed by `orders` and `supervise`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Supervision {
     pub machine: ControllerState,
     /// The cycle in which it got there.
@@ -81,7 +87,7 @@ impl Default for Supervision {
 }
 
 /// What was heard of the partners. Changed by `reception` alone.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Reception {
     /// The newest cycle run; `None` before the first.
     pub last_cycle: Option<u64>,
@@ -104,7 +110,7 @@ impl Reception {
 }
 
 /// Where the command is and where it goes. Changed by `track`, and by `step` while the valve is stopped.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Steering {
     /// Whether a re-entry ramp starts at `led` in the next cycle.
     pub re_enters: bool,
@@ -168,7 +174,7 @@ impl Steering {
 }
 
 /// What the sensors say, and what follows from it. Changed by `measure`, and by `track` for what it commands.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Observation {
     pub surroundings: Surroundings,
     pub correction: Correction,

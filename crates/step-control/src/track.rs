@@ -104,7 +104,9 @@ fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForwar
         None => Wish::More { beyond_nm: 0.0 },
     };
     // By the readings alone: the observer's linear model does not hold for a rotor that is jammed or out of step.
-    let rotor = observation.seen.and_then(|seen| seen.at(params, &observation.correction, target));
+    // Without an observer the command is open-loop, and waits for nobody.
+    let seen = observation.seen.filter(|_| params.observer.is_some());
+    let rotor = seen.and_then(|seen| seen.at(params, &observation.correction, target));
     let Wish::More { beyond_nm } = wish else { return false };
     let steering = &mut state.steering;
     steering.wanted = wanted(params, target, fed, beyond_nm);

@@ -3,13 +3,14 @@
 use crate::observer::{LARGEST_HZ, Observer, SLOWEST_HZ};
 use crate::params::{Compensation, Params};
 use crate::riccati::Filter;
+use serde::{Deserialize, Serialize};
 use signals::{ControlParameter, OperatorResult};
 
 /// No following error that is a fault may be smaller, rad.
 const SMALLEST_ERROR_RAD: f64 = 1e-9;
 
 /// What was changed; all else is as in [`Params`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Tuning {
     compensation: Option<Compensation>,
     filter: Option<Filter>,

@@ -1,9 +1,10 @@
 //! The motions wanted from the present cycle to the one that is commanded.
 
+use serde::{Deserialize, Serialize};
 use signals::{Kinematics, Reference};
 
 /// References k, k+1 and k+2 during cycle k. A missing one is continued at constant speed.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Window {
     now: Kinematics,
     next: Kinematics,

@@ -34,6 +34,7 @@ pub fn record_info(loaded: &Loaded, mode: Mode, instance: &str) -> RecordInfo {
     let live = mode == Mode::Realtime;
     let started = SystemTime::now().duration_since(UNIX_EPOCH).map(|since| since.as_nanos() as u64);
     RecordInfo {
+        operated: false,
         title: loaded.scenario.name.clone(),
         instance: if live { instance.to_owned() } else { String::new() },
         mode: mode.name().to_owned(),

@@ -9,6 +9,7 @@ use crate::say::say;
 use crate::summary::{ProcessSummary, by_process};
 use anyhow::anyhow;
 use processes::{Keep, Pace, complain};
+use recording::RecordInfo;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -61,7 +62,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         bridge: loaded.bridge.clone(),
         folder: output.folder().to_owned(),
         keep: arguments.record,
-        info: record_info(&loaded, Mode::Realtime, &arguments.instance.to_string()),
+        info: RecordInfo {
+            operated: true,
+            ..record_info(&loaded, Mode::Realtime, &arguments.instance.to_string())
+        },
         parts: loaded.parts.without_end(),
         injections: arguments.allow_injection.then(Vec::new),
         require_realtime: arguments.require_realtime,

@@ -5,8 +5,8 @@ use super::flight::Flight;
 use recording::{Gap, Topic};
 use signal_bus::{Bus, BusError, Service, StreamReader};
 use signals::{
-    ControlStatus, Feedback, Header, LoopTiming, Message, OperatorCommand, PlantTruth, Reference, SetPoint,
-    Source, StepCommand,
+    ControlStatus, ControllerSnapshot, Feedback, Header, LoopTiming, Message, OperatorCommand, PlantTruth,
+    Reference, SetPoint, Source, StepCommand,
 };
 
 /// A service of any message.
@@ -81,6 +81,7 @@ impl Streams {
             others: vec![
                 Box::new(stream::<Reference>(bus, Source::Trajectory, first)?),
                 Box::new(stream::<StepCommand>(bus, Source::Controller, first)?),
+                Box::new(stream::<ControllerSnapshot>(bus, Source::Controller, first)?),
                 Box::new(stream::<PlantTruth>(bus, Source::Plant, first)?),
                 Box::new(stream::<SetPoint>(bus, Source::Supervisor, first)?),
                 Box::new(stream::<OperatorCommand>(bus, Source::Supervisor, first)?),

@@ -43,6 +43,7 @@ pub fn info() -> RecordInfo {
     RecordInfo {
         title: "step sequence".into(),
         instance: "bench".into(),
+        operated: false,
         mode: "lockstep".into(),
         program_version: "0.1.0".into(),
         generation: 0,
@@ -80,6 +81,7 @@ pub fn write(writer: &mut Writer, message: &AnyMessage) {
         AnyMessage::SetPoint(m) => writer.write(Supervisor, m),
         AnyMessage::OperatorCommand(m) => writer.write(Supervisor, m),
         AnyMessage::RecorderProgress(m) => writer.write(Recorder, m),
+        AnyMessage::ControllerSnapshot(m) => writer.write(Controller, m),
         AnyMessage::LoopTiming(source, m) => writer.write(*source, m),
     }
     .unwrap();
