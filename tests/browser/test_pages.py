@@ -236,6 +236,18 @@ class Pages(unittest.TestCase):
         settle(self.driver)
         self.assertEqual(len(shown()), 3)
 
+    def test_hiding_a_series_shows_the_others_larger(self):
+        self.open("linked.html")
+        y = "const { y } = reportPlots.at(-1).plots[0].drawn.plot.scales; return [y.min, y.max]"
+        whole = self.run_js(y)
+        legend = "reportPlots.at(-1).plots[0].drawn.head.querySelectorAll('.u-series .u-marker')"
+        self.run_js(f"{legend}[1].parentElement.click()")
+        settle(self.driver)
+        self.assertNotEqual(self.run_js(y), whole, "the given model alone, its wild samples too")
+        self.run_js(f"{legend}[1].parentElement.click()")
+        settle(self.driver)
+        self.assertEqual(self.run_js(y), whole)
+
     def test_a_series_has_its_colour_in_every_plot(self):
         self.open("linked.html")
         marks = self.run_js("""return [...document.querySelectorAll('.u-series')].map((series) =>

@@ -56,6 +56,7 @@ fn nothing_is_found_where_nothing_is_wrong() {
     let untestable = found["untestable"].as_array().unwrap();
     let viscosity = untestable.iter().find(|of| of["id"] == "temperature-dependent-viscosity").unwrap();
     assert!(viscosity["reason"].as_str().unwrap().contains("oil_temperature"), "{viscosity}");
+    look_at(&place.path("out/report.html"), "agrees with the measurement");
 }
 
 /// A few samples that a recorder missed are bridged, and count for nothing.
@@ -294,6 +295,8 @@ fn the_error_is_described_by_frequency_and_by_order() {
     let page = std::fs::read_to_string(place.path("humming/report.html")).unwrap();
     assert!(page.contains("could be foretold from the"), "the page doesn't speak of it");
     assert!(page.contains("Error by frequency"), "the page doesn't show it");
+    assert_eq!(found["verdict"], "unexplained", "{found}");
+    look_at(&place.path("humming/report.html"), "none of the known causes explains it");
 }
 
 /// Refused with exit code 2, naming all of `says`; nothing written.

@@ -184,6 +184,21 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
             "grows with the time",
         ),
         (
+            "clipped at both rails for most of the time",
+            |log| {
+                for torque in log.runs.iter_mut().map(|run| run.torque_nm.as_mut().unwrap()) {
+                    // A transducer that takes some samples to turn.
+                    let means =
+                        torque.windows(5).map(|five| (five.iter().sum::<f64>() / 5.0).clamp(-1.4, 1.4));
+                    let means: Vec<f64> = means.collect();
+                    torque[..means.len()].copy_from_slice(&means);
+                    torque[means.len()..].fill(1.4);
+                }
+            },
+            Kind::Clipped,
+            "ends at",
+        ),
+        (
             "clipped",
             |log| {
                 for torque in log.runs.iter_mut().flat_map(|run| run.torque_nm.as_mut().unwrap()) {

@@ -11,7 +11,7 @@ class XyPlot {
       x: typeof series.x === "string" ? decode(series.x, Float64Array) : series.x,
       y: typeof series.y === "string" ? decode(series.y, Float64Array) : series.y,
     }));
-    this.full = { x: this.range("x"), y: this.range("y") };
+    this.full = { x: this.range("x", this.series), y: this.range("y", this.series) };
     // At first without what would flatten all the rest.
     this.first = { x: this.full.x, y: spec.view ? roomy(...spec.view) : this.full.y };
     this.head = element("div", "plot-head");
@@ -30,13 +30,13 @@ class XyPlot {
     else this.plot = this.draw(width);
   }
 
-  /** The range of a whole axis. */
-  range(key) {
+  /** The range of a whole axis, for some of the series. */
+  range(key, shown) {
     const log = this.spec[key].log;
-    const spans = this.series.map((series) => extent(log ? series[key].filter((v) => v > 0) : series[key]));
+    const spans = shown.map((series) => extent(log ? series[key].filter((v) => v > 0) : series[key]));
     const low = Math.min(...spans.filter(Boolean).map((span) => span[0]));
     const high = Math.max(...spans.filter(Boolean).map((span) => span[1]));
-    const steps = this.series.some((series) => series.style === "steps");
+    const steps = shown.some((series) => series.style === "steps");
     if (!(low <= high)) return log ? [1, 10] : [0, 1];
     if (steps && key === "y") return [0.5, Math.max(10, high * 1.6)];
     if (!log) return roomy(low, high);
@@ -61,10 +61,18 @@ class XyPlot {
       scales: { x: scale("x"), y: scale("y") },
       axes: [this.axis("x", { size: 30 }), this.axis("y", { size: 56 })],
       series: [null, ...this.series.map((series, index) => this.drawn(series, index))],
-      hooks: { drawClear: [(u) => this.paintBands(u)], draw: [(u) => this.paint(u)], ...this.hooks() },
+      hooks: { setSeries: [(u, index, { show }) => { if (show !== undefined) this.toggled(u); }], drawClear: [(u) => this.paintBands(u)], draw: [(u) => this.paint(u)], ...this.hooks() },
     }, [null, ...this.series.map((series) => [series.x, series.y])], this.place);
     onTheme(() => plot.redraw());
     return plot;
+  }
+
+  /** A series is hidden or shown: the axis goes by what is left, so that a small one isn't flattened by a large one. */
+  toggled(u) {
+    const shown = this.series.filter((series, index) => u.series[index + 1].show);
+    const all = shown.length === this.series.length;
+    const [min, max] = all || !shown.length ? this.first.y : this.range("y", shown);
+    u.setScale("y", { min, max });
   }
 
   /** What drags do beside selecting a part to see. */
