@@ -22,7 +22,7 @@ use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
 use crate::workers::{Workers, map};
-use log_data::Log;
+use log_data::{AngleZero, Log};
 use valve_model::Model;
 
 /// Steps of a fit of the corrections within their tolerance.
@@ -82,10 +82,7 @@ pub fn diagnose(
     let noise = estimate(&mut campaign, &ready, &first.starts, options, workers);
     campaign.facts.excitation = excitation(&campaign, noise.channel);
     let (able, unable) = candidates(&campaign.facts, model, &options.fixed);
-    let nuisances = Nuisances {
-        zero_nm: 0.0,
-        angle_zero: !campaign.kind.motion_is_measured && campaign.angle_zero_per_run,
-    };
+    let nuisances = Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
     let corrected = corrections(&campaign.facts, &able, options.tolerance);
     let first = (first, corrected);
@@ -187,7 +184,7 @@ fn with_corrections(
 }
 
 fn begin(campaign: &Campaign, ready: &Ready) -> Point {
-    let common = !campaign.kind.motion_is_measured && !campaign.angle_zero_per_run;
+    let common = campaign.angle_zero == Some(AngleZero::Common);
     let hypothesis = Hypothesis { zero_rad: common.then_some(0.0), ..Hypothesis::default() };
     Point { hypothesis, starts: campaign.pieces.iter().map(|piece| piece.first_start(ready)).collect() }
 }

@@ -10,10 +10,8 @@ const STEPS: usize = 4;
 const HALVINGS: usize = 4;
 /// The search ends if a step cuts the sum of squares (in parts of the noise) by less.
 const ENOUGH: f64 = 0.5;
-/// If a piece's mean square exceeds this, in parts of the noise's, other starts are tried first, at these numbers of the angle's
-/// standard deviation: a rotor close to breaking away slips or holds by less than that.
+/// If a piece's mean square exceeds this, in parts of the noise's, other starts are tried first.
 const UNSETTLED: f64 = 1.2;
-const OTHERS: [f64; 6] = [-4.0, -2.0, -1.0, 1.0, 2.0, 4.0];
 
 /// Sides that are tried then, and the refinements beside the best of them.
 const SIDES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
@@ -30,9 +28,11 @@ pub(crate) fn best_start(
     let mut search = Search { setting, piece, ready, zero_rad, best: (fitted, Vec::new()) };
     search.best.1 = search.left(fitted);
     search.try_all([first]);
-    if !setting.campaign.kind.motion_is_measured && search.is_unsettled() {
+    let other_starts = setting.campaign.kind.other_starts;
+    if !other_starts.is_empty() && search.is_unsettled() {
         let near = search.best.0;
-        search.try_all(OTHERS.map(|part| near.shifted(part * piece.noise.deviation_rad)));
+        let others = other_starts.iter().map(|part| near.shifted(part * piece.noise.deviation_rad));
+        search.try_all(others);
     }
     if ready.has_sides() && search.is_unsettled() {
         search.try_sides();
@@ -60,7 +60,7 @@ impl Search<'_> {
         square(&self.best.1) > UNSETTLED * self.piece.count()
     }
 
-    fn try_all<const N: usize>(&mut self, others: [Begun; N]) {
+    fn try_all(&mut self, others: impl IntoIterator<Item = Begun>) {
         for other in others {
             let there = self.left(other);
             if square(&there) < square(&self.best.1) {

@@ -54,7 +54,8 @@ pub(crate) struct Campaign {
     pub groups: Vec<String>,
     /// The fold of each group; those held out have none that is used.
     pub fold_of: Vec<usize>,
-    pub angle_zero_per_run: bool,
+    /// Of an angle log: whether the encoder has one zero, or one a run. `None` of a torque log, which has no use for it.
+    pub angle_zero: Option<AngleZero>,
     /// Samples of the log, chosen or not.
     pub samples: usize,
     /// The error that the integrator may make in a sub-step, rad.
@@ -125,7 +126,7 @@ impl Campaign {
             runs: log.runs.iter().map(|run| (run.name.clone(), run.kind.clone())).collect(),
             groups,
             fold_of,
-            angle_zero_per_run: log.angle_zero == AngleZero::PerRun,
+            angle_zero: (!kind.motion_is_measured).then_some(log.angle_zero),
             samples: log.runs.iter().map(Run::len).sum(),
             angle_error_rad,
         })

@@ -24,16 +24,17 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     let mut ringing = 0.0;
     for piece in &campaign.pieces {
         let course = Course::of(piece, facts);
-        let (small, turns) =
-            swings(&course.angle_rad, facts, if facts.kind.motion_is_measured { 0.0 } else { noise });
-        found.small_swings += small;
-        found.turns += turns;
-        if facts.kind.motion_is_measured {
+        let angle_noise_rad = if facts.kind.motion_is_measured {
             ringing += ringing_of(&course, facts, noise);
             rates.extend(rate_of(&course, facts, noise));
+            0.0
         } else {
             found.near_resonance += near_resonance(&course, facts, noise);
-        }
+            noise
+        };
+        let (small, turns) = swings(&course.angle_rad, facts, angle_noise_rad);
+        found.small_swings += small;
+        found.turns += turns;
     }
     found.ringing = ringing.sqrt();
     found.frequencies = distinct(rates);
@@ -74,8 +75,7 @@ fn slopes(values: &[f64], time_s: &[f64]) -> Vec<f64> {
 fn reach_rad(facts: &Facts) -> f64 {
     let static_nm = facts.static_nm.unwrap_or(facts.coulomb_nm);
     let bristles = facts.stiffness.map_or(0.0, |stiffness| static_nm / stiffness);
-    let motor = facts.motor.filter(|_| !facts.kind.motion_is_measured);
-    bristles + motor.map_or(0.0, |(holding_nm, teeth)| static_nm / (holding_nm * teeth))
+    bristles + facts.rotor().map_or(0.0, |(holding_nm, teeth)| static_nm / (holding_nm * teeth))
 }
 
 /// Counts the presliding swings, and the reversals.

@@ -111,6 +111,11 @@ impl Facts {
         self.temperature_c.is_some_and(|(least, most)| most - least > 3.0)
     }
 
+    /// Holding torque and teeth of the motor, where the rotor's place on its teeth is predicted.
+    pub fn rotor(&self) -> Option<(f64, f64)> {
+        self.motor.filter(|_| !self.kind.motion_is_measured)
+    }
+
     pub fn greatest_pressure_mpa(&self) -> f64 {
         self.pressure_mpa.map_or(0.0, |(_, most)| most)
     }

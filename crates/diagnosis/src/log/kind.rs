@@ -23,6 +23,9 @@ pub(crate) struct LogKind {
     pub most_screened_whole: usize,
     /// Steps of a fit in which a piece's start settles; what an angle begins with is searched for anyway.
     pub settling_steps: usize,
+    /// Other starts that are tried of a piece that fits badly, in standard deviations of the encoder: a rotor close to breaking away
+    /// slips or holds by less than that.
+    pub other_starts: &'static [f64],
 }
 
 impl LogKind {
@@ -35,6 +38,7 @@ impl LogKind {
         fitted_of_more: 300_000,
         most_screened_whole: 60_000,
         settling_steps: 4,
+        other_starts: &[],
     };
     /// A sample of an angle costs ten times as much as one of a torque.
     const ANGLE: Self = Self {
@@ -46,6 +50,7 @@ impl LogKind {
         fitted_of_more: 32_000,
         most_screened_whole: 16_000,
         settling_steps: 2,
+        other_starts: &[-4.0, -2.0, -1.0, 1.0, 2.0, 4.0],
     };
 
     /// By the channel that the model predicts: torque where it was measured, else the angle.

@@ -77,7 +77,7 @@ pub(crate) fn estimate(
         let variances: Vec<f64> = (0..piece.len())
             .map(|index| {
                 let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
-                if kind.motion_is_measured { look.with_what_is_louder(index, known) } else { known }
+                look.with_what_is_louder(index, known)
             })
             .collect();
         piece.information = piece.information_of(kind, &variances, channel);
@@ -124,7 +124,7 @@ struct Look {
     fast_of_motion: Vec<f64>,
     /// Of what was measured in holds, one by one.
     holds: Vec<f64>,
-    /// The residual's by block, jumps left out, and by sample with them.
+    /// The residual's by block, jumps left out, and by sample with them; empty of an angle log, whose slips are no noise.
     steady: Vec<f64>,
     around: Vec<f64>,
     /// The encoder's share by sample.
@@ -145,7 +145,10 @@ fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) ->
     let predicted = piece.predict(ready, start);
     let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
-    if !kind.motion_is_measured {
+    let (mut steady, mut about) = Default::default();
+    if kind.motion_is_measured {
+        (steady, about) = (blocks(&residual, without_jumps), around(&residual));
+    } else {
         leave_out_rests(piece, &mut residual);
     }
     let error = piece.error_of_motion(ready, start, seed);
@@ -153,8 +156,8 @@ fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) ->
         fast: blocks(&residual, mean),
         fast_of_motion: blocks(&error, mean),
         holds: holds::variances(piece, &residual, kind),
-        steady: blocks(&residual, without_jumps),
-        around: around(&residual),
+        steady,
+        around: about,
         of_motion: local_mean_square(&error, REACH),
     }
 }

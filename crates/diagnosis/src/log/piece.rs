@@ -216,14 +216,17 @@ impl Piece {
     /// can't tell one angle from another they have an error in common, of an angle log its rounding, of a torque log what that
     /// makes of the prediction, which is what they have beyond the transducer's `own_variance`.
     pub fn information_of(&self, kind: LogKind, variances: &[f64], own_variance: f64) -> Vec<f64> {
-        let rest = rest_variance(self.noise);
         let mut found = vec![1.0; self.len()];
-        let stretches = if kind.motion_is_measured {
+        let (stretches, own, most) = if kind.motion_is_measured {
             let reach_rad = 0.5 * self.noise.step_rad.max(self.noise.beyond_quantisation_rad());
-            stretches(self.motions.iter().map(|motion| motion.angle_rad), reach_rad)
+            (
+                stretches(self.motions.iter().map(|motion| motion.angle_rad), reach_rad),
+                own_variance,
+                f64::INFINITY,
+            )
         } else {
             let reach_rad = 1.01 * self.noise.step_rad + 4.0 * self.noise.beyond_quantisation_rad();
-            stretches(self.measured.iter().copied(), reach_rad)
+            (stretches(self.measured.iter().copied(), reach_rad), 0.0, rest_variance(self.noise))
         };
         for stretch in stretches.into_iter().filter(|stretch| stretch.len() > 1) {
             let (Some(found), Some(variances)) = (found.get_mut(stretch.clone()), variances.get(stretch))
@@ -231,7 +234,7 @@ impl Piece {
                 continue;
             };
             let all = variances.iter().sum::<f64>() / variances.len() as f64;
-            let shared = if kind.motion_is_measured { (all - own_variance).max(0.0) } else { rest.min(all) };
+            let shared = (all - own).max(0.0).min(most);
             found.fill(information(shared, all - shared, variances.len()));
         }
         found

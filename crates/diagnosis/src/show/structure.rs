@@ -104,8 +104,8 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
     holm(dependences.iter_mut().map(|found| &mut found.p_value));
     dependences.sort_by(|a, b| b.share.total_cmp(&a.share));
     let rms = (square / count.max(1.0)).sqrt();
-    let teeth = setting.campaign.facts.motor.filter(|_| !setting.campaign.kind.motion_is_measured);
-    let orders = orders(&samples, teeth.map(|motor| motor.1), square, independent, rms);
+    let teeth = setting.campaign.facts.rotor().map(|(_, teeth)| teeth);
+    let orders = orders(&samples, teeth, square, independent, rms);
     Structure { dependences, orders, rms, count, per_independent }
 }
 
