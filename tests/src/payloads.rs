@@ -2,7 +2,7 @@
 
 use recording::{AnyMessage, read_record};
 use signals::{Body, Header, Source};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// From the time that a message is stamped with until every reader can see it, ns, at the most.
@@ -19,6 +19,8 @@ pub struct Payloads {
     pub feedback: BTreeMap<u64, Vec<u64>>,
     /// The first cycle in which a message was not there in time; the end of the run if there is none. In real time only.
     pub first_late_cycle: u64,
+    /// All of them.
+    pub late_cycles: BTreeSet<u64>,
 }
 
 /// When messages were sent, and when processes woke, by cycle, in ns.
@@ -51,7 +53,8 @@ pub fn payloads(record: &Path) -> Payloads {
     })
     .unwrap();
     let end = payloads.feedback.keys().next_back().map_or(0, |last| last + 1);
-    payloads.first_late_cycle = (0..end).find(|cycle| times.late(*cycle)).unwrap_or(end);
+    payloads.late_cycles = (0..end).filter(|cycle| times.late(*cycle)).collect();
+    payloads.first_late_cycle = payloads.late_cycles.first().copied().unwrap_or(end);
     payloads
 }
 

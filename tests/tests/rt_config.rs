@@ -11,8 +11,9 @@ use stepvalve_tests::{Finished, TestPlace, program, repository};
 use test_needs::skip_on_this_machine;
 
 /// Folders and what they hold at least.
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "systemd/stepvalve@.service",
+    "systemd/drive.conf",
     "kernel/one-core-isolated.cfg",
     "kernel/no-core-isolated.cfg",
     "sysctl.d/60-stepvalve.conf",
@@ -93,6 +94,28 @@ fn systemd_takes_the_unit() {
     assert!(!finished.stderr.contains("stepvalve@"), "{}", finished.stderr);
     let mistake = verify(&unit.replace("WatchdogSec=", "WatchdogSecs="));
     assert!(mistake.stderr.contains("WatchdogSecs"), "this test sees mistakes: {}", mistake.stderr);
+}
+
+/// The unit without network takes the drive's drop-in, and has the one capability then.
+#[test]
+fn systemd_takes_the_drop_in_of_a_drive() {
+    if !installed("systemd-analyze") {
+        return;
+    }
+    let place = TestPlace::new();
+    let own = program("stepvalve").display().to_string();
+    let unit = text("systemd/stepvalve@.service").replace("/usr/local/bin/stepvalve", &own);
+    let verify = |drop_in: &str| -> Finished {
+        let unit = place.write("drop/stepvalve@bench.service", &unit);
+        place.write("drop/stepvalve@bench.service.d/drive.conf", drop_in);
+        let mut analyze = Command::new("systemd-analyze");
+        analyze.args(["verify", "--man=no"]).arg(unit).env("LANG", "C").output().unwrap().into()
+    };
+    let drop_in = text("systemd/drive.conf");
+    let finished = verify(&drop_in).expect_code(0);
+    assert!(!finished.stderr.contains("drive.conf"), "{}", finished.stderr);
+    let mistake = verify(&drop_in.replace("PrivateNetwork=", "PrivateNetworks="));
+    assert!(mistake.stderr.contains("PrivateNetworks"), "this test sees mistakes: {}", mistake.stderr);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, anyhow, bail};
 use clap::Parser;
-use realtime::{PacketSocket, now_ns};
+use realtime::{PacketSocket, Wanted, now_ns, obtain};
 use std::io::{BufRead, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -91,6 +91,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut bus = bus(arguments)?;
     let socket = PacketSocket::open(&arguments.interface, ETHERTYPE)
         .with_context(|| format!("--interface {}", arguments.interface))?;
+    // A device has a processor of its own; a test's machine may refuse even a priority.
+    let _guard = obtain(&Wanted { core: None, priority: Some(90), lock_memory: false });
     let orders = listen();
     println!("ready");
     std::io::stdout().flush()?;
