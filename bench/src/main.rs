@@ -13,6 +13,7 @@ mod peers;
 mod predict;
 mod programs;
 mod progress;
+mod robustness;
 mod safety;
 mod scenario;
 mod sim;
@@ -83,6 +84,8 @@ enum Bench {
     Predict,
     /// What friction compensation is worth, over scenarios, levels and beliefs; --file docs/compensation.md
     Compensation(compensation::Arguments),
+    /// Whether compensation is ever worse than none, over valves unlike the belief; --docs docs/robustness.md
+    Robustness,
     /// Sim, bus, jitter, max and peers, one after the other
     All,
 }
@@ -123,6 +126,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Soak(arguments) => safety::run_soak(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
+        Bench::Robustness => robustness::run(quick),
         Bench::Compensation(arguments) => return compensation::run(arguments),
         Bench::All => return Ok(()),
     }?;

@@ -25,6 +25,9 @@ impl Level {
     pub const OBSERVED: Self = Self { feed_forward: Compensation::Full, encoder: true };
 }
 
+/// After this time at rest the reference has settled, and so should the command, s.
+const RESTED_S: f64 = 0.3;
+
 /// What a run came to.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Outcome {
@@ -38,9 +41,16 @@ pub struct Outcome {
     pub lost_teeth: i64,
     /// What stopped the valve.
     pub fault: Option<FaultCode>,
+    /// Alarms raised: bits of [`signals::alarm`].
+    pub alarms: u64,
+    /// Cycles with pulses although the reference has rested for [`RESTED_S`].
+    pub restless_cycles: u64,
     /// Cycles while running.
     pub cycles: u64,
 }
+
+/// The longest cycle at which the scenario's reader allows active damping, ns.
+const LONGEST_DAMPED_NS: u64 = 1_000_000;
 
 /// Runs a scenario with a level in place of its own.
 ///
@@ -56,12 +66,13 @@ pub fn measure(
     scenario.compensation = level.feed_forward;
     scenario.encoder.fitted = level.encoder;
     scenario.control.observer = level.encoder;
-    scenario.control.damping = if level.encoder { Damping::Active } else { Damping::None };
+    let damps = level.encoder && scenario.period_ns <= LONGEST_DAMPED_NS;
+    scenario.control.damping = if damps { Damping::Active } else { Damping::None };
     let parts = wire(&scenario, truth, belief)?;
     let mut outcome = Outcome::default();
     // Reference k was sent in cycle k−2.
     let mut sent = VecDeque::from([None, None]);
-    let mut squares = 0.0;
+    let (mut squares, mut resting_s) = (0.0, 0.0);
     for cycle in InProcess::new(&parts) {
         sent.push_back(Some(cycle.reference.angle_rad));
         let wanted_rad = sent.pop_front().flatten();
@@ -77,6 +88,10 @@ pub fn measure(
         outcome.cycles += 1;
         outcome.peak_rad = outcome.peak_rad.max(error_rad.abs());
         outcome.limiting_cycles += u64::from(status.limiting != 0);
+        outcome.alarms |= status.alarms;
+        resting_s = if cycle.reference.moving == 1 { 0.0 } else { resting_s + scenario.period_s() };
+        let restless = resting_s > RESTED_S && cycle.command.pulse_rate_hz != 0.0;
+        outcome.restless_cycles += u64::from(restless);
         outcome.lost_teeth = cycle.plant.truth.lost_teeth;
     }
     outcome.rms_rad = (squares / outcome.cycles.max(1) as f64).sqrt();

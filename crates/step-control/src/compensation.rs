@@ -30,6 +30,14 @@ pub(crate) struct FeedForward {
     pub torque_nm: f64,
 }
 
+impl FeedForward {
+    /// Leaves a part of the friction out.
+    pub(crate) fn fade(&mut self, part: f64) {
+        self.torque_nm -= part * self.friction_nm;
+        self.friction_nm -= part * self.friction_nm;
+    }
+}
+
 /// The torque wanted from the motor, and how the command gives it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Wanted {

@@ -57,9 +57,7 @@ impl Oscillation {
 
     /// Ends a half-wave: it continues the ones before, or begins anew.
     fn close(&mut self, params: &Params) {
-        let stiffness = params.motor.holding_torque_nm * f64::from(params.motor.rotor_teeth);
-        let half_period_s = PI * (params.inertia_kg_m2 / stiffness).sqrt();
-        let long = self.cycles as f64 * params.period_s > LONGEST * half_period_s;
+        let long = self.cycles as f64 * params.period_s > LONGEST * params.half_period_s();
         // From peak to peak.
         let amplitude_rad = self.swing_rad.abs() / 2.0;
         if long || amplitude_rad < SMALLEST_RAD {

@@ -6,6 +6,7 @@ use crate::re_entry::ReEntryLimits;
 use crate::shaper::Shaper;
 use serde::{Deserialize, Serialize};
 use signals::Reference;
+use std::f64::consts::PI;
 use thiserror::Error;
 use valve_model::{FrictionLaw, MotionParams, MotorParams};
 
@@ -230,6 +231,12 @@ impl Params {
         let damping = self.motor.damping_nm_s_per_rad + self.viscous_nm_s_per_rad;
         let ratio = damping / (2.0 * (stiffness * self.inertia_kg_m2).sqrt());
         Self { shaper: Shaper::design(frequency, ratio, self.period_s), ..self }
+    }
+
+    /// Half a period of the believed resonance of motor and load, s.
+    pub(crate) fn half_period_s(&self) -> f64 {
+        let stiffness = self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth);
+        PI * (self.inertia_kg_m2 / stiffness).sqrt()
     }
 
     /// What a re-entry ramp keeps to.

@@ -10,7 +10,6 @@ use crate::correction::Correction;
 use crate::params::Params;
 use serde::{Deserialize, Serialize};
 use signals::Kinematics;
-use std::f64::consts::PI;
 
 /// The last reading, and how much of its motion the rotor made.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -76,9 +75,7 @@ pub(crate) struct Rotor {
 /// Whether a rotor that was read `age` cycles before the end of the last command is still near when the next one ends. A
 /// free rotor swings about its command; after half a period of the resonance it is where it was not.
 fn says_where_the_rotor_is(params: &Params, age_cycles: u64) -> bool {
-    let stiffness = params.motor.holding_torque_nm * f64::from(params.motor.rotor_teeth);
-    let half_period_s = PI * (params.inertia_kg_m2 / stiffness).sqrt();
-    (age_cycles + 1) as f64 * params.period_s <= half_period_s
+    (age_cycles + 1) as f64 * params.period_s <= params.half_period_s()
 }
 
 /// Age of a reading when it arrives, in cycles before the end of the cycle commanded last.

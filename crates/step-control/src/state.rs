@@ -122,6 +122,8 @@ pub(crate) struct Steering {
     pub aim: Kinematics,
     /// The believed contact at the end of the cycle commanded last.
     pub contact: Contact,
+    /// The part of the contact's friction that is still believed after a stop, in long cycles.
+    pub friction_held: f64,
     pub wanted: Wanted,
     /// How fast the trajectory's time shall run.
     pub time_scale: f64,
@@ -149,6 +151,7 @@ impl Steering {
             shaped: Shaped::at(reference),
             aim: reference,
             contact: Contact::relaxed(),
+            friction_held: 1.0,
             wanted: Wanted::default(),
             time_scale: 1.0,
             offset_rad: 0.0,

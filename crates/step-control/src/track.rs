@@ -1,12 +1,12 @@
 //! The command while running: it follows the reference, led by the wanted torque, within motor and driver.
 
 use crate::compensation::{
-    FeedForward, Wanted, command_rad, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
+    Contact, FeedForward, Wanted, command_rad, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
 };
 use crate::correction::{Instant, Wish};
 use crate::params::{LostSteps, Params};
 use crate::rotor::Seen;
-use crate::state::State;
+use crate::state::{State, Steering};
 use crate::time_scale::next_time_scale;
 use drive::Microsteps;
 use signals::{Kinematics, limiting};
@@ -14,6 +14,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// While the target is further than this part of a tooth pitch behind the reference, the reference waits for it.
 const WAITS_BEYOND: f64 = 0.5;
+
+/// Time constant with which the friction of a relaxing contact leaves the feed-forward, s: some periods of the resonance.
+const RELAXING_S: f64 = 0.05;
 
 /// One cycle of it.
 pub(crate) fn track(params: &Params, state: &mut State) {
@@ -25,7 +28,9 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     let level = state.tuning.compensation(params);
     let around = state.observation.surroundings;
     let steering = &mut state.steering;
-    let fed = feed_forward(params, level, &mut steering.contact, &around, &steering.aim, &target);
+    relax_at_rest(params, steering, &target);
+    let mut fed = feed_forward(params, level, &mut steering.contact, &around, &steering.aim, &target);
+    fed.fade(1.0 - steering.friction_held);
     steering.aim = target;
     let cut = aim(params, state, &target, &fed);
     let steering = &mut state.steering;
@@ -43,6 +48,21 @@ pub(crate) fn track(params: &Params, state: &mut State) {
         command_rad,
     });
     state.steering.time_scale = time_scale(params, state);
+}
+
+/// Keeps account of how much of the friction at rest is still believed. A cycle longer than half a period of the resonance
+/// excites it: the rotor rings where the reference stops, and its bristles relax while the belief's stay bent.
+fn relax_at_rest(params: &Params, steering: &mut Steering, target: &Kinematics) {
+    if params.period_s <= params.half_period_s() {
+        return;
+    }
+    let rests = target.speed_rad_per_s == 0.0 && target.acceleration_rad_per_s2 == 0.0;
+    if rests {
+        steering.friction_held *= (-params.period_s / RELAXING_S).exp();
+    } else if steering.friction_held < 1.0 {
+        steering.friction_held = 1.0;
+        steering.contact = Contact::relaxed();
+    }
 }
 
 /// The motion to aim at: the reference or the re-entry ramp towards it, shaped where there is a shaper.

@@ -1,0 +1,114 @@
+//! What differs between a valve and the belief that it is compensated with, one thing at a time.
+
+use anyhow::{Context, Result};
+use config::Scenario;
+use valve_model::{Effect, EffectValue, FrictionParams, Model};
+
+/// A valve that is not as believed, or an encoder.
+#[derive(Debug, Clone)]
+pub struct Variation {
+    /// What differs.
+    pub name: String,
+    /// The valve.
+    pub truth: Model,
+    /// Counts of the encoder in a turn; `None` without one.
+    pub counts: Option<u64>,
+}
+
+impl Variation {
+    /// A scenario with this encoder.
+    pub fn scenario(&self, shipped: &Scenario) -> Scenario {
+        let mut scenario = shipped.clone();
+        scenario.encoder.counts_per_turn = self.counts.unwrap_or(scenario.encoder.counts_per_turn);
+        scenario
+    }
+}
+
+/// Counts of the usual encoder.
+const COUNTS: u64 = 131_072;
+
+const ENCODERS: [Option<u64>; 5] = [None, Some(4_000), Some(20_000), Some(COUNTS), Some(1_000_000)];
+const INERTIAS: [f64; 7] = [0.4, 0.6, 0.7, 1.3, 1.5, 2.0, 2.5];
+/// The largest is what the motor can still turn.
+const FRICTIONS: [f64; 5] = [0.01, 0.5, 0.7, 1.3, 1.9];
+const COUPLINGS_NM_PER_RAD: [f64; 5] = [300.0, 500.0, 1000.0, 2000.0, 5000.0];
+const BACKLASHES_RAD: [f64; 2] = [5e-4, 2e-3];
+const DETENTS_NM: [f64; 2] = [0.1, 0.3];
+/// A micro-step error of 5 % and 20 % of a full step.
+const MICROSTEP_ERRORS_RAD: [f64; 2] = [6e-4, 2.5e-3];
+
+/// All of them.
+///
+/// # Errors
+/// An effect that the model refuses.
+pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
+    let mut all = Vec::new();
+    for counts in ENCODERS {
+        let name = counts.map_or("no encoder".to_owned(), |counts| format!("encoder of {counts} counts"));
+        all.push(Variation { name, truth: belief.clone(), counts });
+    }
+    for factor in INERTIAS {
+        let mut truth = belief.clone();
+        truth.motor.as_mut().context("a motor")?.rotor_inertia_kg_m2 *= factor;
+        truth.load.as_mut().context("a load")?.inertia_kg_m2 *= factor;
+        all.push(with_encoder(format!("inertia × {factor}"), truth));
+    }
+    for factor in FRICTIONS {
+        all.push(with_encoder(format!("friction × {factor}"), with_friction(belief, factor)));
+    }
+    let number = |key, value| vec![(key, EffectValue::Number(value))];
+    let first = |value| vec![("cos", EffectValue::List(vec![value]))];
+    for stiffness in COUPLINGS_NM_PER_RAD {
+        let name = format!("coupling of {stiffness} N·m/rad");
+        all.push(with_effect(
+            belief,
+            name,
+            "coupling-compliance",
+            &number("stiffness_nm_per_rad", stiffness),
+        )?);
+    }
+    for half_width in BACKLASHES_RAD {
+        all.push(with_effect(
+            belief,
+            format!("backlash of ± {half_width} rad"),
+            "backlash",
+            &number("half_width_rad", half_width),
+        )?);
+    }
+    for torque in DETENTS_NM {
+        all.push(with_effect(belief, format!("detent of {torque} N·m"), "detent-torque", &first(torque))?);
+    }
+    for error in MICROSTEP_ERRORS_RAD {
+        all.push(with_effect(
+            belief,
+            format!("micro-step error of {error} rad"),
+            "microstep-error",
+            &first(error),
+        )?);
+    }
+    Ok(all)
+}
+
+fn with_encoder(name: String, truth: Model) -> Variation {
+    Variation { name, truth, counts: Some(COUNTS) }
+}
+
+fn with_friction(belief: &Model, factor: f64) -> Model {
+    let mut truth = belief.clone();
+    if let FrictionParams::LuGre(law) = &mut truth.friction {
+        law.coulomb_torque_nm *= factor;
+        law.static_torque_nm *= factor;
+    }
+    truth
+}
+
+fn with_effect(
+    belief: &Model,
+    name: String,
+    id: &str,
+    parameters: &[(&str, EffectValue)],
+) -> Result<Variation> {
+    let mut truth = belief.clone();
+    truth.effects.push(Effect::from_parts(id, parameters).map_err(|error| anyhow::anyhow!("{id}: {error}"))?);
+    Ok(with_encoder(name, truth))
+}

@@ -1,0 +1,81 @@
+//! Alarms: an observer that makes the loop oscillate is given up and said so; one at its limit is told; neither is raised where
+//! the belief is right.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
+
+use closed_loop::{InProcess, Level, measure, wire};
+use config::{Scenario, parse_model, parse_scenario};
+use signals::{alarm, limiting};
+use valve_model::Model;
+
+fn shipped(name: &str) -> (Scenario, Model) {
+    let root = format!("{}/../../rt-config", env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(format!("{root}/{path}")).unwrap();
+    let scenario = parse_scenario(&read(&format!("scenarios/{name}")), name).unwrap();
+    (scenario, parse_model(&read("models/rig.toml"), "rig.toml").unwrap())
+}
+
+const SCENARIOS: [&str; 5] = [
+    "flow-steps.toml",
+    "rotation-200khz.toml",
+    "rotation-600khz.toml",
+    "sine-1hz.toml",
+    "step-sequence.toml",
+];
+
+fn with_inertia(belief: &Model, factor: f64) -> Model {
+    let mut truth = belief.clone();
+    truth.motor.as_mut().unwrap().rotor_inertia_kg_m2 *= factor;
+    truth.load.as_mut().unwrap().inertia_kg_m2 *= factor;
+    truth
+}
+
+#[test]
+fn a_right_belief_raises_no_alarm() {
+    for name in SCENARIOS {
+        for period_ns in [250_000, 1_000_000, 2_000_000, 4_000_000] {
+            let (scenario, belief) = shipped(name);
+            let scenario = Scenario { period_ns, ..scenario };
+            let outcome = measure(&scenario, &belief, &belief, Level::OBSERVED).unwrap();
+            assert_eq!(outcome.alarms, 0, "{name}, {period_ns} ns: {outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn a_loop_that_oscillates_falls_back_to_the_feed_forward_and_says_so() {
+    for name in ["rotation-200khz.toml", "rotation-600khz.toml"] {
+        for factor in [0.4, 2.0, 2.5] {
+            let (scenario, belief) = shipped(name);
+            let truth = with_inertia(&belief, factor);
+            let of = |level| measure(&scenario, &truth, &belief, level).unwrap();
+            let (none, observed) = (of(Level::NONE), of(Level::OBSERVED));
+            assert_eq!(observed.alarms, alarm::OSCILLATION, "{name}, inertia × {factor}: {observed:?}");
+            assert_eq!((observed.fault, observed.lost_teeth), (None, 0), "{name}, inertia × {factor}");
+            // Left to itself, the loop swings with up to three times the error of none until the end.
+            assert!(observed.rms_rad < 0.2 * none.rms_rad, "{name}, inertia × {factor}: {observed:?}");
+        }
+    }
+}
+
+#[test]
+fn an_observer_at_its_limit_is_limiting_and_an_alarm_after_a_second() {
+    let (mut scenario, belief) = shipped("rotation-200khz.toml");
+    scenario.control.observer_limit = 0.05;
+    let mut truth = belief.clone();
+    if let valve_model::FrictionParams::LuGre(law) = &mut truth.friction {
+        law.coulomb_torque_nm *= 1.6;
+        law.static_torque_nm *= 1.6;
+    }
+    let parts = wire(&scenario, &truth, &belief).unwrap();
+    let (mut first, mut alarmed) = (None, None);
+    for cycle in InProcess::new(&parts) {
+        if cycle.status.limiting & limiting::OBSERVER != 0 {
+            first.get_or_insert(cycle.cycle);
+        }
+        if cycle.status.alarms & alarm::OBSERVER_SATURATED != 0 {
+            alarmed.get_or_insert(cycle.cycle);
+        }
+    }
+    let (first, alarmed) = (first.unwrap(), alarmed.unwrap());
+    assert!((1000..1500).contains(&(alarmed - first)), "limiting from cycle {first}, alarm in {alarmed}");
+}
