@@ -48,6 +48,8 @@ struct Mistake {
     scale: Scale,
     says: &'static str,
     mend: &'static str,
+    /// How many mistakes it is at once.
+    count: i32,
 }
 
 const fn mistake(
@@ -57,7 +59,19 @@ const fn mistake(
     says: &'static str,
     mend: &'static str,
 ) -> Mistake {
-    Mistake { kind, channels, scale, says, mend }
+    Mistake { kind, channels, scale, says, mend, count: 1 }
+}
+
+/// Torque and angle as an instrument shows them, in units of its own both.
+const fn with_degrees(torque: f64, says: &'static str, mend: &'static str) -> Mistake {
+    Mistake {
+        kind: Kind::TorqueUnit,
+        channels: &[Channel::Torque, Channel::Angle],
+        scale: Scale { measured: torque, angle: 1.0 / DEGREES, time: 1.0 },
+        says,
+        mend,
+        count: 2,
+    }
 }
 
 /// Those of a torque log.
@@ -100,6 +114,16 @@ const OF_TORQUE: &[Mistake] = &[
     DEGREE,
     TURN,
     MILLISECOND,
+    with_degrees(
+        1e-2,
+        "with the torque divided by 100 and the angle by 57.3",
+        "are they in N*cm and degrees? Then --map torque='.../100' --map angle='...*pi/180'",
+    ),
+    with_degrees(
+        1e-3,
+        "with the torque divided by 1000 and the angle by 57.3",
+        "are they in mN*m and degrees? Then --map torque='.../1000' --map angle='...*pi/180'",
+    ),
 ];
 
 /// Those of an angle log.
@@ -295,7 +319,8 @@ impl Case<'_> {
             let claims = tried.iter().filter(|tried| self.claims(tried.mistake, &all, &pooled(&tried.sums)));
             // One mistake is likelier than two.
             let cost = |tried: &Tried<'_>| {
-                pooled(&tried.sums).distance() * if tried.turned { TWO_MISTAKES } else { 1.0 }
+                let more = tried.mistake.count - 1 + i32::from(tried.turned);
+                pooled(&tried.sums).distance() * TWO_MISTAKES.powi(more)
             };
             if let Some(best) = claims.min_by(|a, b| cost(a).total_cmp(&cost(b))) {
                 return vec![self.finding(best, &given)];
@@ -373,7 +398,7 @@ impl Case<'_> {
     /// Runs that contradict the model where others don't, and agree once mended.
     fn some_runs(&self, tried: &[Tried<'_>], given: &[Sums]) -> Option<Finding> {
         let mut best: Option<(&Tried<'_>, Vec<usize>)> = None;
-        for tried in tried {
+        for tried in tried.iter().filter(|tried| tried.mistake.count == 1) {
             let explained = |run: &usize| {
                 let of = |sums: &[Sums]| sums.get(*run).copied().unwrap_or_default();
                 let (before, after) = (of(given), of(&tried.sums));

@@ -133,6 +133,15 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
         ("sign", |log| scale(log, Channel::Torque, -1.0), Kind::TorqueSign, "falls from"),
         ("direction", |log| scale(log, Channel::Angle, -1.0), Kind::TorqueSign, "the torque's sign turned"),
         ("degrees", |log| scale(log, Channel::Angle, 57.295_78), Kind::AngleUnit, "57.3"),
+        (
+            "degrees and N cm",
+            |log| {
+                scale(log, Channel::Angle, 57.295_78);
+                scale(log, Channel::Torque, 100.0);
+            },
+            Kind::TorqueUnit,
+            "divided by 100 and the angle by 57.3",
+        ),
         ("N cm", |log| scale(log, Channel::Torque, 100.0), Kind::TorqueUnit, "divided by 100 "),
         (
             "mN m turned",
