@@ -1,22 +1,26 @@
 //! Entry point: log and model in, diagnosis out. Prepares the campaign, fits, searches for causes, and concludes.
 
 use crate::DiagnosisError;
-use crate::conclude::verdict::{conclude, is_noise};
+use crate::conclude::verdict::conclude;
+use crate::error::if_possible;
 use crate::extend::catalogue::candidates;
-use crate::extend::hypothesis::{Correction, Hypothesis};
+use crate::extend::hypothesis::{Correction, Free, Hypothesis};
 use crate::extend::tolerance::corrections;
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
+use crate::fit::spread::spread;
 use crate::found::{Event, Found};
 use crate::log::campaign::Campaign;
 use crate::log::excitation::excitation;
-use crate::log::noise::{NoiseLevel, as_left, estimate};
+use crate::log::noise::{NoiseLevel, as_left, estimate, with_misfit};
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
+use crate::measure::doubt::{is_noise, misfit};
 use crate::measure::judgement::Judgement;
+use crate::name::refine::fewer_orders;
 use crate::name::select::{nothing_yet, select};
 use crate::name::selection::Selection;
-use crate::name::tried::Tried;
+use crate::name::tried::{EQUAL, Tried};
 use crate::options::Options;
 use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
@@ -27,6 +31,11 @@ use valve_model::Model;
 
 /// Steps of a fit of the corrections within their tolerance.
 const CORRECTING: usize = 6;
+/// A correction is clear from so many of its standard errors on.
+const CLEAR: f64 = 2.0;
+/// Where a residual is below this part of the noise, the noise was that of a worse model: its motion's errors are estimated once more
+/// with the model that was found.
+const QUIETER: f64 = 0.7;
 
 /// Diagnoses a log against a model.
 ///
@@ -87,6 +96,9 @@ pub fn diagnose(
     let corrected = corrections(&campaign.facts, &able, options.tolerance);
     let first = (first, corrected);
     let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
+    if setting.is_over() {
+        return conclude(&judged, &able, &unable);
+    }
     let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
     let nuisances = Nuisances { zero_nm, ..nuisances };
     let judged = if zero_nm == 0.0 {
@@ -96,6 +108,29 @@ pub fn diagnose(
         let setting = Setting { nuisances, ..setting };
         judge(setting, noise, &first, Some(&judged.selection), &able, options.seed, tell)?
     };
+    let found =
+        if judged.leaves_less_than(QUIETER)? { Some(judged.selection.fitted.point.clone()) } else { None };
+    let (judged, noise) = match found {
+        None => (judged, noise),
+        Some(found) => {
+            tell(Event::Step("once more, with the noise that the model found leaves"));
+            let earlier = judged.selection;
+            let ready = setting.ready(&found.hypothesis)?;
+            let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
+            let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+            (judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?, noise)
+        }
+    };
+    if judged.setting.is_over() {
+        return conclude(&judged, &able, &unable);
+    }
+    if let Some(misfit) = misfit(&judged)? {
+        tell(Event::Step("once more, with what the causes leave as an error of every sample"));
+        let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
+        let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+        let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
+        return conclude(&judged, &able, &unable);
+    }
     let Some(colour) = judged.colour()? else { return conclude(&judged, &able, &unable) };
     tell(Event::Step("once more, with noise whose neighbours are alike"));
     let earlier = judged.selection;
@@ -179,8 +214,38 @@ fn with_corrections(
     let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
     point.hypothesis.corrections = others.collect();
     let fitted = fit(setting, point, &Piece::is_fitted, CORRECTING)?;
-    selection.take(Tried::judged(setting, fitted));
+    selection.take(without_idle_corrections(setting, Tried::judged(setting, fitted))?);
+    // Beside the corrections some harmonics may be within their own errors.
+    for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
+        if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
+        {
+            fewer_orders(setting, &mut selection, index)?;
+        }
+    }
     Ok(selection)
+}
+
+/// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a
+/// number moves only where the data ask for it. How well the causes are known takes all of them as uncertain all the same.
+fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
+    let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Ok(joint) };
+    let hypothesis = &joint.fitted.point.hypothesis;
+    let places: Vec<Free> = hypothesis.free();
+    let idle = |index: usize| {
+        let place = places.iter().position(|free| *free == Free::Correction(index));
+        let of = hypothesis.corrections.get(index).zip(place);
+        of.is_none_or(|(of, place)| {
+            let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
+            (of.value - of.neutral).powi(2) < CLEAR * CLEAR * variance
+        })
+    };
+    let held = hypothesis.with_corrections_free(idle);
+    if held.corrections.iter().all(|of| of.free) {
+        return Ok(joint);
+    }
+    let begin = Point { hypothesis: held, starts: joint.fitted.point.starts.clone() };
+    let tried = if_possible(Tried::from(setting, begin, CORRECTING))?;
+    Ok(tried.filter(|tried| tried.rms <= joint.rms + EQUAL).unwrap_or(joint))
 }
 
 fn begin(campaign: &Campaign, ready: &Ready) -> Point {

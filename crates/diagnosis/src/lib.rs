@@ -30,7 +30,7 @@ pub use log::gaps::bridged;
 pub use options::Options;
 pub use outcome::{
     Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,
-    Diagnosis, Evidence, Gain, Judged, Nearest, Order, ParameterFound, Parameters, Residual, Verdict,
-    Whiteness,
+    Diagnosis, Evidence, Gain, Judged, Nearest, Offered, Order, ParameterFound, Parameters, Residual,
+    Verdict, Whiteness,
 };
 pub use workers::{OneAfterTheOther, Workers};

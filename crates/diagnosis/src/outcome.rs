@@ -98,6 +98,32 @@ pub struct BestOfGroup {
     pub rms_after: f64,
 }
 
+/// An effect that is there and that the extended model is better without: whoever wants it adds it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Offered {
+    /// Which effect.
+    pub id: EffectId,
+    /// Its parameters.
+    pub parameters: Parameters,
+    /// Why it is kept out.
+    pub reason: String,
+    /// RMS of measured less predicted on held-out runs with it and all accepted causes.
+    pub rms_after: f64,
+}
+
+/// A ripple over the angle that is left, as it is in runs that turn far enough.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RippleLeft {
+    /// Periods in a turn.
+    pub order: usize,
+    /// Root of the mean square over runs of its amplitude, in the channel's unit.
+    pub amplitude: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Whether its phase is the same in all runs.
+    pub in_phase: bool,
+}
+
 /// A name and a reason.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judged {
@@ -248,6 +274,10 @@ pub struct Diagnosis {
     pub nearest: Option<Nearest>,
     /// What differs from run to run by itself.
     pub nuisances: Vec<String>,
+    /// Effects that are there, but not in the extended model.
+    pub offered: Vec<Offered>,
+    /// Ripples over the angle that are left.
+    pub ripples: Vec<RippleLeft>,
     /// What the runs show that is no cause, in words.
     pub observations: Vec<String>,
 }

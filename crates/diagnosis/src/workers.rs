@@ -6,6 +6,11 @@ use std::sync::OnceLock;
 pub trait Workers: Sync {
     /// Calls `job` once with each number below `count`, and returns when all are done.
     fn run(&self, count: usize, job: &(dyn Fn(usize) + Sync));
+
+    /// Whether the time that the caller gives is over: a diagnosis then concludes from what it has.
+    fn is_over(&self) -> bool {
+        false
+    }
 }
 
 /// One job after the other.

@@ -60,8 +60,13 @@ impl Place {
 
     /// Writes runs as a log and diagnoses it; what it took is part of what was found.
     fn diagnosed(&self, name: &str, runs: Vec<Run>, model: &Path) -> Result<Found> {
+        self.diagnosed_log(name, Log { title: name.to_owned(), runs, ..Log::default() }, model)
+    }
+
+    /// The same of a log.
+    fn diagnosed_log(&self, name: &str, contents: Log, model: &Path) -> Result<Found> {
         let log = self.path(&format!("{name}.h5"));
-        run_log::write_log(&log, &Log { title: name.to_owned(), runs, ..Log::default() })?;
+        run_log::write_log(&log, &contents)?;
         let out = self.path(name);
         let begun = Instant::now();
         let json = diagnose(&log, model, &out, &[], self.limit)?;

@@ -4,7 +4,7 @@
 use super::record::{columns, files, placed, stem};
 use super::{Friction, Place};
 use anyhow::Result;
-use log_data::Run;
+use log_data::{AngleZero, Log, Run};
 use std::f64::consts::PI;
 
 /// Of the motor's nominal torque, N·m for each per cent; both signs turned.
@@ -70,7 +70,14 @@ pub fn run(place: &mut Place) -> Result<()> {
     for (folder, record) in
         [("steady_state", "screw drive, 32 steady runs"), ("start_stop", "screw drive, start and stop")]
     {
-        let found = place.diagnosed(folder, runs(place, folder)?, &model)?;
+        // Each run's angle is integrated from where it begins.
+        let log = Log {
+            title: folder.to_owned(),
+            runs: runs(place, folder)?,
+            angle_zero: AngleZero::PerRun,
+            ..Log::default()
+        };
+        let found = place.diagnosed_log(folder, log, &model)?;
         let passed = found.names_or_groups("torque-offset") || found.names_or_groups("direction-asymmetry");
         place.check(record, "torque-offset or direction-asymmetry, or the group", found.words(), passed);
         if folder == "start_stop" {
@@ -82,7 +89,7 @@ pub fn run(place: &mut Place) -> Result<()> {
         let ripple = |order: usize| found.order_nm(order).map(|nm| 1e3 * nm);
         let (one, two) = (ripple(1), ripple(2));
         let good = |nm: Option<f64>| nm.is_some_and(|nm| (0.1..0.45).contains(&nm));
-        let reported = found.says(&["once"]) && found.says(&["twice"]);
+        let reported = found.says(&["once per turn"]) && found.says(&["twice per turn"]);
         let text = match (one, two) {
             (None, None) => format!("no position-torque; once and twice a turn in the texts: {reported}"),
             _ => format!("{:.2} and {:.2} mN·m", one.unwrap_or(0.0), two.unwrap_or(0.0)),

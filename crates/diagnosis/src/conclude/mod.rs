@@ -2,4 +2,5 @@
 
 pub(crate) mod next_experiment;
 pub(crate) mod reasons;
+pub(crate) mod ripples;
 pub(crate) mod verdict;

@@ -18,6 +18,8 @@ pub(crate) struct Against {
     pub geared: Vec<(EffectId, f64)>,
     /// Causes that increase the error on held-out runs.
     pub harmful: Vec<EffectId>,
+    /// One cause that is doubtful removes the largest part all the same: where it can't be told from others, they are a group.
+    pub mostly: bool,
 }
 
 impl Against {
@@ -29,12 +31,16 @@ impl Against {
 
 /// The groups of causes that can't be told apart, and why.
 pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Facts) -> Vec<Ambiguity> {
-    let groups = selection.ambiguous.iter().filter(|_| !against.doubtful);
+    let groups = selection.ambiguous.iter().filter(|_| !against.doubtful || against.mostly);
     let geared = |id: EffectId| against.is_geared(id);
     let open = groups.filter(|(best, others)| !geared(*best) && !others.iter().any(|id| geared(*id)));
     open.map(|(best, others)| {
         let ids = std::iter::once(best).chain(others).copied().collect();
-        Ambiguity { ids, reason: why_alike(selection, *best, others, facts), best: None }
+        let mut reason = why_alike(selection, *best, others, facts);
+        if against.doubtful {
+            reason = format!("each removes the largest part of the error, not all of it; {reason}");
+        }
+        Ambiguity { ids, reason, best: None }
     })
     .collect()
 }

@@ -3,50 +3,34 @@
 use crate::DiagnosisError;
 use crate::conclude::next_experiment::next_experiment;
 use crate::conclude::reasons::{Against, ambiguities, rejected};
+use crate::conclude::ripples::{
+    drifting, kept_out, offer, ripples, ripples_in_words, ripples_left, tell_phases,
+};
 use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::Untestable;
 use crate::extend::hypothesis::Member;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups};
+use crate::measure::doubt::{is_doubtful, is_noise};
 use crate::measure::judgement::Judgement;
-use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{
-    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Evidence, Judged, Nearest, Verdict,
+    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Judged, Nearest, Offered, Verdict,
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
-use crate::show::residual::{Left, rms_as_fitted};
-use crate::show::ripple::phase;
+use crate::show::residual::Left;
 use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, structure};
 use crate::show::tone::{Tone, tone};
 use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
-use valve_model::{Condition, Effect, EffectId};
+use valve_model::{Effect, EffectId};
 
-/// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than `SHARE_LEFT` of it.
-const RMS_LEFT: f64 = 1.1;
-const DEVIATIONS: f64 = 3.0;
-/// The share of the residual beyond noise that one cause, or several together, must explain to be accepted. Several
-/// have more free numbers, so more is asked of them.
-const EXPLAINED: f64 = 0.5;
-const EXPLAINED_TOGETHER: f64 = 0.7;
-/// If the residual exceeds the misfit of the causes' forms, one covariate that explains this share of it points to a
-/// further cause.
-const ANOTHER: f64 = 0.15;
-/// Causes whose form is general: they take any function of what they depend on. Alone, their residual is at most
-/// `LITTLE` of what they explain.
-const GENERAL: [EffectId; 5] = [
-    EffectId::TorqueOffset,
-    EffectId::TorqueGain,
-    EffectId::PressureTorque,
-    EffectId::PositionTorque,
-    EffectId::FlowTorque,
-];
-const LITTLE: f64 = 0.05;
+/// What is told where nothing is accepted removes at least this part.
+const MOST_OF_IT: f64 = 0.5;
 
 pub(crate) fn conclude(
     judged: &Judgement<'_>,
@@ -55,6 +39,7 @@ pub(crate) fn conclude(
 ) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
     let facts = &judged.setting.campaign.facts;
+    let is_over = judged.setting.is_over();
     let (point_of_all, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_of_all = structure(&judged.setting, &left_of_all);
     let tone = tone(&judged.setting, &left_of_all);
@@ -62,34 +47,45 @@ pub(crate) fn conclude(
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all),
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
+        mostly: false,
     };
     let nearest = against.doubtful.then(|| nearest(judged, &structure_of_all)).flatten();
     let with_all = judged.gain_of(&left_of_all).rms_after;
+    let mut kept = undisputed(selection, &against);
+    let ripples = ripples(judged, &left_of_all, structure_of_all.per_independent);
+    let drifting: Vec<usize> = drifting(&ripples).filter(|index| kept.contains(index)).collect();
+    kept.retain(|index| !drifting.contains(index));
     let Accepted { point, after, mut causes, corrected, covariance, harmful } =
-        accept(judged, undisputed(selection, &against), (point_of_all, left_of_all))?;
+        accept(judged, kept, (point_of_all, left_of_all))?;
     against.harmful = harmful;
     let structure_kept = structure(&judged.setting, &after);
-    for cause in &mut causes {
-        if let Some(text) = phase(judged.setting.campaign, cause, &after) {
-            cause.evidence.insert("phase".to_owned(), Evidence::Text(text));
-        }
-    }
+    tell_phases(judged, &ripples, &mut causes);
+    let offered = offer(judged, &ripples, &drifting, with_all)?;
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
+    against.mostly = nearest.as_ref().is_some_and(|of| of.ids.len() == 1);
     let mut ambiguous = ambiguities(selection, &against, facts);
-    let proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
+    let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
+    proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
+    let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let verdict = verdict(
         &causes,
         &ambiguous,
-        is_rounding(&judged.setting, &after) || is_noise(&structure_kept) && tone.is_none(),
+        is_rounding(&judged.setting, &after)
+            || judged.noise.share == 1.0 && is_noise(&structure_kept) && tone.is_none(),
     );
-    let rejected = rejected(selection, able, (&causes, &ambiguous), &against);
+    let mut rejected = rejected(selection, able, (&causes, &ambiguous), &against);
+    rejected.retain(|of| !offered.iter().any(|offered| offered.id == of.id));
     let untestable: Vec<Judged> = unable
         .iter()
         .filter(|of| !ambiguous.iter().any(|group| group.ids.contains(&of.id)))
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
     let mut observations = observations(judged, verdict, &after, &structure_kept);
+    observations.extend(is_over.then(cut_short));
+    let ripples = ripples_left(judged, verdict, &after);
+    observations.extend(ripples_in_words(&ripples, judged.setting.campaign.kind.channel.unit()));
+    observations.extend(offered.iter().map(|of| kept_out(of, judged.setting.campaign.kind.channel.unit())));
     let is_rounding = is_rounding(&judged.setting, &after);
     observations.extend(tone.filter(|_| !is_rounding).map(|tone| hum(judged, tone)));
     observations.extend(against.geared.iter().map(|(_, order)| {
@@ -118,6 +114,8 @@ pub(crate) fn conclude(
         covariance,
         nearest,
         nuisances: judged.nuisances(),
+        offered,
+        ripples,
         observations,
     };
     let refused = |source| judged.setting.campaign.refused(source);
@@ -150,21 +148,9 @@ fn propose(
     Ok(effects)
 }
 
-/// True if the selected causes leave too large a residual to be the cause.
-fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> bool {
-    let selection = &judged.selection;
-    if selection.fitted.point.hypothesis.members.is_empty() {
-        return false;
-    }
-    let loss = judged.setting.loss();
-    let on_held_out = part_left_on_held_out(judged, left);
-    let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
-    let too_little = || {
-        selection.share_explained(loss) < least_share(selection)
-            || another_cause(selection, structure)
-            || on_held_out > loss.hardly_less()
-    };
-    no_better || !is_noise(structure) && too_little()
+/// The sentence on a search that was ended.
+fn cut_short() -> String {
+    "The search was ended before it came to its end: this is the best answer so far, and further causes may be there.".to_owned()
 }
 
 /// Indices of the members to which nothing is objected and that are in no group of twins.
@@ -235,79 +221,14 @@ fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
     )
 }
 
-fn least_share(selection: &Selection) -> f64 {
-    if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
-}
-
-/// The ratio of the held-out RMS with the causes to that without; 0 without held-out runs.
-fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
-    let held_out = |piece: &Piece| piece.hold_out;
-    let rms = |left: &[Left]| rms_as_fitted(&judged.setting, left, &held_out);
-    let before = rms(&judged.before);
-    if before > 0.0 { rms(left) / before } else { 0.0 }
-}
-
-/// True if the residual is large and structured: the causes then stand in for one that is not on the list.
-fn another_cause(selection: &Selection, structure: &Structure) -> bool {
-    let left = structure.rms.powi(2) - 1.0;
-    let explained = selection.explained();
-    let ids: Vec<EffectId> =
-        selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
-    let own = |of: &&Dependence| of.p_value < CHANCE && !is_of_another(&ids, &of.on);
-    let share = structure.dependences.iter().filter(own).map(|of| of.share).fold(0.0, f64::max);
-    let others = structure.dependences.iter().filter(|of| of.p_value < CHANCE && is_of_another(&ids, &of.on));
-    let of_others = others.map(|of| of.share).fold(0.0, f64::max);
-    let general = ids.iter().all(|id| GENERAL.contains(id)) && of_others < share.max(ANOTHER);
-    if general && left > LITTLE * explained {
-        return true;
-    }
-    left > MISFIT * explained && share * structure.rms.powi(2) > ANOTHER * left
-}
-
-/// True if none of the selected causes depends on this covariate, so that a residual that does points to a further
-/// cause. Any cause may depend on speed, acceleration or run.
-fn is_of_another(ids: &[EffectId], on: &str) -> bool {
-    let over_the_angle = |id: &EffectId| {
-        matches!(
-            id,
-            EffectId::AngleDependentFriction
-                | EffectId::PositionTorque
-                | EffectId::FlowTorque
-                | EffectId::DetentTorque
-                | EffectId::MicrostepError
-                | EffectId::EncoderEccentricity
-        )
-    };
-    if on.starts_with("angle") {
-        return !ids.iter().any(over_the_angle);
-    }
-    let needs = |condition: Condition| ids.iter().any(|id| id.spec().needs == Some(condition));
-    match on {
-        "pressure" => !needs(Condition::PressureDrop),
-        "temperature" => !needs(Condition::OilTemperature),
-        _ => false,
-    }
-}
-
 /// What was selected and not accepted, where it removes more than half of what is beyond noise.
 fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Option<Nearest> {
     let selection = &judged.selection;
-    let removes = selection.share_explained(judged.setting.loss());
+    let removes = selection.share_explained(judged.setting.loss(), judged.noise.share);
     let members = selection.fitted.point.hypothesis.members.iter();
     let ids: Vec<EffectId> = members.map(|member| member.candidate.id).collect();
     let leaves_by = structure.dependences.iter().find(|of| of.p_value < CHANCE && of.share > SHARE_LEFT);
-    (removes > EXPLAINED).then(|| Nearest { ids, removes, leaves_by: leaves_by.map(|of| of.on.clone()) })
-}
-
-/// Whether a residual is no more than noise.
-pub(crate) fn is_noise(structure: &Structure) -> bool {
-    // Below the noise, shares count in parts of the noise's variance, so a large share of a small residual is not
-    // significant.
-    let square = structure.rms.powi(2).min(1.0);
-    let depends =
-        structure.dependences.iter().any(|of| of.share * square > SHARE_LEFT && of.p_value < CHANCE);
-    // An RMS of few samples is itself uncertain.
-    structure.rms <= RMS_LEFT + DEVIATIONS / (2.0 * structure.count).sqrt() && !depends
+    (removes > MOST_OF_IT).then(|| Nearest { ids, removes, leaves_by: leaves_by.map(|of| of.on.clone()) })
 }
 
 fn telling(structure: &Structure) -> Vec<Dependence> {

@@ -11,8 +11,10 @@ pub(crate) struct Untestable {
     pub reason: String,
 }
 
-/// Harmonics looked for.
-const POSITION_ORDERS: usize = 12;
+/// Harmonics of a torque over the angle: the highest, and those that are always looked for. Higher ones are looked for where
+/// they stand out of a residual.
+const POSITION_ORDERS: usize = 128;
+const LOW_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
 const FRICTION_ORDERS: usize = 6;
 /// Initial damping of a coupling, in multiples of what prevents squeal; and the least value of that, N·m·s/rad.
@@ -229,7 +231,11 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::CouplingCompliance => compliance(facts),
         EffectId::Backlash => backlash(),
         EffectId::EncoderEccentricity => eccentricity(),
-        EffectId::PositionTorque => series(id, POSITION_ORDERS, 0.01 * facts.coulomb_nm),
+        EffectId::PositionTorque => {
+            let mut made = series(id, POSITION_ORDERS, 0.01 * facts.coulomb_nm);
+            made.probes.truncate(LOW_ORDERS);
+            made
+        }
         EffectId::FlowTorque => series(id, FLOW_ORDERS, 0.01 * facts.coulomb_nm / pressure),
         EffectId::AngleDependentFriction => series(id, FRICTION_ORDERS, 0.02),
         EffectId::DetentTorque => series(id, 2, 0.01 * facts.motor.map_or(1.0, |motor| motor.0)),
@@ -259,6 +265,27 @@ fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
     };
     let probes = (0..orders).map(probe).collect();
     Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true }
+}
+
+/// Looks for these orders of a series beside the low ones; of other causes than a torque over the angle nothing changes.
+pub(crate) fn look_for_orders(candidate: &mut Candidate, orders: &[usize]) {
+    let step = candidate.parameters.first().map_or(0.0, |first| first.step);
+    if candidate.id != EffectId::PositionTorque {
+        return;
+    }
+    candidate.probes.truncate(LOW_ORDERS);
+    let shape = candidate.neutral();
+    for slot in orders.iter().filter(|order| **order > LOW_ORDERS).map(|order| order - 1) {
+        let columns = vec![(2 * slot, step), (2 * slot + 1, step)];
+        candidate.probes.push(Probe { shape: shape.clone(), columns, jump: false });
+    }
+}
+
+/// The orders beside the low ones that a torque over the angle may have in such a log: from, and below which one. In an angle log
+/// a motor's teeth bring orders of their own.
+pub(crate) fn high_orders(facts: &Facts) -> (usize, usize) {
+    let teeth = facts.motor.filter(|_| !facts.kind.motion_is_measured).map(|(_, teeth)| teeth as usize);
+    (LOW_ORDERS + 1, teeth.unwrap_or(POSITION_ORDERS + 1))
 }
 
 fn lag(facts: &Facts) -> Candidate {

@@ -26,7 +26,9 @@ impl Member {
     pub fn left_out(&self) -> Vec<Vec<usize>> {
         let out = |number: &usize| !self.free.contains(number);
         if self.candidate.series {
-            let orders = (0..self.numbers.len() / 2).map(|order| vec![2 * order, 2 * order + 1]);
+            let looked_for = self.candidate.probes.iter();
+            let orders =
+                looked_for.map(|probe| probe.columns.iter().map(|(number, _)| *number).collect::<Vec<_>>());
             return orders.filter(|pair| pair.iter().all(out)).collect();
         }
         let any = self.candidate.free.iter().chain(&self.candidate.optional).copied();
@@ -170,6 +172,24 @@ impl Hypothesis {
             }
         }
         prior
+    }
+
+    /// The standard deviation that a number has by its tolerance; `None` for what has none.
+    pub fn tolerance(&self, free: Free) -> Option<f64> {
+        let Free::Correction(index) = free else { return None };
+        self.corrections.get(index).map(|of| of.deviation)
+    }
+
+    /// The same with every correction free, or at its neutral value and held there if `holds` says so of its place.
+    pub fn with_corrections_free(&self, holds: impl Fn(usize) -> bool) -> Self {
+        let mut hypothesis = self.clone();
+        for (index, of) in hypothesis.corrections.iter_mut().enumerate() {
+            of.free = !holds(index);
+            if !of.free {
+                of.value = of.neutral;
+            }
+        }
+        hypothesis
     }
 
     pub fn has(&self, id: EffectId) -> bool {

@@ -110,6 +110,11 @@ impl Setting<'_> {
         }
     }
 
+    /// Whether nothing more is to be tried: the caller's time is over, or as much was simulated as may be.
+    pub fn is_over(&self) -> bool {
+        self.workers.is_over() || self.campaign.is_worn_out()
+    }
+
     /// How groups of samples count in a fit.
     pub fn loss(&self) -> Loss {
         self.campaign.kind.loss
@@ -271,7 +276,8 @@ fn direct(additive: Additive, piece: &Piece) -> Box<dyn Iterator<Item = f64> + '
     }
 }
 
-/// Equations summed by group, groups without a piece empty; last, in no fold, what the tolerance says.
+/// Equations summed by group, groups without a piece empty; last, in no fold, what the tolerance says. Where a model leaves more
+/// than the noise, its misfit counts as noise: else numbers would leave their tolerance for what they have nothing to do with.
 pub(crate) fn by_group(
     campaign: &Campaign,
     hypothesis: &Hypothesis,
@@ -284,7 +290,10 @@ pub(crate) fn by_group(
             group.add(&equations.gram);
         }
     }
-    groups.push(hypothesis.prior(columns));
+    let (square, count) = groups
+        .iter()
+        .fold((0.0, 0.0), |(square, count), group| (square + group.square(), count + group.count));
+    groups.push(hypothesis.prior(columns).times((square / f64::max(count, 1.0)).max(1.0)));
     groups
 }
 

@@ -86,6 +86,9 @@ pub(crate) fn fit_on(
 ) -> Result<Fitted, DiagnosisError> {
     let mut here = evaluate(setting, begin, wanted)?;
     for _ in 0..steps.min(STEPS) {
+        if setting.is_over() {
+            break;
+        }
         let total = sum(&setting.loss().weighted(&here.fitted.groups));
         let count = total.count.max(1.0);
         let rest = (here.fitted.loss - count).max(0.0);

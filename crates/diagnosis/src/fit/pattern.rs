@@ -31,12 +31,12 @@ pub(crate) fn search(
 ) -> Result<Option<Point>, DiagnosisError> {
     let of_member = |free: &Free| matches!(free, Free::Number(of, _) if *of == member);
     let numbers: Vec<Free> = fitted.point.hypothesis.free().into_iter().filter(of_member).collect();
-    if !ended_poorly(setting, fitted) || numbers.is_empty() || numbers.len() > MOST {
+    if !ended_poorly(setting, fitted) || numbers.is_empty() || numbers.len() > MOST || setting.is_over() {
         return Ok(None);
     }
     let (mut best, mut least) = (fitted.point.clone(), fitted.loss);
     for size in SIZES {
-        for free in &numbers {
+        for free in numbers.iter().filter(|_| !setting.is_over()) {
             for way in [size, -size] {
                 let before = least;
                 for _ in 0..IN_A_ROW {

@@ -163,9 +163,22 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
             covariance[(i, i)] = least;
         }
     }
+    within_tolerance(&fitted.point.hypothesis, &mut covariance);
     let freedom = (count - 1.0).max(1.0);
     let half_width = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
     Some(Spread { covariance, half_width })
+}
+
+/// What is known of a number beforehand no run can take away: none is known worse than its tolerance.
+fn within_tolerance(hypothesis: &Hypothesis, covariance: &mut DMatrix<f64>) {
+    for (place, free) in hypothesis.free().into_iter().enumerate() {
+        let Some(deviation) = hypothesis.tolerance(free) else { continue };
+        let known = deviation / covariance[(place, place)].sqrt();
+        if known < 1.0 {
+            covariance.row_mut(place).scale_mut(known);
+            covariance.column_mut(place).scale_mut(known);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::log::begun::Begun;
+use crate::log::classes::Class;
 use crate::log::course::Course;
 use crate::log::driven::{Driven, lead_of};
 use crate::log::facts::Facts;
@@ -9,8 +10,9 @@ use crate::log::gaps::bridged;
 use crate::log::kind::LogKind;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
-use crate::log::piece::{Piece, check};
+use crate::log::piece::{Piece, check, check_motion};
 use crate::log::ready::Ready;
+use crate::log::work::Work;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run};
 use prediction::{Noise, median, motion_at, predicted_channel};
@@ -32,8 +34,8 @@ const PIECES_OF_A_RUN: usize = 2;
 const LEAST_PIECE: usize = 1000;
 /// An error of the integrator in a sub-step may be this part of the encoder's.
 const OF_THE_NOISE: f64 = 3e-5;
-/// Runs of one kind from which whole runs are held out; below, runs are cut into so many blocks.
-const RUNS_OF_A_KIND: usize = 4;
+/// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
+const RUNS_ALIKE: usize = 4;
 const BLOCKS: usize = 4;
 /// A log of few runs is cut into so many blocks in all.
 const BLOCKS_IN_ALL: usize = 20;
@@ -50,14 +52,20 @@ pub(crate) struct Campaign {
     pub facts: Facts,
     /// Name and kind of each run.
     pub runs: Vec<(String, String)>,
+    /// How each run moves.
+    pub classes: Vec<Class>,
     /// Name of each group, as it is reported.
     pub groups: Vec<String>,
     /// The fold of each group; those held out have none that is used.
     pub fold_of: Vec<usize>,
     /// Of an angle log: whether the encoder has one zero, or one a run. `None` of a torque log, which has no use for it.
     pub angle_zero: Option<AngleZero>,
+    /// Whether what causes leave counts as an error of every sample: neighbours are alike in it, and no test of whiteness sees it.
+    pub has_misfit: bool,
     /// Samples of the log, chosen or not.
     pub samples: usize,
+    /// What all predictions add to.
+    work: Arc<Work>,
     /// The error that the integrator may make in a sub-step, rad.
     angle_error_rad: f64,
 }
@@ -82,7 +90,11 @@ impl Campaign {
         for (run, _) in log.runs.iter().zip(&usable).filter(|(_, usable)| **usable) {
             check(run, kind, LEAST_SAMPLES)?;
         }
-        let (mut plans, groups) = plan(log, &usable, kind, longest(log, &usable, kind));
+        let used = log.runs.iter().zip(&usable).filter(|(_, usable)| **usable);
+        check_motion(used.map(|(run, _)| run), kind)?;
+        let classes: Vec<Class> =
+            map(workers, log.runs.len(), |index| log.runs.get(index).map(Class::of).unwrap_or_default());
+        let (mut plans, groups) = plan(log, (&usable, &classes), kind, longest(log, &usable, kind));
         let noises: Vec<Noise> = map(workers, log.runs.len(), |index| {
             log.runs
                 .get(index)
@@ -96,6 +108,7 @@ impl Campaign {
         let ready = Ready::new(model, kind, angle_error_rad).map_err(|source| refused(first_run, source))?;
         let pitch_rad = model.motor.filter(|_| !kind.motion_is_measured).map(|motor| motor.tooth_pitch_rad());
         let courses = courses(log, &plans, &chosen, &noises, (kind, facts.reference_temperature_c));
+        let work = Arc::new(Work::default());
         let make = |index: usize| {
             let plan = plans.get(index)?;
             if pitch_rad.is_none() && !*chosen.get(index)? {
@@ -109,12 +122,13 @@ impl Campaign {
             piece.group = plan.group;
             piece.mask = masks.get(plan.run)?.get(piece.rows.clone()).unwrap_or_default().to_vec();
             piece.course = courses.get(&plan.run).cloned();
+            piece.work = Arc::clone(&work);
             // Lost steps are seen at once, and taken out of what the other causes are judged by.
             piece.jumps.extend(pitch_rad.and_then(|pitch_rad| lost_steps::find(&piece, &ready, pitch_rad)));
             (*chosen.get(index)? || !piece.jumps.is_empty()).then_some(piece)
         };
         let mut pieces: Vec<Piece> = map(workers, plans.len(), make).into_iter().flatten().collect();
-        let (hold_out, fold_of) = deal(log, &pieces, groups.len(), seed);
+        let (hold_out, fold_of) = deal(&classes, &pieces, groups.len(), seed);
         for piece in &mut pieces {
             piece.hold_out = hold_out.get(piece.group).copied().unwrap_or(false);
         }
@@ -124,12 +138,20 @@ impl Campaign {
             pieces,
             facts,
             runs: log.runs.iter().map(|run| (run.name.clone(), run.kind.clone())).collect(),
+            classes,
             groups,
             fold_of,
             angle_zero: (!kind.motion_is_measured).then_some(log.angle_zero),
+            has_misfit: false,
             samples: log.runs.iter().map(Run::len).sum(),
+            work,
             angle_error_rad,
         })
+    }
+
+    /// Whether as much was simulated as a diagnosis may: it then concludes from what it has.
+    pub fn is_worn_out(&self) -> bool {
+        self.work.samples() > self.kind.most_simulated
     }
 
     /// Refuses a model that can't predict.
@@ -202,16 +224,22 @@ fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
 }
 
-/// Cuts the runs: whole ones where there are enough of their kind, blocks otherwise.
-fn plan(log: &Log, usable: &[bool], kind: LogKind, longest: usize) -> (Vec<Plan>, Vec<String>) {
-    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-    let runs = || log.runs.iter().zip(usable).enumerate().filter(|(_, (_, usable))| **usable);
-    runs().for_each(|(_, (run, _))| *kinds.entry(&run.kind).or_default() += 1);
+/// Cuts the runs: whole ones where enough move alike, blocks otherwise.
+fn plan(
+    log: &Log,
+    (usable, classes): (&[bool], &[Class]),
+    kind: LogKind,
+    longest: usize,
+) -> (Vec<Plan>, Vec<String>) {
+    let mut alike: BTreeMap<Class, usize> = BTreeMap::new();
+    let runs =
+        || log.runs.iter().zip(usable).zip(classes).enumerate().filter(|(_, ((_, usable), _))| **usable);
+    runs().for_each(|(_, (_, class))| *alike.entry(*class).or_default() += 1);
     let total = runs().count();
-    let blocks_of_few = if total < RUNS_OF_A_KIND { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
+    let blocks_of_few = if total < RUNS_ALIKE { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
     let (mut plans, mut groups) = (Vec::new(), Vec::new());
-    for (index, (run, _)) in runs() {
-        let whole = kinds.get(run.kind.as_str()).is_some_and(|count| *count >= RUNS_OF_A_KIND);
+    for (index, ((run, _), class)) in runs() {
+        let whole = alike.get(class).is_some_and(|count| *count >= RUNS_ALIKE);
         let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
         let blocks = wanted.max(run.len().div_ceil(longest));
         let group = groups.len();
@@ -303,17 +331,17 @@ fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
     chosen
 }
 
-/// Deals groups to folds and to those held out: neighbours in kind, direction and pressure go different ways.
-fn deal(log: &Log, pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Vec<usize>) {
+/// Deals groups to folds and to those held out: neighbours in motion, direction and pressure go different ways.
+fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Vec<usize>) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut keys: Vec<(String, i8, i64, u32, usize)> = Vec::new();
+    let mut keys: Vec<(Class, i8, i64, u32, usize)> = Vec::new();
     for group in 0..groups {
         let Some(piece) = pieces.iter().find(|piece| piece.group == group) else { continue };
-        let kind = log.runs.get(piece.run).map_or(String::new(), |run| run.kind.clone());
+        let class = classes.get(piece.run).copied().unwrap_or_default();
         let turn = piece.kinematics(piece.len().saturating_sub(1)).0 - piece.kinematics(0).0;
         let direction = if turn.abs() < 1e-3 { 0 } else { turn.signum() as i8 };
         let pressure = piece.driven.pressure_pa().first().map_or(0.0, |pressure| pressure / 1e5) as i64;
-        keys.push((kind, direction, pressure, random.random(), group));
+        keys.push((class, direction, pressure, random.random(), group));
     }
     keys.sort();
     let (mut hold_out, mut fold_of) = (vec![false; groups], vec![0; groups]);
@@ -322,7 +350,7 @@ fn deal(log: &Log, pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Ve
         offset.shuffle(&mut random);
         let offset = offset.first().copied().unwrap_or(0);
         for (place, key) in same.iter().enumerate() {
-            // The last, incomplete round of a kind gives none away.
+            // The last, incomplete round of a class gives none away.
             let complete = place / HOLD_OUT * HOLD_OUT + HOLD_OUT <= same.len();
             if let Some(held) = hold_out.get_mut(key.4) {
                 *held = complete && place % HOLD_OUT == offset;

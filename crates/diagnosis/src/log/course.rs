@@ -3,6 +3,7 @@
 use crate::log::begun::Begun;
 use crate::log::driven::Driven;
 use crate::log::past::Before;
+use crate::log::work::Work;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use valve_model::{ContactPast, MotionSample, ValveInput, ValveParams};
@@ -29,13 +30,22 @@ type Key = (usize, u64, Option<u64>);
 
 impl Whole {
     /// All angles of a run, rad.
-    pub fn angle_rad(&self, course: &Course, params: &ValveParams, start: Begun) -> Arc<OnceLock<Vec<f64>>> {
+    pub fn angle_rad(
+        &self,
+        course: &Course,
+        params: &ValveParams,
+        start: Begun,
+        work: &Work,
+    ) -> Arc<OnceLock<Vec<f64>>> {
         let key = (course.run, start.shift.to_bits(), start.side.map(f64::to_bits));
         let own = {
             let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
             Arc::clone(found.entry(key).or_default())
         };
-        own.get_or_init(|| angle_rad(&course.driven, course.first, course.past, params, start));
+        own.get_or_init(|| {
+            work.add(course.driven.all_times_s().len());
+            angle_rad(&course.driven, course.first, course.past, params, start)
+        });
         own
     }
 }

@@ -21,6 +21,9 @@ pub(crate) struct LogKind {
     pub fitted_of_more: usize,
     /// Of more fitted samples than this the screening looks at some of the folds alone.
     pub most_screened_whole: usize,
+    /// So many samples are simulated at most before a diagnosis concludes, one of bristles counted four times: about 20 s of torques,
+    /// 30 s of angles, on two cores.
+    pub most_simulated: u64,
     /// Steps of a fit in which a piece's start settles; what an angle begins with is searched for anyway.
     pub settling_steps: usize,
     /// Other starts that are tried of a piece that fits badly, in standard deviations of the encoder: a rotor close to breaking away
@@ -37,6 +40,7 @@ impl LogKind {
         most_fitted_whole: 300_000,
         fitted_of_more: 300_000,
         most_screened_whole: 60_000,
+        most_simulated: 160_000_000,
         settling_steps: 4,
         other_starts: &[],
     };
@@ -49,6 +53,7 @@ impl LogKind {
         most_fitted_whole: 64_000,
         fitted_of_more: 32_000,
         most_screened_whole: 16_000,
+        most_simulated: 15_000_000,
         settling_steps: 2,
         other_starts: &[-4.0, -2.0, -1.0, 1.0, 2.0, 4.0],
     };

@@ -2,6 +2,7 @@
 
 pub(crate) mod begun;
 pub(crate) mod campaign;
+pub(crate) mod classes;
 pub(crate) mod course;
 pub(crate) mod driven;
 pub(crate) mod error_model;
@@ -16,3 +17,4 @@ pub(crate) mod past;
 pub(crate) mod piece;
 pub(crate) mod ready;
 pub(crate) mod torque;
+pub(crate) mod work;

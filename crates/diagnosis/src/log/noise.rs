@@ -18,6 +18,8 @@ use prediction::median;
 const FOURTH: f64 = 70.0;
 /// Samples whose noise is taken together.
 const BLOCK: usize = 128;
+/// Blocks on either side over which the encoder's share is compared with what is seen.
+const BLOCKS_AROUND: usize = 2;
 /// If the residual's fourth differences in a block of a torque log exceed the estimated variance by this factor,
 /// their variance is used: in fast motion the smoother passes more encoder noise.
 const LOUDER: f64 = 1.5;
@@ -33,6 +35,8 @@ const AROUND: usize = 16;
 const JUMPING: f64 = 2.5;
 /// No angle is known better than this, rad: the finest encoders' own errors; a simulation's angle is read as exact.
 const FINEST_RAD: f64 = 1e-7;
+/// Halvings that find the variance of a misfit.
+const HALVINGS: usize = 60;
 /// Samples on either side over which the encoder's share is averaged.
 const REACH: usize = 50;
 
@@ -45,6 +49,8 @@ pub(crate) struct NoiseLevel {
     pub total: f64,
     /// How many neighbours are worth one sample; 1: white noise.
     pub per_independent: f64,
+    /// The noise's share of what counts as the error of a sample; the rest is misfit. 1: noise alone.
+    pub share: f64,
 }
 
 /// Estimates the noise where it isn't known, and sets the pieces' weights.
@@ -96,7 +102,12 @@ pub(crate) fn estimate(
             *first = 0.0;
         }
     }
-    NoiseLevel { channel: channel.sqrt(), total: (sum / f64::max(count, 1.0)).sqrt(), per_independent: 1.0 }
+    NoiseLevel {
+        channel: channel.sqrt(),
+        total: (sum / f64::max(count, 1.0)).sqrt(),
+        per_independent: 1.0,
+        share: 1.0,
+    }
 }
 
 /// Sets coloured noise to the residual's RMS: differences between neighbours underestimate autocorrelated noise.
@@ -114,7 +125,59 @@ pub(crate) fn as_left(
         channel: noise.channel * louder,
         total: noise.total * louder,
         per_independent: noise.per_independent * per_independent,
+        ..noise
     }
+}
+
+/// What the causes found leave beyond the noise counts as an error of every sample, of which so many neighbours are worth one: else
+/// the quietest samples, which tell of the same misfit, would decide the fit for all. `left` is the residual of each piece.
+pub(crate) fn with_misfit(
+    campaign: &mut Campaign,
+    noise: NoiseLevel,
+    left: &[Vec<f64>],
+    per_independent: f64,
+) -> NoiseLevel {
+    let misfit = misfit_variance(campaign, left);
+    campaign.has_misfit = true;
+    let (mut own, mut all) = (0.0, 0.0);
+    for piece in &mut campaign.pieces {
+        for (weight, information) in piece.weights.iter_mut().zip(&mut piece.information) {
+            if *weight > 0.0 {
+                let variance = *information / (*weight * *weight);
+                let whole = variance + misfit;
+                *information /= per_independent.max(1.0);
+                *weight = (*information / whole).sqrt();
+                (own, all) = (own + *information * variance / whole, all + *information);
+            }
+        }
+    }
+    NoiseLevel { share: if all > 0.0 { own / all } else { 1.0 }, ..noise }
+}
+
+/// The variance that, added to every sample's, makes the residual as large as the error in the mean.
+fn misfit_variance(campaign: &Campaign, left: &[Vec<f64>]) -> f64 {
+    let samples: Vec<(f64, f64, f64)> = campaign
+        .pieces
+        .iter()
+        .zip(left)
+        .flat_map(|(piece, left)| left.iter().zip(&piece.weights).zip(&piece.information))
+        .filter(|((residual, weight), _)| **weight > 0.0 && residual.is_finite())
+        .map(|((residual, weight), information)| {
+            (residual * residual, information / (weight * weight), *information)
+        })
+        .collect();
+    let count: f64 = samples.iter().map(|(_, _, information)| information).sum();
+    let excess = |misfit: f64| {
+        let parts =
+            samples.iter().map(|(square, variance, information)| information * square / (variance + misfit));
+        parts.sum::<f64>() - count
+    };
+    let (mut low, mut high) = (0.0, samples.iter().map(|(square, _, _)| *square).fold(0.0, f64::max));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    high
 }
 
 #[derive(Default)]
@@ -151,14 +214,34 @@ fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) ->
     } else {
         leave_out_rests(piece, &mut residual);
     }
-    let error = piece.error_of_motion(ready, start, seed);
+    let mut error = piece.error_of_motion(ready, start, seed);
+    let fast = blocks(&residual, mean);
+    if kind.motion_is_measured {
+        no_more_than_seen(&mut error, &fast);
+    }
     Look {
-        fast: blocks(&residual, mean),
+        fast,
         fast_of_motion: blocks(&error, mean),
         holds: holds::variances(piece, &residual, kind),
         steady,
         around: about,
         of_motion: local_mean_square(&error, REACH),
+    }
+}
+
+/// The encoder's share can't be more than the residual, which contains it: where its fast part is, it is scaled down to that.
+fn no_more_than_seen(error: &mut [f64], fast: &[f64]) {
+    let fast_of_motion = blocks(error, mean);
+    let around = |values: &[f64], block: usize| -> f64 {
+        let near = values.iter().skip(block.saturating_sub(BLOCKS_AROUND)).take(2 * BLOCKS_AROUND + 1);
+        near.filter(|value| value.is_finite()).sum()
+    };
+    for (block, errors) in error.chunks_mut(BLOCK).enumerate() {
+        let (seen, of_motion) = (around(fast, block), around(&fast_of_motion, block));
+        if seen > 0.0 && of_motion > seen {
+            let scale = (seen / of_motion).sqrt();
+            errors.iter_mut().for_each(|error| *error *= scale);
+        }
     }
 }
 

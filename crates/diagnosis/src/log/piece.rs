@@ -8,6 +8,7 @@ use crate::log::error_model::{information, rest_variance, stretches};
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
 use crate::log::ready::{Inputs, Ready};
+use crate::log::work::Work;
 use log_data::{Channel, Run};
 use prediction::{MOMENT_REACH, Noise, Smoother, motion_at};
 use rand::SeedableRng;
@@ -49,6 +50,8 @@ pub(crate) struct Piece {
     pub noise: Noise,
     /// Of an angle log whose runs are cut, the whole run.
     pub course: Option<Arc<Course>>,
+    /// What its predictions add to.
+    pub work: Arc<Work>,
 }
 
 impl Piece {
@@ -85,6 +88,7 @@ impl Piece {
             jumps: Vec::new(),
             noise,
             course: None,
+            work: Arc::default(),
             rows,
         }
     }
@@ -167,7 +171,7 @@ impl Piece {
     /// What its prediction follows from, with these motions.
     fn inputs<'a>(&'a self, motions: &'a [MotionSample]) -> Inputs<'a> {
         let whole_run = self.course.as_ref().filter(|_| self.follows()).map(|course| (course, &self.rows));
-        Inputs { driven: &self.driven, motions, past: self.past, whole_run }
+        Inputs { driven: &self.driven, motions, past: self.past, whole_run, work: &self.work }
     }
 
     /// Angle, speed and acceleration at a sample; of the command where that is all there is.
@@ -301,13 +305,26 @@ pub(crate) fn check(run: &Run, kind: LogKind, least_samples: usize) -> Result<()
             });
         }
     }
-    let first = run.angle_rad.first().copied().unwrap_or(0.0);
-    let holds = ["hold", "dwell", "rest", "static", "presliding"];
-    let may_rest = holds.iter().any(|kind| run.kind.to_lowercase().contains(kind));
-    // A rotor may stay where it is though its command moves: that is to be explained.
-    let driven = !kind.motion_is_measured && run.angle_command_rad.iter().flatten().any(|at| *at != first);
-    if run.angle_rad.iter().all(|angle| *angle == first) && !may_rest && !driven {
-        return Err(DiagnosisError::NeverMoves { run: run.name.clone(), rows: run.len(), angle_rad: first });
-    }
     Ok(())
+}
+
+/// Refuses a log in which nothing moves: it shows no friction. A rest among runs that move is welcome. A rotor may stay where it
+/// is though its command moves: that is to be explained.
+pub(crate) fn check_motion<'a>(
+    runs: impl Iterator<Item = &'a Run>,
+    kind: LogKind,
+) -> Result<(), DiagnosisError> {
+    let mut resting = None;
+    for run in runs {
+        let first = run.angle_rad.first().copied().unwrap_or(0.0);
+        let differs = |angle: &f64| *angle != first;
+        let driven = !kind.motion_is_measured && run.angle_command_rad.iter().flatten().any(differs);
+        if driven || run.angle_rad.iter().any(differs) {
+            return Ok(());
+        }
+        resting = resting.or(Some((run, first)));
+    }
+    resting.map_or(Ok(()), |(run, angle_rad)| {
+        Err(DiagnosisError::NeverMoves { run: run.name.clone(), rows: run.len(), angle_rad })
+    })
 }

@@ -6,12 +6,15 @@ use crate::log::driven::Driven;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
 use crate::log::torque::{begins_with_nm, torque_nm};
+use crate::log::work::Work;
 use std::ops::Range;
 use std::sync::Arc;
 use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
 
 /// A start may carry so many times the static torque: the model's own levels may be too low.
 const BEYOND_STATIC: f64 = 1.2;
+/// The cost of a sample of bristles' torque in those of a torque without.
+const BRISTLES: usize = 4;
 /// Most that the first angle may be off, rad.
 const FIRST_ANGLE_RAD: f64 = 0.01;
 
@@ -29,6 +32,7 @@ pub(crate) struct Inputs<'a> {
     pub past: Before,
     /// The run that the piece is cut out of, and the piece's rows, where it is predicted as a whole.
     pub whole_run: Option<(&'a Arc<Course>, &'a Range<usize>)>,
+    pub work: &'a Work,
 }
 
 impl Ready {
@@ -76,13 +80,18 @@ impl Ready {
     /// The torque, N·m, or the angle, rad, of each sample.
     pub fn predict(&self, inputs: &Inputs<'_>, start: Begun) -> Vec<f64> {
         match self {
-            Self::Torque(params) => torque_nm(params, inputs.driven, inputs.motions, inputs.past, start),
+            Self::Torque(params) => {
+                let bristles = params.friction_law().break_away_deflection_rad() > 0.0;
+                inputs.work.add(inputs.motions.len() * if bristles { BRISTLES } else { 1 });
+                torque_nm(params, inputs.driven, inputs.motions, inputs.past, start)
+            }
             Self::Angle(params, whole) => {
                 if let Some((course, rows)) = &inputs.whole_run {
-                    let all = whole.angle_rad(course, params, start);
+                    let all = whole.angle_rad(course, params, start, inputs.work);
                     return all.get().and_then(|all| all.get((*rows).clone())).unwrap_or_default().to_vec();
                 }
                 let Some(first) = inputs.motions.first() else { return Vec::new() };
+                inputs.work.add(inputs.driven.all_times_s().len());
                 let mut angle = angle_rad(inputs.driven, *first, inputs.past, params, start);
                 angle.split_off(inputs.driven.lead().min(angle.len()))
             }

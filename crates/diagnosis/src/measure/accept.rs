@@ -53,14 +53,14 @@ pub(crate) fn accept(
             Some(all) if whole => all,
             _ => judged.everywhere(&kept)?,
         };
-        let spread = errors_of(judged, &kept)?;
-        let weighed = weigh(judged, &kept, &after, spread.as_ref())?;
+        let errors = errors_of(judged, &kept)?;
+        let weighed = weigh(judged, &kept, &after, &errors)?;
         let worst = (0..weighed.len()).min_by(|a, b| weighed[*a].worth.total_cmp(&weighed[*b].worth));
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
             let causes = weighed.into_iter().map(|of| of.cause).collect();
-            let hypothesis = &kept.point.hypothesis;
+            let Errors { hypothesis, spread } = &errors;
             let corrected = corrected(hypothesis, spread.as_ref());
-            let covariance = spread.map(|spread| covariance(hypothesis, &spread)).unwrap_or_default();
+            let covariance = spread.as_ref().map(|spread| covariance(hypothesis, spread)).unwrap_or_default();
             return Ok(Accepted { point, after, causes, corrected, covariance, harmful });
         };
         harmful.push(weighed[worst].cause.id);
@@ -90,7 +90,7 @@ fn weigh(
     judged: &Judgement<'_>,
     kept: &Fitted,
     after: &[Left],
-    spread: Option<&Spread>,
+    errors: &Errors,
 ) -> Result<Vec<Weighed>, DiagnosisError> {
     let setting = &judged.setting;
     let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
@@ -111,7 +111,7 @@ fn weigh(
         }
         let cause = Cause {
             id: member.candidate.id,
-            parameters: parameters(hypothesis, index, spread),
+            parameters: parameters(errors, index),
             evidence,
             rms_gain: part_taken(all, rms),
         };
@@ -123,27 +123,49 @@ fn weigh(
 
 /// The representative of each group of twins, with its parameters.
 pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Parameters)>, DiagnosisError> {
-    let selection = &judged.selection;
-    let hypothesis = &selection.fitted.point.hypothesis;
-    let spread = errors_of(judged, &selection.fitted)?;
-    let best = selection.ambiguous.iter().filter_map(|(best, _)| {
-        let index = hypothesis.members.iter().position(|member| member.candidate.id == *best)?;
-        let member = hypothesis.members.get(index)?;
+    let all = members_with_numbers(judged)?;
+    let of = |(best, _): &(EffectId, Vec<EffectId>)| {
+        let own = all.iter().find(|(_, effect, _)| effect.id() == *best);
+        own.map(|(_, effect, parameters)| (effect.clone(), parameters.clone()))
+    };
+    Ok(judged.selection.ambiguous.iter().filter_map(of).collect())
+}
+
+/// All selected causes with their parameters, by their places.
+pub(crate) fn members_with_numbers(
+    judged: &Judgement<'_>,
+) -> Result<Vec<(usize, Effect, Parameters)>, DiagnosisError> {
+    let errors = errors_of(judged, &judged.selection.fitted)?;
+    let of = |(index, member): (usize, &Member)| {
         let effect = member.candidate.effect(judged.setting.given, &member.numbers).ok()?;
-        Some((effect, parameters(hypothesis, index, spread.as_ref())))
-    });
-    Ok(best.collect())
+        Some((index, effect, parameters(&errors, index)))
+    };
+    Ok(errors.hypothesis.members.iter().enumerate().filter_map(of).collect())
+}
+
+/// How well the numbers of a fit are known, every correction taken as uncertain, moved or not.
+struct Errors {
+    hypothesis: Hypothesis,
+    spread: Option<Spread>,
 }
 
 /// The covariance of a fit's numbers, with the errors of the motion and of the selection.
-fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Option<Spread>, DiagnosisError> {
+fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
-    match spread(fitted, setting.loss()) {
-        Some(spread) if !fitted.point.hypothesis.members.is_empty() => {
-            Ok(Some(spread.with_motion(setting, fitted, judged.seed)?.with_choice(setting, fitted)?))
+    let hypothesis = fitted.point.hypothesis.with_corrections_free(|_| false);
+    let fitted = if hypothesis == fitted.point.hypothesis {
+        fitted.clone()
+    } else {
+        let point = Point { hypothesis: hypothesis.clone(), starts: fitted.point.starts.clone() };
+        fit(setting, point, &Piece::is_fitted, 0)?
+    };
+    let spread = match spread(&fitted, setting.loss()) {
+        Some(spread) if !hypothesis.members.is_empty() => {
+            Some(spread.with_motion(setting, &fitted, judged.seed)?.with_choice(setting, &fitted)?)
         }
-        spread => Ok(spread),
-    }
+        spread => spread,
+    };
+    Ok(Errors { hypothesis, spread })
 }
 
 /// A correction is reported if it exceeds `CLEAR` standard errors or `MOVED` of its tolerance, whichever is less. The
@@ -204,7 +226,9 @@ fn part_taken(left: f64, without: f64) -> f64 {
 }
 
 /// A member's fitted parameters, by key.
-fn parameters(hypothesis: &Hypothesis, index: usize, spread: Option<&Spread>) -> Parameters {
+fn parameters(errors: &Errors, index: usize) -> Parameters {
+    let Errors { hypothesis, spread } = errors;
+    let spread = spread.as_ref();
     let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
     let free = hypothesis.free().into_iter().enumerate();
     let own = free.filter_map(|(place, free)| match free {

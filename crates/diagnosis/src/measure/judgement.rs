@@ -11,6 +11,7 @@ use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
+use crate::show::observe::shows_zeros;
 use crate::show::residual::{Left, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
 use crate::show::tone::tone;
@@ -43,11 +44,23 @@ impl Judgement<'_> {
         Ok((point, left))
     }
 
+    /// Whether the selected causes leave less than this part of the noise, in a log whose noise depends on the model: a torque's
+    /// by what the encoder makes of it.
+    pub fn leaves_less_than(&self, part: f64) -> Result<bool, DiagnosisError> {
+        let selected = !self.selection.fitted.point.hypothesis.members.is_empty();
+        if !selected || !self.setting.campaign.kind.motion_is_measured {
+            return Ok(false);
+        }
+        let (_, left) = self.everywhere(&self.selection.fitted)?;
+        Ok(structure(&self.setting, &left).rms < part)
+    }
+
     pub fn gain_of(&self, after: &[Left]) -> Gain {
         gain(&self.setting, &self.before, after, self.seed)
     }
 
-    /// Standard deviation of the torque's zero from run to run that is left; 0 where it is no more than noise.
+    /// Standard deviation of the torque's zero from run to run that is left; 0 where it is no more than noise, or where these runs
+    /// can't show a zero: friction too differs between runs that move one way and differently.
     pub fn zero_from_run_to_run(&self, fitted: &Fitted) -> Result<f64, DiagnosisError> {
         let campaign = self.setting.campaign;
         if !campaign.kind.motion_is_measured || self.setting.nuisances.zero_nm > 0.0 {
@@ -65,7 +78,7 @@ impl Judgement<'_> {
         // Zeros explain nothing that a covariate within the runs explains better, nor the misfit of a large cause.
         let explained = self.selection.explained();
         let of_a_cause = share * structure.rms.powi(2) < MISFIT * explained;
-        if share < 0.05 || of_others > 0.8 * share || of_a_cause {
+        if share < 0.05 || of_others > 0.8 * share || of_a_cause || !shows_zeros(campaign) {
             return Ok(0.0);
         }
         Ok(share.sqrt() * structure.rms * self.noise_where_it_counts())

@@ -22,7 +22,7 @@ const STEPS: usize = 12;
 /// Continues the fit with small steps, unless the residual is so far above noise that they say nothing.
 pub(crate) fn fit_finely(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     let loss = setting.loss();
-    if loss == Loss::Squares || ended_poorly(setting, &state.fitted) {
+    if loss == Loss::Squares || setting.is_over() || ended_poorly(setting, &state.fitted) {
         return Ok(());
     }
     let hypothesis = finer(&state.fitted, loss);

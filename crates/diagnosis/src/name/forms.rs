@@ -4,7 +4,8 @@
 use valve_model::EffectId;
 
 /// Causes whose form is exact (a constant, a line through zero): they leave no misfit.
-const EXACT: [EffectId; 2] = [EffectId::PressureTorque, EffectId::TorqueOffset];
+const EXACT: [EffectId; 4] =
+    [EffectId::PressureTorque, EffectId::TorqueOffset, EffectId::LoadInertia, EffectId::TorqueGain];
 /// What the misfit of an inexact form may leave, as a share of what the causes of such a form explain.
 pub(crate) const MISFIT: f64 = 0.02;
 /// The cause whose form fits worst: no bank of Maxwell elements is exactly a real contact.
@@ -15,6 +16,8 @@ pub(crate) const HYSTERESIS: EffectId = EffectId::PreslidingHysteresis;
 pub(crate) struct Forms {
     /// Explained by causes with an inexact form, as the loss counts it.
     pub inexact: f64,
+    /// The same of the plain sum of squares.
+    pub inexact_of_squares: f64,
     /// Explained by presliding-hysteresis, of the plain sum of squares.
     pub hysteresis: f64,
 }
@@ -29,6 +32,7 @@ impl Forms {
     pub fn add(&mut self, id: EffectId, cut: f64, cut_of_squares: f64) {
         if Self::is_inexact(id) {
             self.inexact += cut.max(0.0);
+            self.inexact_of_squares += cut_of_squares.max(0.0);
         }
         if id == HYSTERESIS {
             self.hysteresis = cut_of_squares.max(0.0);

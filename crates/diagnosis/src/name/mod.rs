@@ -5,6 +5,7 @@ pub(crate) mod forms;
 pub(crate) mod pair;
 pub(crate) mod prune;
 pub(crate) mod refine;
+pub(crate) mod repeats;
 pub(crate) mod rivals;
 pub(crate) mod round;
 pub(crate) mod screen;

@@ -35,7 +35,7 @@ pub(crate) fn hidden_pair(
         return Ok(None);
     }
     let greedy = found.rounds.first().and_then(|round| round.accepted);
-    let Some(pair) = best_pair(candidates, first, greedy) else { return Ok(None) };
+    let Some(pair) = best_pair(first, greedy) else { return Ok(None) };
     let together = fit_pair(setting, begun, &pair)?.filter(|tried| leaves_less(tried.rms, found.rms));
     let Some(together) = together else { return Ok(None) };
     let state = judged(setting, candidates, begun, &together)?;
@@ -58,11 +58,8 @@ pub(crate) fn leaves_less(rms: f64, other: f64) -> bool {
 
 /// The pair with the largest linearised gain, if that exceeds every pair with the cause that the greedy search accepted. All
 /// pairs are solved from the normal equations, which costs little beside the screening.
-fn best_pair(
-    candidates: &[Candidate],
-    first: &Screening<'_>,
-    greedy: Option<EffectId>,
-) -> Option<[Member; 2]> {
+fn best_pair(first: &Screening<'_>, greedy: Option<EffectId>) -> Option<[Member; 2]> {
+    let candidates = &first.candidates;
     let tally = &first.tally;
     let (square, _) = explained(first, &[])?;
     let mut pairs: Vec<(f64, &Place, &Place)> = Vec::new();

@@ -14,6 +14,9 @@ use valve_model::EffectId;
 /// would be attributed to a cause that is not there.
 pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
+        if setting.is_over() {
+            break;
+        }
         let now = Tried { fitted: state.fitted.clone(), held_out: state.held_out.clone(), rms: state.rms };
         state.take(now.searched(setting, member)?);
     }
@@ -43,7 +46,7 @@ pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
 
 /// Drops causes that no longer gain beside the others.
 pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
-    while state.fitted.point.hypothesis.members.len() > 1 {
+    while state.fitted.point.hypothesis.members.len() > 1 && !setting.is_over() {
         let mut without = Vec::new();
         for index in 0..state.fitted.point.hypothesis.members.len() {
             let begin = Point {

@@ -3,12 +3,13 @@
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
+use crate::extend::catalogue::look_for_orders;
 use crate::extend::hypothesis::{Free, Member};
 use crate::fit::equations::{Point, Setting, by_group};
 use crate::fit::pattern::ended_poorly;
 use crate::fit::spread::spread;
 use crate::log::piece::Piece;
-use crate::name::screen::ORDER_FLOOR;
+use crate::name::screen::{ORDER_FLOOR, orders_left};
 use crate::name::selection::Selection;
 use crate::name::tried::Tried;
 use crate::numerics::gram::leave_out;
@@ -21,11 +22,16 @@ const FIRST_STEPS: usize = 2;
 const REFINED: f64 = 0.003;
 /// χ² with two degrees of freedom at p = 0.05: a harmonic below it is no more than its own error.
 const CLEAR: f64 = 6.0;
+/// The same at p = 0.05 for any of 24 orders: a series none of whose harmonics is above it is none.
+const CLEAR_OF_ALL: f64 = 12.4;
 
 /// Frees shape parameters of the last cause that gain, adds and removes harmonics, and drops an asymmetry's part that gains nothing.
 pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
     let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
+    if setting.is_over() {
+        return Ok(());
+    }
     for number in member.candidate.optional.iter().filter(|number| !member.free.contains(number)) {
         let mut point = state.fitted.point.clone();
         if let Some(of) = point.hypothesis.members.get_mut(index) {
@@ -40,7 +46,8 @@ pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(),
             fewer_orders(setting, state, series)?;
         }
     }
-    if member.candidate.id == EffectId::DirectionAsymmetry {
+    let still = state.fitted.point.hypothesis.members.get(index).map(|of| of.candidate.id);
+    if still == Some(EffectId::DirectionAsymmetry) {
         for number in 0..member.numbers.len() {
             let mut point = state.fitted.point.clone();
             let Some(of) = point.hypothesis.members.get_mut(index) else { continue };
@@ -75,7 +82,15 @@ fn free_if_it_pays(setting: &Setting<'_>, state: &mut Selection, point: Point) -
 
 /// Adds harmonics to an accepted series, one at a time, while each gains.
 fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
-    let point = state.fitted.point.clone();
+    let mut point = state.fitted.point.clone();
+    let orders = orders_left(setting, &point)?;
+    point
+        .hypothesis
+        .members
+        .get_mut(index)
+        .into_iter()
+        .for_each(|of| look_for_orders(&mut of.candidate, &orders));
+    let point = point;
     let Some(member) = point.hypothesis.members.get(index) else { return Ok(()) };
     let mut columns = setting.own_columns(&point.hypothesis)?;
     let mut taken: Vec<usize> = (0..columns.len()).collect();
@@ -119,8 +134,13 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     take_if(setting, state, wider, |now, then| then < now - REFINED)
 }
 
-/// Removes harmonics that are no larger than their standard errors, if the held-out error stays the same.
-fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+/// Removes harmonics that are no larger than their standard errors, if the held-out error stays the same; the series as a whole where
+/// none is.
+pub(crate) fn fewer_orders(
+    setting: &Setting<'_>,
+    state: &mut Selection,
+    index: usize,
+) -> Result<(), DiagnosisError> {
     let Some(spread) = spread(&state.fitted, setting.loss()) else { return Ok(()) };
     let mut fewer = state.fitted.point.clone();
     let places = fewer.hypothesis.free();
@@ -135,9 +155,14 @@ fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> R
     let Some(member) = fewer.hypothesis.members.get_mut(index) else { return Ok(()) };
     let orders = (0..member.numbers.len() / 2).map(|order| [2 * order, 2 * order + 1]);
     let fitted = orders.filter(|pair| pair.iter().any(|number| member.free.contains(number)));
-    let (weak, strong): (Vec<_>, Vec<_>) =
-        fitted.partition(|pair| pair.iter().map(|number| clear(member, *number)).sum::<f64>() < CLEAR);
-    if weak.is_empty() || strong.is_empty() {
+    let distance = |pair: &[usize; 2]| pair.iter().map(|number| clear(member, *number)).sum::<f64>();
+    let fitted: Vec<([usize; 2], f64)> = fitted.map(|pair| (pair, distance(&pair))).collect();
+    if fitted.iter().all(|(_, distance)| *distance < CLEAR_OF_ALL) {
+        return drop_series(setting, state, index);
+    }
+    let weak: Vec<[usize; 2]> =
+        fitted.into_iter().filter(|(_, distance)| *distance < CLEAR).map(|(pair, _)| pair).collect();
+    if weak.is_empty() {
         return Ok(());
     }
     for number in weak.into_iter().flatten() {
@@ -149,6 +174,18 @@ fn fewer_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> R
         }
     }
     take_if(setting, state, fewer, |now, then| then < now + REFINED)
+}
+
+/// Drops a series none of whose harmonics is larger than its own errors.
+fn drop_series(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Result<(), DiagnosisError> {
+    let hypothesis = &state.fitted.point.hypothesis;
+    let Some(id) = hypothesis.members.get(index).map(|member| member.candidate.id) else { return Ok(()) };
+    let begin = Point { hypothesis: hypothesis.without(index), starts: state.fitted.point.starts.clone() };
+    let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(()) };
+    state.take(tried);
+    state.refuse(id, "none of its harmonics is larger than its own standard error");
+    state.ambiguous.retain(|(best, _)| *best != id);
+    Ok(())
 }
 
 fn take_if(

@@ -5,6 +5,7 @@ use crate::error::if_possible;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
 use crate::fit::pattern::ended_poorly;
+use crate::name::repeats::contradict;
 use crate::name::screen::Screened;
 use crate::name::selection::Selection;
 use crate::name::threshold::{hysteresis_keeps_shrinking, reaches_threshold, rms_threshold};
@@ -41,7 +42,7 @@ pub(crate) struct Rival {
 pub(crate) fn fit_rivals(
     setting: &Setting<'_>,
     screened: &[Screened],
-    state: &Selection,
+    state: &mut Selection,
 ) -> Result<Vec<Rival>, DiagnosisError> {
     let most = screened.first().map_or(0.0, |best| best.gain);
     let least = PROMISING * rms_threshold(state, setting.loss());
@@ -56,12 +57,17 @@ pub(crate) fn fit_rivals(
         let id = screened.member.candidate.id;
         let twin = leader.is_some_and(|leader| are_twins(id, leader, kind));
         let promising = screened.gain > least.max(0.25 * most) && taken < SHORT_LIST;
-        if !(promising || twin && screened.gain > 0.1 * most) {
+        if !(promising || twin && screened.gain > 0.1 * most) || setting.is_over() {
             continue;
         }
         taken += 1;
         let best = rivals.iter().map(|rival: &Rival| rival.rms).fold(f64::INFINITY, f64::min);
-        rivals.extend(if_possible(fit_rival(setting, screened, state, best))?);
+        let Some(rival) = if_possible(fit_rival(setting, screened, state, best))? else { continue };
+        if contradict(setting, id, &state.fitted.point, &rival.fitted.point)? {
+            state.refuse(id, "friction came back where pressure and temperature came back");
+        } else {
+            rivals.push(rival);
+        }
     }
     Ok(rivals)
 }
@@ -100,6 +106,11 @@ pub(crate) fn numbers(rival: &Rival) -> usize {
 
 /// True if `other` has the same held-out error as `best`, within what the groups' scatter allows.
 pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
+    as_good_within(best, other, NEARLY)
+}
+
+/// The same within `nearly`, where that is more than [`NEARLY`].
+pub(crate) fn as_good_within(best: &Rival, other: &Rival, nearly: f64) -> bool {
     let difference = other.rms - best.rms;
     if difference <= EQUAL {
         return true;
@@ -116,7 +127,7 @@ pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
     let count = apart.len().max(2) as f64;
     let mean = apart.iter().sum::<f64>() / count;
     let variance = apart.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    difference < NEARLY && mean < DISAGREE * (variance / count).sqrt()
+    difference < nearly && mean < DISAGREE * (variance / count).sqrt()
 }
 
 /// The angle between the changes of the prediction that two hypotheses make, degrees; samples weighted as in the fit.

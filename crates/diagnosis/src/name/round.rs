@@ -5,15 +5,18 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::catalogue::is_confounded;
 use crate::fit::equations::Setting;
-use crate::name::rivals::{Rival, angle_between, as_good, fit_rival, fit_rivals, numbers};
+use crate::name::rivals::{Rival, angle_between, as_good, as_good_within, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
 use crate::name::threshold::{cut_of_squares, reaches_threshold};
+use crate::name::tried::NEARLY;
 use crate::name::twins::missing;
 use valve_model::EffectId;
 
 /// A twin that these data can't tell apart is reported beside a cause if it explains this share of what the cause does.
 const SIMILAR: f64 = 0.3;
+/// The part of the best cut that decides nothing between a misfit's causes.
+const HARDLY: f64 = 0.1;
 /// A twin is fitted for this if its linearised gain is this share of the best.
 const WORTH: f64 = 0.05;
 
@@ -33,7 +36,9 @@ pub(crate) fn next_cause(
     };
     let facts = &setting.campaign.facts;
     let chosen = rivals.first().and_then(|best| {
-        let equal = |rival: &&Rival| as_good(best, rival);
+        // Of a misfit, a tenth of what the best one cuts is no reason for more numbers where the groups disagree.
+        let cut = if setting.campaign.has_misfit { HARDLY * (state.rms - best.rms) } else { 0.0 };
+        let equal = |rival: &&Rival| as_good_within(best, rival, NEARLY.max(cut));
         // Among equals: the fewest free numbers, then one whose own channel varies in these data.
         let order = |rival: &Rival| (numbers(rival), is_confounded(rival.id, facts));
         rivals.iter().filter(equal).min_by(|a, b| order(a).cmp(&order(b)).then(a.rms.total_cmp(&b.rms)))
@@ -87,7 +92,8 @@ fn look_alikes(
     let lacking = |id: EffectId| begun.iter().any(|other| missing(*other, id, facts).is_some());
     for screened in screened.iter().filter(|of| lacking(of.member.candidate.id)) {
         let fitted = rivals.iter().any(|rival| rival.id == screened.member.candidate.id);
-        if !fitted && screened.gain > WORTH * most {
+        let refused = state.dropped.iter().any(|(id, _)| *id == screened.member.candidate.id);
+        if !fitted && !refused && screened.gain > WORTH * most {
             rivals.extend(if_possible(fit_rival(setting, screened, state, chosen.rms))?);
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Probe};
+use crate::extend::catalogue::{high_orders, look_for_orders};
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Column, Point, Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
@@ -9,6 +10,8 @@ use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
 use crate::numerics::loss::Loss;
+use crate::show::orders::standing_out;
+use crate::show::residual::left;
 use nalgebra::DVector;
 use valve_model::EffectId;
 
@@ -37,6 +40,8 @@ pub(crate) struct Screened {
 
 /// A screening: the ranking, and what it was made from.
 pub(crate) struct Screening<'a> {
+    /// The candidates as they were screened.
+    pub candidates: Vec<Candidate>,
     /// Best first.
     pub ranked: Vec<Screened>,
     pub tally: Tally<'a>,
@@ -58,6 +63,7 @@ pub(crate) fn screen<'a>(
 ) -> Result<Screening<'a>, DiagnosisError> {
     let point = &state.point;
     let hypothesis = &point.hypothesis;
+    let candidates = with_orders(setting, candidates, point)?;
     let mut columns = setting.own_columns(hypothesis)?;
     let own: Vec<usize> = (0..columns.len()).collect();
     let mut places: Vec<Place> = Vec::new();
@@ -91,7 +97,30 @@ pub(crate) fn screen<'a>(
         ranked.extend(screened.map(|(gain, member)| Screened { gain, member }));
     }
     ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    Ok(Screening { ranked, tally, places })
+    Ok(Screening { candidates, ranked, tally, places })
+}
+
+/// High orders of a torque over the angle that are looked for at once.
+const MOST_HIGH: usize = 12;
+const MOST_HIGH_IN_ANGLES: usize = 4;
+
+/// The candidates, a torque over the angle with the orders that stand out of the residual at `point`.
+fn with_orders(
+    setting: &Setting<'_>,
+    candidates: &[Candidate],
+    point: &Point,
+) -> Result<Vec<Candidate>, DiagnosisError> {
+    let mut candidates = candidates.to_vec();
+    let orders = orders_left(setting, point)?;
+    candidates.iter_mut().for_each(|candidate| look_for_orders(candidate, &orders));
+    Ok(candidates)
+}
+
+/// The high orders that stand out of the residual at a point.
+pub(crate) fn orders_left(setting: &Setting<'_>, point: &Point) -> Result<Vec<usize>, DiagnosisError> {
+    let facts = &setting.campaign.facts;
+    let most = if facts.kind.motion_is_measured { MOST_HIGH } else { MOST_HIGH_IN_ANGLES };
+    Ok(standing_out(setting, &left(setting, point)?, high_orders(facts), most))
 }
 
 /// The pieces that the screening looks at.
@@ -286,9 +315,10 @@ fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) ->
     let mut free: Vec<usize> = Vec::new();
     let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
     for (place, pair) in taken.iter().zip(betas.chunks(2)) {
-        for (offset, value) in pair.iter().enumerate() {
-            free.push(2 * place.probe + offset);
-            let at = 2 * place.probe + offset;
+        let columns = candidate.probes.get(place.probe).map_or(&[][..], |probe| &probe.columns);
+        for ((at, _), value) in columns.iter().zip(pair) {
+            let at = *at;
+            free.push(at);
             if let (Some(number), Some(of)) = (numbers.get_mut(at), candidate.parameters.get(at)) {
                 *number = (of.neutral + value).clamp(of.lower, of.upper);
             }

@@ -17,6 +17,7 @@ use crate::name::simplify::simplify;
 use crate::name::threshold::hysteresis_keeps_shrinking;
 use crate::name::tried::{Tried, judge};
 use crate::show::residual::left;
+use crate::show::structure::{depends, structure};
 use crate::show::whiteness::is_white;
 use valve_model::EffectId;
 
@@ -38,7 +39,7 @@ pub(crate) fn select(
     if let Some(earlier) = earlier {
         take_over(setting, earlier, &mut state)?;
     }
-    if is_white(setting, &left(setting, &state.fitted.point)?) {
+    if is_explained(setting, &state)? {
         return Ok(state);
     }
     let first = screen(setting, candidates, &state.fitted)?;
@@ -47,6 +48,7 @@ pub(crate) fn select(
     let begun = state.clone();
     grow(setting, candidates, &first, &mut state)?;
     if earlier.is_none()
+        && !setting.is_over()
         && let Some(mut pair) = hidden_pair(setting, candidates, &first, &begun, &state)?
     {
         settle(setting, candidates, &mut pair)?;
@@ -58,6 +60,12 @@ pub(crate) fn select(
     }
     state.tell_members_apart();
     Ok(state)
+}
+
+/// Whether nothing is left to search a cause for: the residual is white, and of a misfit no covariate explains a part either.
+fn is_explained(setting: &Setting<'_>, state: &Selection) -> Result<bool, DiagnosisError> {
+    let left = left(setting, &state.fitted.point)?;
+    Ok(is_white(setting, &left) && !(setting.campaign.has_misfit && depends(&structure(setting, &left))))
 }
 
 /// No cause yet.
@@ -101,7 +109,7 @@ fn grow_on(
 ) -> Result<(), DiagnosisError> {
     for _ in 1..MOST {
         let enough = state.fitted.point.hypothesis.members.len() >= MOST;
-        if enough || is_white(setting, &left(setting, &state.fitted.point)?) {
+        if enough || setting.is_over() || is_explained(setting, state)? {
             break;
         }
         let screening = screen(setting, candidates, &state.fitted)?;
@@ -111,7 +119,9 @@ fn grow_on(
         }
         settle(setting, candidates, state)?;
         let as_many = state.fitted.point.hypothesis.members.len() <= before;
-        if as_many && hysteresis_keeps_shrinking(state, setting.loss()) {
+        let accepted = state.rounds.last().and_then(|round| round.accepted);
+        let dropped = accepted.is_some_and(|id| !state.fitted.point.hypothesis.has(id));
+        if dropped || as_many && hysteresis_keeps_shrinking(state, setting.loss()) {
             break;
         }
     }
@@ -146,6 +156,7 @@ fn take_over(
     let members = &tried.fitted.point.hypothesis.members;
     if members.iter().any(|member| Forms::is_inexact(member.candidate.id)) {
         state.forms.inexact = earlier.forms.inexact.min(state.rms.powi(2) - tried.rms.powi(2)).max(0.0);
+        state.forms.inexact_of_squares = earlier.forms.inexact_of_squares;
         state.forms.hysteresis = earlier.forms.hysteresis;
     }
     state.take(tried);

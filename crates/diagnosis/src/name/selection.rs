@@ -33,6 +33,13 @@ impl Selection {
         (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
     }
 
+    /// Notes why a candidate is none, whatever it gains.
+    pub fn refuse(&mut self, id: EffectId, reason: &str) {
+        if !self.dropped.iter().any(|(of, _)| *of == id) {
+            self.dropped.push((id, reason.to_owned()));
+        }
+    }
+
     /// Removes accepted causes from each other's ambiguous groups: a cause that lowers the held-out error beside
     /// another is distinguishable from it, even if either alone fitted equally well.
     pub fn tell_members_apart(&mut self) {
@@ -51,11 +58,13 @@ impl Selection {
         (self.held_out_first.total() - self.held_out.total()) / self.samples()
     }
 
-    /// The share of the held-out residual beyond noise that the causes explain.
-    pub fn share_explained(&self, loss: Loss) -> f64 {
+    /// The share of the held-out residual beyond noise that the causes explain; the noise is this part of what counts as a sample's
+    /// error.
+    pub fn share_explained(&self, loss: Loss, noise: f64) -> f64 {
         let groups = &self.fitted.groups;
         let first = self.held_out_first.each(groups);
-        let pairs = first.zip(&self.held_out.squares).map(|((first, count), now)| (first, *now, count));
+        let pairs =
+            first.zip(&self.held_out.squares).map(|((first, count), now)| (first, *now, noise * count));
         loss.share_explained(pairs)
     }
 }

@@ -25,7 +25,7 @@ pub(crate) fn simplify(
         let index = hypothesis.members.iter().position(|member| member.candidate.id == rich);
         let candidate = candidates.iter().find(|candidate| candidate.id == simple);
         let (Some(index), Some(candidate)) = (index, candidate) else { continue };
-        if hypothesis.has(simple) {
+        if hypothesis.has(simple) || setting.is_over() {
             continue;
         }
         let member = Member::new(candidate, candidate.neutral(), candidate.free.clone());

@@ -61,7 +61,7 @@ pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
 /// the logarithmic loss of angle logs would hide how little a candidate cuts.
 fn squares_threshold(state: &Selection, id: EffectId, loss: Loss) -> f64 {
     let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.inexact > 0.0;
-    let of_many = if many { MISFIT * state.explained() } else { f64::NEG_INFINITY };
+    let of_many = if many { MISFIT * state.forms.inexact_of_squares } else { f64::NEG_INFINITY };
     let left = match loss {
         _ if SAME_STIFFNESS.contains(&id) => MISFIT_OF_SAME_STIFFNESS,
         Loss::Squares => HYSTERESIS_MISFIT,

@@ -2,6 +2,7 @@
 
 pub(crate) mod geared;
 pub(crate) mod observe;
+pub(crate) mod orders;
 pub(crate) mod residual;
 pub(crate) mod ripple;
 pub(crate) mod spectrum;

@@ -18,6 +18,10 @@ const CHANGE: f64 = 0.15;
 const CHANCE: f64 = 1e-3;
 const ACCOUNTS: f64 = 0.8;
 
+/// Samples either way that make a run one of both ways, and so many of those show how zeros differ.
+const BOTH_WAYS: usize = 50;
+const LEAST_ZEROS: usize = 3;
+
 /// A run in one direction.
 struct Stroke {
     pressure_mpa: f64,
@@ -77,6 +81,22 @@ fn follows(strokes: &[Stroke], direction: &str) -> Option<String> {
     ))
 }
 
+/// Whether zeros that differ from run to run can be told from friction: enough runs move both ways.
+pub(crate) fn shows_zeros(campaign: &Campaign) -> bool {
+    let both_ways = |run: usize| {
+        let mut samples = (0, 0);
+        for piece in campaign.pieces.iter().filter(|piece| piece.run == run) {
+            for index in 1..piece.len() {
+                let speed = piece.kinematics(index).1;
+                samples.0 += usize::from(speed > 0.0);
+                samples.1 += usize::from(speed < 0.0);
+            }
+        }
+        samples.0.min(samples.1) > BOTH_WAYS
+    };
+    (0..campaign.runs.len()).filter(|run| both_ways(*run)).count() >= LEAST_ZEROS
+}
+
 /// A run's mean residual: the part equal in both directions, and the part against the motion.
 fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option<(f64, f64)> {
     let mut sides = [(0.0, 0.0); 2];
@@ -90,7 +110,8 @@ fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option
         }
     }
     let [(up, ups), (down, downs)] = sides;
-    (ups > 50.0 && downs > 50.0).then(|| (0.5 * (up / ups + down / downs), 0.5 * (up / ups - down / downs)))
+    (ups > BOTH_WAYS as f64 && downs > BOTH_WAYS as f64)
+        .then(|| (0.5 * (up / ups + down / downs), 0.5 * (up / ups - down / downs)))
 }
 
 /// Standard deviation of offset and friction from run to run, N·m; `None` if too few runs have both directions.

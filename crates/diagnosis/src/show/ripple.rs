@@ -1,8 +1,8 @@
 //! Tests if the phase of a ripple over the angle is the same at all speeds, as it must be for a torque that depends on
 //! the angle alone.
 
+use crate::extend::hypothesis::Member;
 use crate::log::campaign::Campaign;
-use crate::outcome::Cause;
 use crate::show::residual::Left;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use valve_model::EffectId;
@@ -10,6 +10,11 @@ use valve_model::EffectId;
 /// Number of speed classes (signed), and least periods of the ripple in each.
 const SPEEDS: usize = 6;
 const PERIODS: f64 = 3.0;
+/// The part of a period that is gone through whole; and how far speeds are apart, in parts of the fastest.
+const GONE_THROUGH: f64 = 0.7;
+const APART: f64 = 0.5;
+/// Neighbours that count as one sample, at least.
+const NEIGHBOURS: f64 = 6.0;
 /// Significance level, and least drift of the phase that is reported, rad.
 const CHANCE: f64 = 1e-3;
 const DRIFT_RAD: f64 = 0.2;
@@ -17,6 +22,7 @@ const DRIFT_RAD: f64 = 0.2;
 /// A sample: angle, speed, and the torque that the ripple has to explain, with the weight of the fit.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
+    run: usize,
     angle_rad: f64,
     speed_rad_per_s: f64,
     torque_nm: f64,
@@ -31,30 +37,84 @@ struct Phase {
     error_rad: f64,
 }
 
-/// A sentence on the phase of the largest harmonic of `position-torque`; `None` for other causes, or if too few speeds
-/// show it.
-pub(crate) fn phase(campaign: &Campaign, cause: &Cause, after: &[Left]) -> Option<String> {
-    if cause.id != EffectId::PositionTorque || !campaign.kind.motion_is_measured {
+/// What the phase of a ripple over the angle does.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Drift {
+    /// In words.
+    pub text: String,
+    /// Whether the phase differs between speeds or between runs: a torque that depends on the angle alone has one.
+    pub drifts: bool,
+}
+
+/// How the phase of the largest harmonic of a `position-torque` goes with speed and from run to run; `None` for other causes, or
+/// where too little shows it. `after` is what the whole hypothesis leaves, of which so many neighbours are worth one sample.
+pub(crate) fn phase(
+    campaign: &Campaign,
+    member: &Member,
+    after: &[Left],
+    per_independent: f64,
+) -> Option<Drift> {
+    if member.candidate.id != EffectId::PositionTorque || !campaign.kind.motion_is_measured {
         return None;
     }
-    let of = |key: &str, order: usize| {
-        cause.parameters.get(&format!("{key}[{order}]")).map_or(0.0, |found| found.value)
-    };
-    let greatest = |a: &usize, b: &usize| {
-        of("cos", *a).hypot(of("sin", *a)).total_cmp(&of("cos", *b).hypot(of("sin", *b)))
-    };
-    let order = (1..=64).max_by(greatest)?;
+    let of = |number: usize| member.numbers.get(number).copied().unwrap_or(0.0);
+    let amplitude = |order: &usize| of(2 * (order - 1)).hypot(of(2 * order - 1));
+    let order = (1..=member.numbers.len() / 2).max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)))?;
     let ripple = |angle_rad: f64| {
         let (sin, cos) = (order as f64 * angle_rad).sin_cos();
-        of("cos", order) * cos + of("sin", order) * sin
+        of(2 * (order - 1)) * cos + of(2 * order - 1) * sin
     };
-    let mut samples = samples(campaign, after, ripple);
+    let alike = per_independent.max(NEIGHBOURS);
+    let by_speed = words(&at_speeds(samples(campaign, after, ripple), order, alike), order);
+    if by_speed.as_ref().is_some_and(|of| of.drifts) {
+        return by_speed;
+    }
+    from_run_to_run(&samples(campaign, after, ripple), order, alike).or(by_speed)
+}
+
+/// The phase in classes of speed. A sample's speed is the mean one over the period of the ripple that it lies in: where a drive
+/// gives way to the ripple, its speed at once goes with the angle.
+fn at_speeds(mut samples: Vec<Sample>, order: usize, alike: f64) -> Vec<Phase> {
+    by_period(&mut samples, order);
+    samples.retain(|sample| sample.speed_rad_per_s.is_finite());
     samples.sort_by(|a, b| a.speed_rad_per_s.total_cmp(&b.speed_rad_per_s));
-    let phases: Vec<Phase> = samples
-        .chunks(samples.len().div_ceil(SPEEDS).max(1))
-        .filter_map(|some| at_a_speed(some, order as f64))
-        .collect();
-    words(&phases, order)
+    let classes = samples.chunks(samples.len().div_ceil(SPEEDS).max(1));
+    let phases: Vec<Phase> = classes.filter_map(|some| fitted(some, order as f64, alike)).collect();
+    let speeds = || phases.iter().map(|of| of.speed_rad_per_s);
+    let most = speeds().map(f64::abs).fold(0.0, f64::max);
+    let span = speeds().fold(f64::NEG_INFINITY, f64::max) - speeds().fold(f64::INFINITY, f64::min);
+    // At one speed a phase can't drift with it.
+    if span > APART * most { phases } else { Vec::new() }
+}
+
+/// Gives the samples of each period of the ripple their mean speed; none where a period isn't gone through whole.
+fn by_period(samples: &mut [Sample], order: usize) {
+    let period_rad = std::f64::consts::TAU / order as f64;
+    let place = |sample: &Sample| (sample.run, (sample.angle_rad / period_rad).floor() as i64);
+    for period in samples.chunk_by_mut(|a, b| place(a) == place(b)) {
+        let mean = period.iter().map(|of| of.speed_rad_per_s).sum::<f64>() / period.len() as f64;
+        let ends = period.first().zip(period.last());
+        let turned = ends.map_or(0.0, |(first, last)| (last.angle_rad - first.angle_rad).abs());
+        let speed = if turned > GONE_THROUGH * period_rad { mean } else { f64::NAN };
+        period.iter_mut().for_each(|of| of.speed_rad_per_s = speed);
+    }
+}
+
+/// What is said of a phase that drifts from run to run.
+fn from_run_to_run(samples: &[Sample], order: usize, alike: f64) -> Option<Drift> {
+    let runs = samples.chunk_by(|a, b| a.run == b.run);
+    let phases: Vec<Phase> = runs.filter_map(|some| fitted(some, order as f64, alike)).collect();
+    let (p_value, off) = scatter(&phases)?;
+    let span = span(&off);
+    (p_value < CHANCE && span.1 - span.0 > DRIFT_RAD).then(|| Drift {
+        text: format!(
+            "the phase of the ripple {} differs from run to run, by {:.0}° over {} runs: their angles have no common zero, or it is none of the angle alone",
+            times_per_turn(order),
+            (span.1 - span.0).to_degrees(),
+            phases.len()
+        ),
+        drifts: true,
+    })
 }
 
 fn samples(campaign: &Campaign, after: &[Left], ripple: impl Fn(f64) -> f64) -> Vec<Sample> {
@@ -64,15 +124,15 @@ fn samples(campaign: &Campaign, after: &[Left], ripple: impl Fn(f64) -> f64) -> 
             let (angle_rad, speed_rad_per_s, _) = piece.kinematics(index);
             if *weight > 0.0 && angle_rad.is_finite() {
                 let torque_nm = residual + ripple(angle_rad);
-                found.push(Sample { angle_rad, speed_rad_per_s, torque_nm, weight: *weight });
+                found.push(Sample { run: piece.run, angle_rad, speed_rad_per_s, torque_nm, weight: *weight });
             }
         }
     }
     found
 }
 
-/// Fits cosine and sine; the error follows from the residual, where samples within a sixth of a period count as one.
-fn at_a_speed(samples: &[Sample], order: f64) -> Option<Phase> {
+/// Fits cosine and sine; the error follows from the residual, of which so many neighbours count as one.
+fn fitted(samples: &[Sample], order: f64, alike: f64) -> Option<Phase> {
     let (mut cc, mut cs, mut ss, mut yc, mut ys, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut speed, mut travel) = (0.0, 0.0);
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -97,8 +157,8 @@ fn at_a_speed(samples: &[Sample], order: f64) -> Option<Phase> {
     }
     let (a, b) = ((ss * yc - cs * ys) / determinant, (cc * ys - cs * yc) / determinant);
     let left = (yy - a * yc - b * ys).max(0.0) / travel;
-    // In white noise an amplitude's variance is 2·left/(weight of all samples); neighbours are worth a sixth of themselves.
-    let error = (6.0 * 2.0 * left / (cc + ss)).sqrt();
+    // In white noise an amplitude's variance is 2·left/(weight of all samples).
+    let error = (alike * 2.0 * left / (cc + ss)).sqrt();
     let amplitude = a.hypot(b);
     let periods = samples.iter().map(|of| (of.angle_rad * order / std::f64::consts::TAU) as i64);
     let span = periods.clone().max()? - periods.min()?;
@@ -109,8 +169,8 @@ fn at_a_speed(samples: &[Sample], order: f64) -> Option<Phase> {
     })
 }
 
-fn words(phases: &[Phase], order: usize) -> Option<String> {
-    let (first, last) = (phases.first()?, phases.last()?);
+/// The probability that the phases scatter so by chance, and how far each is from their mean, rad; of three at least.
+fn scatter(phases: &[Phase]) -> Option<(f64, Vec<f64>)> {
     if phases.len() < 3 {
         return None;
     }
@@ -124,28 +184,48 @@ fn words(phases: &[Phase], order: usize) -> Option<String> {
     };
     let statistic: f64 = phases.iter().map(|of| (off(of) / of.error_rad).powi(2)).sum();
     let p_value = ChiSquared::new(phases.len() as f64 - 1.0).map_or(1.0, |chi| 1.0 - chi.cdf(statistic));
-    let (least, most) = phases
-        .iter()
-        .map(off)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |span, value| (span.0.min(value), span.1.max(value)));
-    let times = if order == 1 { "once per turn".to_owned() } else { format!("{order} times per turn") };
+    Some((p_value, phases.iter().map(off).collect()))
+}
+
+fn span(off: &[f64]) -> (f64, f64) {
+    off.iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |span, value| (span.0.min(*value), span.1.max(*value)))
+}
+
+/// How often in a turn, in words.
+pub(crate) fn times_per_turn(order: usize) -> String {
+    match order {
+        1 => "once per turn".to_owned(),
+        2 => "twice per turn".to_owned(),
+        _ => format!("{order} times per turn"),
+    }
+}
+
+fn words(phases: &[Phase], order: usize) -> Option<Drift> {
+    let (first, last) = (phases.first()?, phases.last()?);
+    let (p_value, off) = scatter(phases)?;
+    let (least, most) = span(&off);
+    let times = times_per_turn(order);
     if p_value > CHANCE || most - least < DRIFT_RAD {
-        return Some(format!(
+        let text = format!(
             "the ripple {times} has the same phase at all speeds, {:.0} to {:.0} rad/s, within ±{:.0}°",
             first.speed_rad_per_s,
             last.speed_rad_per_s,
             0.5 * (most - least).to_degrees()
-        ));
+        );
+        return Some(Drift { text, drifts: false });
     }
     let list: Vec<String> = phases
         .iter()
-        .map(|of| format!("{:+.0}° at {:.0} rad/s", off(of).to_degrees(), of.speed_rad_per_s))
+        .zip(&off)
+        .map(|(of, off)| format!("{:+.0}° at {:.0} rad/s", off.to_degrees(), of.speed_rad_per_s))
         .collect();
-    Some(format!(
+    let text = format!(
         "the phase of the ripple {times} drifts with speed ({}): beside a torque over the angle something follows it late, \
          or swings with it",
         list.join(", ")
-    ))
+    );
+    Some(Drift { text, drifts: true })
 }
 
 #[cfg(test)]
@@ -162,12 +242,12 @@ mod tests {
                     let angle_rad = speed_rad_per_s * 1e-3 * f64::from(k);
                     let noise = 0.2 * (1e4 * (f64::from(k) * 0.7).sin()).fract();
                     let torque_nm = (angle_rad - late_s * speed_rad_per_s).cos() + noise;
-                    Sample { angle_rad, speed_rad_per_s, torque_nm, weight: 1.0 }
+                    Sample { run: 0, angle_rad, speed_rad_per_s, torque_nm, weight: 1.0 }
                 })
                 .collect();
-            phases.extend(at_a_speed(&samples, 1.0));
+            phases.extend(fitted(&samples, 1.0, NEIGHBOURS));
         }
-        words(&phases, 1).unwrap()
+        words(&phases, 1).unwrap().text
     }
 
     #[test]

@@ -1,10 +1,11 @@
-//! Where a residual has structure: by run, kind, angle, speed, and so on, and by order of the angle; with tests corrected
+//! Where a residual has structure: by run, motion, angle, speed, and so on, and by order of the angle; with tests corrected
 //! for their number by Holm's method.
 
 use crate::fit::equations::Setting;
+use crate::log::classes::Class;
 use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
-use crate::numerics::statistics::holm;
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT, holm};
 use crate::outcome::{Dependence, Order};
 use crate::show::residual::Left;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -45,7 +46,7 @@ struct Sample {
 
 const COVARIATES: [&str; 9] = [
     "run",
-    "kind",
+    "motion",
     "angle",
     "speed",
     "acceleration",
@@ -66,6 +67,11 @@ pub(crate) struct Structure {
     pub count: f64,
     /// How many of those are worth one, since neighbours are alike.
     pub per_independent: f64,
+}
+
+/// Whether some covariate explains a part of a residual.
+pub(crate) fn depends(of: &Structure) -> bool {
+    of.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE)
 }
 
 /// Tests a residual against everything that is known beside it.
@@ -160,22 +166,22 @@ fn orders(samples: &[Sample], teeth: Option<f64>, square: f64, independent: f64,
 }
 
 fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
-    let mut kinds: BTreeMap<&str, f64> = BTreeMap::new();
-    for (_, kind) in &setting.campaign.runs {
-        let next = kinds.len() as f64;
-        kinds.entry(kind).or_insert(next);
+    let mut classes: BTreeMap<Class, f64> = BTreeMap::new();
+    for class in &setting.campaign.classes {
+        let next = classes.len() as f64;
+        classes.entry(*class).or_insert(next);
     }
     let few = setting.campaign.runs.len() < LEAST_RUNS;
     let mut samples = Vec::new();
     for (index, (piece, left)) in setting.campaign.pieces.iter().zip(left).enumerate() {
-        let kind = setting.campaign.runs.get(piece.run).and_then(|run| kinds.get(run.1.as_str()).copied());
+        let class = setting.campaign.classes.get(piece.run).and_then(|class| classes.get(class).copied());
         let unit = if few { index } else { piece.run };
-        of_piece(piece, left, (unit, kind.unwrap_or(0.0)), &mut samples);
+        of_piece(piece, left, (unit, class.unwrap_or(0.0)), &mut samples);
     }
     samples
 }
 
-fn of_piece(piece: &Piece, left: &Left, (unit, kind): (usize, f64), samples: &mut Vec<Sample>) {
+fn of_piece(piece: &Piece, left: &Left, (unit, class): (usize, f64), samples: &mut Vec<Sample>) {
     let mut rest_s = 0.0;
     let mut distance = piece.past.contact.distance_rad;
     let mut before_s = f64::NAN;
@@ -200,7 +206,7 @@ fn of_piece(piece: &Piece, left: &Left, (unit, kind): (usize, f64), samples: &mu
                 direction,
                 covariates: [
                     piece.run as f64,
-                    kind,
+                    class,
                     angle,
                     speed,
                     acceleration,

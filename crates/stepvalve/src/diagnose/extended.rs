@@ -29,7 +29,7 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
     for (section, causes) in corrected(causes) {
         comments = comments.with_section(section, causes);
     }
-    write_model(&extended, &comments) + &alternatives(found, given)
+    write_model(&extended, &comments) + &alternatives(found, given) + &offered(found, given)
 }
 
 /// The best of each group that can't be told apart, in comments: whoever wants it takes the marks away.
@@ -40,9 +40,6 @@ fn alternatives(found: &Found, given: &Model) -> String {
         let new = |best: &&BestOfGroup| !given.effects.iter().any(|effect| effect.id() == best.id);
         let Some(best) = group.best.as_ref().filter(new) else { continue };
         let Some(effect) = found.proposed.iter().find(|effect| effect.id() == best.id) else { continue };
-        let alone = Model { effects: vec![effect.clone()], ..given.clone() };
-        let written = write_model(&alone, &ModelComments::new());
-        let Some((_, entry)) = written.split_once("[[effect]]\n") else { continue };
         let others: Vec<&str> = group.ids.iter().filter(|id| **id != best.id).map(|id| id.name()).collect();
         let mut lines = vec![
             format!(
@@ -59,9 +56,7 @@ fn alternatives(found: &Found, given: &Model) -> String {
             ),
         ];
         lines.extend(known(&best.parameters));
-        lines.push("To try it, take the \"# \" off [[effect]] and the numbers below it.".to_owned());
-        lines.push("[[effect]]".to_owned());
-        lines.extend(entry.lines().map(str::to_owned));
+        lines.extend(entry(effect, given));
         text.push('\n');
         lines.iter().for_each(|line| text.push_str(&format!("# {line}\n")));
     }
@@ -92,7 +87,38 @@ pub fn rivals(found: &Found, given: &Model) -> Vec<(String, String)> {
         }
         (format!("model-{}.toml", effect.id()), write_model(&model, &comments))
     };
-    found.proposed.iter().map(model).collect()
+    let offered = |effect: &&Effect| !found.diagnosis.offered.iter().any(|of| of.id == effect.id());
+    found.proposed.iter().filter(offered).map(model).collect()
+}
+
+/// What is there and was kept out, in comments: whoever wants it takes the marks away.
+fn offered(found: &Found, given: &Model) -> String {
+    let mut text = String::new();
+    for offered in &found.diagnosis.offered {
+        let Some(effect) = found.proposed.iter().find(|effect| effect.id() == offered.id) else { continue };
+        let mut lines = vec![
+            format!("{} is there, but kept out: {}.", offered.id, offered.reason),
+            format!(
+                "With it the error on runs not used for fitting is {:.4e} {}.",
+                offered.rms_after,
+                unit(found.channel)
+            ),
+        ];
+        lines.extend(known(&offered.parameters));
+        lines.extend(entry(effect, given));
+        text.push('\n');
+        lines.iter().for_each(|line| text.push_str(&format!("# {line}\n")));
+    }
+    text
+}
+
+/// The entry of an effect, to be commented out.
+fn entry(effect: &Effect, given: &Model) -> Vec<String> {
+    let alone = Model { effects: vec![effect.clone()], ..given.clone() };
+    let written = write_model(&alone, &ModelComments::new());
+    let Some((_, entry)) = written.split_once("[[effect]]\n") else { return Vec::new() };
+    let how = "To try it, take the \"# \" off [[effect]] and the numbers below it.".to_owned();
+    [how, "[[effect]]".to_owned()].into_iter().chain(entry.lines().map(str::to_owned)).collect()
 }
 
 /// Each parameter and how well it is known, a line each.

@@ -66,6 +66,24 @@ pub struct Arguments {
     /// Coulomb torque); corrections up to twice that are no cause. 0: exactly
     #[arg(long, value_name = "PART", default_value_t = 0.03, value_parser = tolerance)]
     tolerance: f64,
+    /// Searches for so long at most, then concludes from what it has, such as 30s or 2min; what is said then may depend on the
+    /// machine
+    #[arg(long, value_name = "TIME", value_parser = limit)]
+    limit: Option<Duration>,
+}
+
+fn limit(text: &str) -> Result<Duration, String> {
+    let refused = || format!("found `{text}`, expected a time above zero with its unit: 500ms, 30s or 2min");
+    let place = text.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(refused)?;
+    let (number, unit) = text.split_at(place);
+    let unit_s = match unit {
+        "ms" => 1e-3,
+        "s" => 1.0,
+        "min" => 60.0,
+        _ => return Err(refused()),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| refused())?;
+    Duration::try_from_secs_f64(number * unit_s).ok().filter(|limit| !limit.is_zero()).ok_or_else(refused)
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -94,7 +112,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let progress = Progress::new();
     let options =
         Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance, fixed };
-    let found = diagnose(&log, &model, &options, &Threads::new(), &mut |event| progress.show(event));
+    let found =
+        diagnose(&log, &model, &options, &Threads::new(arguments.limit), &mut |event| progress.show(event));
     let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
     progress.step("simulating the gain in the loop");
     found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);

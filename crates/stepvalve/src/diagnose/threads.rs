@@ -1,18 +1,21 @@
-//! As many threads as there are processors.
+//! As many threads as there are processors, for as long as the user gives them.
 
 use diagnosis::Workers;
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 /// Shares jobs among threads.
 pub struct Threads {
     count: usize,
+    until: Option<Instant>,
 }
 
 impl Threads {
-    /// One for each processor.
-    pub fn new() -> Self {
-        Self { count: std::thread::available_parallelism().map_or(1, NonZero::get) }
+    /// One for each processor, for so long.
+    pub fn new(limit: Option<Duration>) -> Self {
+        let count = std::thread::available_parallelism().map_or(1, NonZero::get);
+        Self { count, until: limit.map(|limit| Instant::now() + limit) }
     }
 }
 
@@ -32,5 +35,9 @@ impl Workers for Threads {
                 });
             }
         });
+    }
+
+    fn is_over(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
     }
 }

@@ -106,6 +106,18 @@ impl Effect {
             }
             row.check(value)?;
         }
-        Ok(())
+        self.check_orders()
+    }
+
+    /// A series keeps only so many orders.
+    fn check_orders(&self) -> Result<(), ParamError> {
+        let (cos, sin) = (self.list("cos"), self.list("sin"));
+        let there =
+            |index: &usize| [cos, sin].iter().any(|of| of.get(*index).is_some_and(|value| *value != 0.0));
+        let count = (0..cos.len().max(sin.len())).filter(there).count();
+        let Some(row) = self.spec().parameter("cos").filter(|_| count > table::MAX_TERMS) else {
+            return Ok(());
+        };
+        Err(ParamError::new(row.key, format!("{count} orders other than 0 in `cos` and `sin`"), row.range))
     }
 }

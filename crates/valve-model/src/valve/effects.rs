@@ -65,22 +65,27 @@ impl Coupling {
 
 /// Other torques on the spool: against the motor, N·m, and their derivative by the angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct OtherTorque {
+pub(crate) struct OtherTorque<'a> {
     constant_nm: f64,
-    series: Option<Series>,
+    position: Option<&'a Series>,
+    /// For each MPa, and the pressure drop, MPa.
+    flow: Option<(&'a Series, f64)>,
 }
 
-impl OtherTorque {
+impl OtherTorque<'_> {
     /// Torque and slope at a spool angle; the constant alone without `FULL`.
     #[inline]
     pub fn at<const FULL: bool>(&self, angle: f64) -> (f64, f64) {
-        match &self.series {
-            Some(series) if FULL => {
-                let (torque_nm, slope) = series.at(angle);
-                (self.constant_nm + torque_nm, slope)
-            }
-            _ => (self.constant_nm, 0.0),
+        let mut sum = (self.constant_nm, 0.0);
+        if FULL && let Some(series) = self.position {
+            let (torque_nm, slope) = series.at(angle);
+            sum = (sum.0 + torque_nm, sum.1 + slope);
         }
+        if FULL && let Some((series, pressure_mpa)) = self.flow {
+            let (torque_nm, slope) = series.at(angle);
+            sum = (sum.0 + pressure_mpa * torque_nm, sum.1 + pressure_mpa * slope);
+        }
+        sum
     }
 }
 
@@ -235,14 +240,12 @@ impl Effects {
     }
 
     /// The other torques at a pressure drop (Pa).
-    pub fn other_torque(&self, pressure_drop_pa: f64) -> OtherTorque {
+    pub fn other_torque(&self, pressure_drop_pa: f64) -> OtherTorque<'_> {
         let pressure_mpa = pressure_drop_pa / PA_PER_MPA;
-        let series = match (self.position, self.flow) {
-            (Some(position), Some(flow)) => Some(position.plus(pressure_mpa, &flow)),
-            (Some(position), None) => Some(position),
-            (None, Some(flow)) => Some(flow.times(pressure_mpa)),
-            (None, None) => None,
-        };
-        OtherTorque { constant_nm: self.pressure_torque_nm_per_mpa * pressure_mpa, series }
+        OtherTorque {
+            constant_nm: self.pressure_torque_nm_per_mpa * pressure_mpa,
+            position: self.position.as_ref(),
+            flow: self.flow.as_ref().map(|flow| (flow, pressure_mpa)),
+        }
     }
 }

@@ -99,7 +99,7 @@ pub(super) struct Shaft<'a, L, const FULL: bool> {
     command_rad_per_s: f64,
     pressure_drop_pa: f64,
     oil_temperature_c: f64,
-    other: OtherTorque,
+    other: OtherTorque<'a>,
 }
 
 /// The motor's torque and what it depends on.

@@ -37,13 +37,14 @@ pub(super) const fn factor(meaning: &'static str) -> ParameterSpec {
     number("factor", "1", (1e-3, 1e3), 1.0, "a number, 0.001 to 1000", meaning)
 }
 
-/// Most harmonics of a series over the angle.
-pub(crate) const MAX_HARMONICS: usize = 16;
+/// The highest order of a series over the angle, and most orders that differ from zero.
+pub(crate) const MAX_HARMONICS: usize = 128;
+pub(crate) const MAX_TERMS: usize = 24;
 
 pub(super) const ANY: f64 = f64::MAX;
 pub(super) const FACTOR: &str = "`factor`";
 pub(super) const SERIES: &str = "`cos`, `sin`";
-pub(super) const HARMONICS: &str = "an array of at most 16 numbers";
+pub(super) const HARMONICS: &str = "an array of at most 128 numbers, at most 24 of them other than 0";
 pub(super) const POSITIVE: &str = "a number above zero";
 pub(super) const NOT_NEGATIVE: &str = "a number, zero or above";
 pub(super) const TINY: f64 = f64::MIN_POSITIVE;

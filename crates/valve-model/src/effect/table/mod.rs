@@ -9,7 +9,7 @@ mod torques;
 use super::id::EffectId;
 use super::spec::EffectSpec;
 
-pub(crate) use cells::MAX_HARMONICS;
+pub(crate) use cells::MAX_TERMS;
 
 impl EffectId {
     /// The effect's row in the table of effects. Who adds an effect adds its row too, or this doesn't compile.

@@ -1,0 +1,141 @@
+//! Doubt: whether the selected causes leave so much that they may stand in for one that is not on the list.
+
+use crate::DiagnosisError;
+use crate::log::piece::Piece;
+use crate::measure::judgement::Judgement;
+use crate::name::forms::MISFIT;
+use crate::name::selection::Selection;
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
+use crate::outcome::Dependence;
+use crate::show::residual::{Left, rms_as_fitted};
+use crate::show::structure::{Structure, structure};
+use valve_model::{Condition, EffectId};
+
+/// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than this share of
+/// it.
+const RMS_LEFT: f64 = 1.1;
+const DEVIATIONS: f64 = 3.0;
+/// The share of the residual beyond noise that one cause, or several together, must explain to be accepted. Several
+/// have more free numbers, so more is asked of them.
+const EXPLAINED: f64 = 0.5;
+const EXPLAINED_TOGETHER: f64 = 0.7;
+/// If the residual exceeds the misfit of the causes' forms, one covariate that explains this share of it points to a
+/// further cause.
+const ANOTHER: f64 = 0.15;
+/// Causes whose form is general: they take any function of what they depend on. Alone, their residual is at most
+/// `LITTLE` of what they explain.
+const GENERAL: [EffectId; 5] = [
+    EffectId::TorqueOffset,
+    EffectId::TorqueGain,
+    EffectId::PressureTorque,
+    EffectId::PositionTorque,
+    EffectId::FlowTorque,
+];
+const LITTLE: f64 = 0.1;
+/// A residual so many times the noise is a misfit of the model.
+const MISFITS: f64 = 2.0;
+
+/// A residual that is a misfit of the model.
+pub(crate) struct Misfit {
+    /// By piece.
+    pub left: Vec<Vec<f64>>,
+    /// How many neighbours of it are worth one sample.
+    pub per_independent: f64,
+}
+
+/// What the selected causes leave where that is a misfit: more than `MISFITS` times the noise of a torque log, and nothing speaks
+/// against the causes.
+pub(crate) fn misfit(judged: &Judgement<'_>) -> Result<Option<Misfit>, DiagnosisError> {
+    let selected = !judged.selection.fitted.point.hypothesis.members.is_empty();
+    if !selected || !judged.setting.campaign.kind.motion_is_measured {
+        return Ok(None);
+    }
+    let (_, left) = judged.everywhere(&judged.selection.fitted)?;
+    let structure = structure(&judged.setting, &left);
+    let misfit = structure.rms > MISFITS && !is_doubtful(judged, &left, &structure);
+    let left = || left.into_iter().map(|of| of.residual).collect();
+    Ok(misfit.then(|| Misfit { left: left(), per_independent: structure.per_independent }))
+}
+
+/// True if the selected causes leave too large a residual to be the cause.
+pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> bool {
+    let selection = &judged.selection;
+    if selection.fitted.point.hypothesis.members.is_empty() {
+        return false;
+    }
+    let loss = judged.setting.loss();
+    let on_held_out = part_left_on_held_out(judged, left);
+    let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
+    let too_little = || {
+        selection.share_explained(loss, judged.noise.share) < least_share(selection)
+            || judged.noise.share == 1.0 && another_cause(judged, structure)
+            || on_held_out > loss.hardly_less()
+    };
+    no_better || !(is_noise(structure) && judged.noise.share == 1.0) && too_little()
+}
+
+fn least_share(selection: &Selection) -> f64 {
+    if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
+}
+
+/// The ratio of the held-out RMS with the causes to that without; 0 without held-out runs.
+fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
+    let held_out = |piece: &Piece| piece.hold_out;
+    let rms = |left: &[Left]| rms_as_fitted(&judged.setting, left, &held_out);
+    let before = rms(&judged.before);
+    if before > 0.0 { rms(left) / before } else { 0.0 }
+}
+
+/// True if the residual is large and structured: the causes then stand in for one that is not on the list.
+fn another_cause(judged: &Judgement<'_>, structure: &Structure) -> bool {
+    let selection = &judged.selection;
+    let left = structure.rms.powi(2) - 1.0;
+    let explained = selection.explained();
+    let ids: Vec<EffectId> =
+        selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id).collect();
+    let own = |of: &&Dependence| of.p_value < CHANCE && !is_of_another(&ids, &of.on);
+    let share = structure.dependences.iter().filter(own).map(|of| of.share).fold(0.0, f64::max);
+    let others = structure.dependences.iter().filter(|of| of.p_value < CHANCE && is_of_another(&ids, &of.on));
+    let of_others = others.map(|of| of.share).fold(0.0, f64::max);
+    let general = ids.iter().all(|id| GENERAL.contains(id)) && of_others < share.max(ANOTHER);
+    if general && left > LITTLE * explained {
+        return true;
+    }
+    left > MISFIT * explained && share * structure.rms.powi(2) > ANOTHER * left
+}
+
+/// True if none of the selected causes depends on this covariate, so that a residual that does points to a further
+/// cause. Any cause may depend on speed, acceleration or run.
+fn is_of_another(ids: &[EffectId], on: &str) -> bool {
+    let over_the_angle = |id: &EffectId| {
+        matches!(
+            id,
+            EffectId::AngleDependentFriction
+                | EffectId::PositionTorque
+                | EffectId::FlowTorque
+                | EffectId::DetentTorque
+                | EffectId::MicrostepError
+                | EffectId::EncoderEccentricity
+        )
+    };
+    if on.starts_with("angle") {
+        return !ids.iter().any(over_the_angle);
+    }
+    let needs = |condition: Condition| ids.iter().any(|id| id.spec().needs == Some(condition));
+    match on {
+        "pressure" => !needs(Condition::PressureDrop),
+        "temperature" => !needs(Condition::OilTemperature),
+        _ => false,
+    }
+}
+
+/// Whether a residual is no more than noise.
+pub(crate) fn is_noise(structure: &Structure) -> bool {
+    // Below the noise, shares count in parts of the noise's variance, so a large share of a small residual is not
+    // significant.
+    let square = structure.rms.powi(2).min(1.0);
+    let depends =
+        structure.dependences.iter().any(|of| of.share * square > SHARE_LEFT && of.p_value < CHANCE);
+    // An RMS of few samples is itself uncertain.
+    structure.rms <= RMS_LEFT + DEVIATIONS / (2.0 * structure.count).sqrt() && !depends
+}

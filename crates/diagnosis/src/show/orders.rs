@@ -1,0 +1,142 @@
+//! Which orders of the angle stand out of a residual: a series to a high order is searched for there alone.
+
+use crate::fit::equations::Setting;
+use crate::log::piece::Piece;
+use crate::show::residual::Left;
+use prediction::median;
+
+/// The highest order that is looked at. A motor's slots turn up to 48 times as often as its shaft; their second harmonic is below.
+pub(crate) const HIGHEST: usize = 128;
+/// An order stands out where its power is so many times the median order's: of 128 exponential numbers the largest is as large
+/// by chance once in five times, which costs a column of the screening and no more.
+const OUT: f64 = 9.0;
+
+/// The orders from `from` on, below `below`, whose power stands out of that of the others, strongest first, at most `most`.
+pub(crate) fn standing_out(
+    setting: &Setting<'_>,
+    left: &[Left],
+    (from, below): (usize, usize),
+    most: usize,
+) -> Vec<usize> {
+    let powers = powers(setting, left);
+    let Some(usual) = median(&mut powers.clone()).filter(|usual| *usual > 0.0) else { return Vec::new() };
+    let at = |order: usize| powers.get(order.wrapping_sub(1)).copied().unwrap_or(0.0);
+    let peak = |order: &usize| at(*order) >= at(order - 1).max(at(order + 1)) && at(*order) > OUT * usual;
+    let mut found: Vec<usize> = (from..below.min(HIGHEST + 1)).filter(peak).collect();
+    found.sort_by(|a, b| at(*b).total_cmp(&at(*a)));
+    found.truncate(most);
+    found
+}
+
+/// The squared amplitude of each order, from 1 on, of the residual in parts of its noise.
+fn powers(setting: &Setting<'_>, left: &[Left]) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); HIGHEST];
+    let (mut total, mut weights) = (0.0, 0.0);
+    let fitted = || setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.is_fitted());
+    let samples = |piece: &Piece, left: &Left| -> Vec<(f64, f64, f64)> {
+        let each = left.residual.iter().zip(&piece.weights).enumerate();
+        let of = |(index, (residual, weight)): (usize, (&f64, &f64))| {
+            let angle_rad = piece.kinematics(index).0;
+            (*weight > 0.0 && angle_rad.is_finite()).then(|| (angle_rad, *residual, weight * weight))
+        };
+        each.filter_map(of).collect()
+    };
+    for (piece, left) in fitted() {
+        for (_, residual, weight) in samples(piece, left) {
+            (total, weights) = (total + weight * residual, weights + weight);
+        }
+    }
+    let mean = if weights > 0.0 { total / weights } else { 0.0 };
+    for (piece, left) in fitted() {
+        for (angle_rad, residual, weight) in samples(piece, left) {
+            let value = weight * (residual - mean);
+            let (sin_one, cos_one) = angle_rad.sin_cos();
+            let (mut sin, mut cos) = (sin_one, cos_one);
+            for (along, across) in &mut sums {
+                (*along, *across) = (*along + value * cos, *across + value * sin);
+                (sin, cos) = (sin * cos_one + cos * sin_one, cos * cos_one - sin * sin_one);
+            }
+        }
+    }
+    sums.into_iter().map(|(along, across)| along * along + across * across).collect()
+}
+
+/// A ripple of what is left, over the angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ripple {
+    pub order: usize,
+    /// The root of the mean square over runs of its amplitude, in the channel's unit.
+    pub amplitude: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Whether its phase is the same in all runs: only then it can be one torque over the angle.
+    pub in_phase: bool,
+}
+
+/// A run tells of a ripple's order from so many turns on, and so many such runs tell whether phases differ.
+const TURNS: f64 = 2.0;
+const LEAST_RUNS: usize = 3;
+/// A ripple stands out of the median order's mean square by so much, as a mean over the runs.
+const RIPPLE: f64 = 6.0;
+/// Phases are the same where the mean of all phasors has this part of their mean square.
+const IN_PHASE: f64 = 0.5;
+const MOST_TOLD: usize = 6;
+
+/// The ripples of a residual whose runs may each have a phase of their own: strongest first.
+pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[Left]) -> Vec<Ripple> {
+    let runs: Vec<Vec<(f64, f64)>> =
+        (0..setting.campaign.runs.len()).filter_map(|run| phasors(setting, left, run)).collect();
+    if runs.len() < LEAST_RUNS {
+        return Vec::new();
+    }
+    let count = runs.len() as f64;
+    let at = |order: usize| runs.iter().filter_map(move |run| run.get(order - 1).copied());
+    let squares = |order: usize| at(order).map(|(along, across)| along * along + across * across);
+    let means: Vec<f64> = (1..=HIGHEST).map(|order| squares(order).sum::<f64>() / count).collect();
+    let Some(usual) = median(&mut means.clone()) else { return Vec::new() };
+    let ripple = |order: usize| {
+        let mean = means.get(order - 1).copied().unwrap_or(0.0);
+        let variance = squares(order).map(|square| (square - mean).powi(2)).sum::<f64>() / count;
+        let along = at(order).map(|of| of.0).sum::<f64>() / count;
+        let across = at(order).map(|of| of.1).sum::<f64>() / count;
+        let amplitude = (mean - usual).max(0.0).sqrt();
+        let std_error = (variance / count).sqrt() / (2.0 * amplitude.max(f64::MIN_POSITIVE));
+        let in_phase = along * along + across * across > IN_PHASE * mean;
+        (mean > RIPPLE * usual).then_some(Ripple { order, amplitude, std_error, in_phase })
+    };
+    let mut found: Vec<Ripple> = (1..=HIGHEST).filter_map(ripple).collect();
+    found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    found.truncate(MOST_TOLD);
+    found
+}
+
+/// Cosine and sine part of each order in a run; `None` where it turns too little.
+fn phasors(setting: &Setting<'_>, left: &[Left], run: usize) -> Option<Vec<(f64, f64)>> {
+    let mut samples: Vec<(f64, f64)> = Vec::new();
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.run == run) {
+        let each = left.residual.iter().zip(&piece.weights).enumerate();
+        let counts = each.filter(|(_, (_, weight))| **weight > 0.0);
+        samples.extend(counts.map(|(index, (residual, _))| (piece.kinematics(index).0, *residual)));
+    }
+    let (least, most) =
+        samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |of, (at, _)| (of.0.min(*at), of.1.max(*at)));
+    if (most - least).is_nan() || most - least < TURNS * std::f64::consts::TAU {
+        return None;
+    }
+    // Whole turns alone: else a mean is a ripple too.
+    let whole = least + ((most - least) / std::f64::consts::TAU).floor() * std::f64::consts::TAU;
+    samples.retain(|(at, _)| *at <= whole);
+    let count = samples.len().max(1) as f64;
+    let mean = samples.iter().map(|(_, value)| value).sum::<f64>() / count;
+    let mut found = vec![(0.0, 0.0); HIGHEST];
+    for (at, value) in samples {
+        let value = 2.0 * (value - mean) / count;
+        let (sin_one, cos_one) = at.sin_cos();
+        let (mut sin, mut cos) = (sin_one, cos_one);
+        for (along, across) in &mut found {
+            (*along, *across) = (*along + value * cos, *across + value * sin);
+            (sin, cos) = (sin * cos_one + cos * sin_one, cos * cos_one - sin * sin_one);
+        }
+    }
+    Some(found)
+}
