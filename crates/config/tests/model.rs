@@ -183,12 +183,12 @@ fn effects_refused_with_the_place() {
     refused(
         "cos = [-2e-3]",
         "cos = [-2e-3, inf]",
-        "m.toml:35:15: effect[1].cos[1]: found inf, expected an array of at most 16 numbers",
+        "m.toml:35:15: effect[1].cos[1]: found inf, expected an array of at most 128 numbers, at most 24 of them other than 0",
     );
     refused(
         "cos = [-2e-3]",
         "cos = 1",
-        "m.toml:35:7: effect[1].cos: found 1, expected an array of at most 16 numbers",
+        "m.toml:35:7: effect[1].cos: found 1, expected an array of at most 128 numbers, at most 24 of them other than 0",
     );
     refused(
         "id = \"position-torque\"\n",

@@ -145,7 +145,11 @@ fn effects_that_make_no_sense_are_refused() {
     assert_eq!(refused("torque-gain", "gain", EffectValue::Number(1.0)).key, "id");
     assert_eq!(refused("torque-gain", "factor", EffectValue::Number(f64::NAN)).key, "factor");
     assert_eq!(refused("torque-gain", "factor", EffectValue::List(vec![1.0])).key, "factor");
-    assert_eq!(refused("position-torque", "cos", EffectValue::List(vec![0.1; 17])).key, "cos");
+    assert_eq!(refused("position-torque", "cos", EffectValue::List(vec![0.0; 129])).key, "cos");
+    assert_eq!(refused("position-torque", "cos", EffectValue::List(vec![0.1; 25])).key, "cos");
+    let mut high = vec![0.0; 128];
+    high[127] = 0.1;
+    assert!(Effect::from_parts("position-torque", &[("sin", EffectValue::List(high))]).is_ok());
     let twice = with(vec![effect("torque-gain", &[]), effect("torque-gain", &[])]);
     assert_eq!(twice.validate().unwrap_err().key, "id");
     let without_curve =
