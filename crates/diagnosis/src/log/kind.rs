@@ -22,7 +22,7 @@ pub(crate) struct LogKind {
     /// Of more fitted samples than this the screening looks at some of the folds alone.
     pub most_screened_whole: usize,
     /// So many samples are simulated at most before a diagnosis concludes, one of bristles counted four times: about 20 s of torques,
-    /// 30 s of angles, on two cores.
+    /// 40 s of angles, on two cores.
     pub most_simulated: u64,
     /// Steps of a fit in which a piece's start settles; what an angle begins with is searched for anyway.
     pub settling_steps: usize,
@@ -53,7 +53,7 @@ impl LogKind {
         most_fitted_whole: 64_000,
         fitted_of_more: 32_000,
         most_screened_whole: 16_000,
-        most_simulated: 15_000_000,
+        most_simulated: 60_000_000,
         settling_steps: 2,
         other_starts: &[-4.0, -2.0, -1.0, 1.0, 2.0, 4.0],
     };

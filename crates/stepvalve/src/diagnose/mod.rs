@@ -27,6 +27,7 @@ use progress::Progress;
 use residuals::Residuals;
 use results::Results;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use supervisor::{Failure, Outcome};
 use threads::Threads;
 
