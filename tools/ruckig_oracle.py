@@ -10,7 +10,7 @@ Needs the PyPI package `ruckig`:  python3 -m venv tools/.venv && tools/.venv/bin
 """
 import sys
 
-from ruckig import InputParameter, Result, Ruckig, Trajectory
+from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
 
 def solve(numbers):
@@ -24,7 +24,11 @@ def solve(numbers):
     problem.max_acceleration = [max_acceleration]
     problem.max_jerk = [max_jerk]
     trajectory = Trajectory(1)
-    result = Ruckig(1).calculate(problem, trajectory)
+    try:
+        result = Ruckig(1).calculate(problem, trajectory)
+    except RuckigError:
+        # Its own numbers fail at some points of huge jerk; it says so, and has no solution.
+        result = Result.ErrorExecutionTimeCalculation
     if result not in (Result.Working, Result.Finished):
         return [float("nan")]
     row = [trajectory.duration]
