@@ -12,7 +12,7 @@ use crate::fit::spread::spread;
 use crate::found::{Event, Found};
 use crate::log::campaign::Campaign;
 use crate::log::excitation::excitation;
-use crate::log::noise::{NoiseLevel, as_left, estimate, with_misfit};
+use crate::log::noise::{NoiseLevel, estimate, with_colour, with_misfit};
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use crate::measure::doubt::{is_noise, misfit};
@@ -134,7 +134,7 @@ pub fn diagnose(
     let Some(colour) = judged.colour()? else { return conclude(&judged, &able, &unable) };
     tell(Event::Step("once more, with noise whose neighbours are alike"));
     let earlier = judged.selection;
-    let noise = as_left(&mut campaign, noise, colour);
+    let noise = with_colour(&mut campaign, noise, colour);
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
     let judged = judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?;
     conclude(&judged, &able, &unable)

@@ -5,12 +5,16 @@ use crate::measure::accept::members_with_numbers;
 use crate::measure::judgement::Judgement;
 use crate::outcome::{Cause, Evidence, Offered, Parameters, RippleLeft, Verdict};
 use crate::show::orders::{Ripple, ripples_by_run};
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use crate::show::ripple::{Drift, phase, times_per_turn};
 use valve_model::Effect;
 
 /// What the phase of each selected ripple over the angle does, by the member's place.
-pub(crate) fn ripples(judged: &Judgement<'_>, left: &[Left], per_independent: f64) -> Vec<(usize, Drift)> {
+pub(crate) fn ripples(
+    judged: &Judgement<'_>,
+    left: &[PieceResidual],
+    per_independent: f64,
+) -> Vec<(usize, Drift)> {
     let members = judged.selection.fitted.point.hypothesis.members.iter().enumerate();
     let campaign = judged.setting.campaign;
     members
@@ -69,7 +73,11 @@ pub(crate) fn kept_out(offered: &Offered, unit: &str) -> String {
 }
 
 /// Ripples over the angle in what the accepted causes leave, where anything is left.
-pub(crate) fn ripples_left(judged: &Judgement<'_>, verdict: Verdict, after: &[Left]) -> Vec<RippleLeft> {
+pub(crate) fn ripples_left(
+    judged: &Judgement<'_>,
+    verdict: Verdict,
+    after: &[PieceResidual],
+) -> Vec<RippleLeft> {
     if matches!(verdict, Verdict::Explained | Verdict::NoDiscrepancy) {
         return Vec::new();
     }

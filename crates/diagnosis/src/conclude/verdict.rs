@@ -21,7 +21,7 @@ use crate::outcome::{
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, structure};
 use crate::show::tone::{Tone, tone};
@@ -162,7 +162,7 @@ fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
     members.filter(|(_, member)| !disputed(member.candidate.id)).map(|(index, _)| index).collect()
 }
 
-fn description(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> Description {
+fn description(judged: &Judgement<'_>, left: &[PieceResidual], structure: &Structure) -> Description {
     let noise = judged.noise_where_it_counts();
     let mut orders = structure.orders.clone();
     for order in &mut orders {
@@ -181,7 +181,7 @@ fn description(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> 
 fn observations(
     judged: &Judgement<'_>,
     verdict: Verdict,
-    after: &[Left],
+    after: &[PieceResidual],
     structure: &Structure,
 ) -> Vec<String> {
     let campaign = judged.setting.campaign;
@@ -199,7 +199,7 @@ fn observations(
 }
 
 /// Selected series over the angle that stand in for a gear, each with the gear's order.
-fn geared(judged: &Judgement<'_>, left: &[Left]) -> Vec<(EffectId, f64)> {
+fn geared(judged: &Judgement<'_>, left: &[PieceResidual]) -> Vec<(EffectId, f64)> {
     let members = judged.selection.fitted.point.hypothesis.members.iter();
     let of = |member: &Member| {
         Some((member.candidate.id, order_of_a_gear(judged.setting.campaign, member, left)?))
@@ -255,7 +255,7 @@ fn found(
     judged: &Judgement<'_>,
     diagnosis: Diagnosis,
     extended: valve_model::Model,
-    after: &[Left],
+    after: &[PieceResidual],
 ) -> Found {
     let campaign = judged.setting.campaign;
     let pieces = campaign.pieces.iter().zip(&judged.before).zip(after);
@@ -271,7 +271,7 @@ fn found(
     }
 }
 
-fn shown(judged: &Judgement<'_>, piece: &Piece, before: &Left, after: &Left) -> Shown {
+fn shown(judged: &Judgement<'_>, piece: &Piece, before: &PieceResidual, after: &PieceResidual) -> Shown {
     let (name, kind) = judged.setting.campaign.runs.get(piece.run).cloned().unwrap_or_default();
     Shown {
         run: piece.run,

@@ -369,7 +369,7 @@ fn wear(travel_rad: f64) -> Candidate {
 }
 
 fn hysteresis() -> Candidate {
-    // Below what the model takes at most, which a logarithm and back may exceed.
+    // Just below the model's upper bound, which exp(ln x) may exceed by rounding.
     let straight = 98f64.ln();
     let ratio = parameter("saturation_ratio", Map::OnePlusExp, straight, ((2e-3f64).ln(), straight), 0.1);
     let transition = parameter("transition_exponent", Map::Exp, 2f64.ln(), (0.0, 99f64.ln()), 0.1);

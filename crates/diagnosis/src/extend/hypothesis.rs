@@ -51,7 +51,7 @@ pub(crate) struct Correction {
 }
 
 impl Correction {
-    /// A correction of more deviations than this is none: the number is wrong, which is a cause.
+    /// Largest correction, in standard deviations; beyond it the parameter is wrong, which is a cause.
     const MOST: f64 = 2.0;
     /// The change by which its sensitivity is taken, in deviations.
     const STEP: f64 = 0.5;
@@ -147,7 +147,7 @@ impl Hypothesis {
         self
     }
 
-    /// As a model file is to have it: corrections alone that were told, and none of the transducer, which is no part of the model.
+    /// The hypothesis for the extended model file: only reported corrections, none of the transducer.
     pub fn extending(&self, told: impl Fn(EffectId) -> bool) -> Self {
         let mut extending = self.clone();
         let transducers = [EffectId::TorqueGain, EffectId::TorqueOffset];

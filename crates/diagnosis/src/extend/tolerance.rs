@@ -1,11 +1,11 @@
-//! The model's own numbers, each known within a tolerance: they are corrected in every fit as far as that goes.
+//! Corrections of the model's own parameters within their tolerance.
 
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Correction;
 use crate::log::facts::Facts;
 use valve_model::EffectId;
 
-/// The numbers: what a factor or an offset of theirs is called.
+/// The parameters, each as the effect whose factor or offset is the correction.
 const NUMBERS: [EffectId; 9] = [
     EffectId::CoulombLevel,
     EffectId::StaticLevel,

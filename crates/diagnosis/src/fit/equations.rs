@@ -3,8 +3,8 @@
 
 use crate::DiagnosisError;
 use crate::extend::hypothesis::{Free, Hypothesis};
-use crate::log::begun::Begun;
 use crate::log::campaign::Campaign;
+use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use crate::numerics::gram::Gram;
@@ -50,12 +50,12 @@ pub(crate) struct PieceEquations {
 pub(crate) struct Point {
     pub hypothesis: Hypothesis,
     /// By piece.
-    pub starts: Vec<Begun>,
+    pub starts: Vec<InitialState>,
 }
 
 impl Point {
     /// How a piece begins.
-    pub fn start(&self, piece: usize) -> Begun {
+    pub fn start(&self, piece: usize) -> InitialState {
         self.starts.get(piece).copied().unwrap_or_default()
     }
 }
@@ -182,7 +182,7 @@ impl Setting<'_> {
         &self,
         piece: &Piece,
         ready: &Ready,
-        start: Begun,
+        start: InitialState,
         zero: f64,
         columns: &[Column],
     ) -> PieceEquations {

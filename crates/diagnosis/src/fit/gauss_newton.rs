@@ -6,7 +6,7 @@ use crate::error::if_possible;
 use crate::extend::hypothesis::Hypothesis;
 use crate::fit::equations::{PieceEquations, Point, Setting, by_group, start_change};
 use crate::fit::start::{best_start, better_start, square_left};
-use crate::log::begun::Begun;
+use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use crate::numerics::gram::{Gram, invert};
@@ -339,8 +339,8 @@ fn each_start(
     point: &Point,
     hypothesis: &Hypothesis,
     wanted: &(impl Fn(&Piece) -> bool + Sync),
-    new: impl Fn(usize, &Piece, &Ready, Begun) -> Begun + Sync,
-) -> Result<Vec<Begun>, DiagnosisError> {
+    new: impl Fn(usize, &Piece, &Ready, InitialState) -> InitialState + Sync,
+) -> Result<Vec<InitialState>, DiagnosisError> {
     let ready = setting.ready(hypothesis)?;
     let pieces = &setting.campaign.pieces;
     let found = map(setting.workers, pieces.len(), |index| {

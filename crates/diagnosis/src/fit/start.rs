@@ -1,7 +1,7 @@
 //! The best start of a piece, by a search of its own: the prediction is too nonlinear in it for a linear estimate.
 
 use crate::fit::equations::Setting;
-use crate::log::begun::Begun;
+use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 
@@ -22,9 +22,9 @@ pub(crate) fn best_start(
     setting: &Setting<'_>,
     piece: &Piece,
     ready: &Ready,
-    (first, fitted): (Begun, Begun),
+    (first, fitted): (InitialState, InitialState),
     zero_rad: f64,
-) -> Begun {
+) -> InitialState {
     let mut search = Search { setting, piece, ready, zero_rad, best: (fitted, Vec::new()) };
     search.best.1 = search.left(fitted);
     search.try_all([first]);
@@ -48,11 +48,11 @@ struct Search<'a> {
     ready: &'a Ready,
     zero_rad: f64,
     /// The best start so far, and its residual.
-    best: (Begun, Vec<f64>),
+    best: (InitialState, Vec<f64>),
 }
 
 impl Search<'_> {
-    fn left(&self, start: Begun) -> Vec<f64> {
+    fn left(&self, start: InitialState) -> Vec<f64> {
         left_from(self.setting, self.piece, self.ready, start, self.zero_rad)
     }
 
@@ -60,7 +60,7 @@ impl Search<'_> {
         square(&self.best.1) > UNSETTLED * self.piece.count()
     }
 
-    fn try_all(&mut self, others: impl IntoIterator<Item = Begun>) {
+    fn try_all(&mut self, others: impl IntoIterator<Item = InitialState>) {
         for other in others {
             let there = self.left(other);
             if square(&there) < square(&self.best.1) {
@@ -71,7 +71,7 @@ impl Search<'_> {
 
     fn try_sides(&mut self) {
         let shift = self.best.0.shift;
-        let on = |side: f64| Begun { shift, side: Some(side.clamp(-1.0, 1.0)) };
+        let on = |side: f64| InitialState { shift, side: Some(side.clamp(-1.0, 1.0)) };
         self.try_all(SIDES.map(on));
         for step in BESIDE {
             if let Some(side) = self.best.0.side {
@@ -115,10 +115,10 @@ pub(crate) fn better_start(
     setting: &Setting<'_>,
     piece: &Piece,
     ready: &Ready,
-    (one, two): (Begun, Begun),
+    (one, two): (InitialState, InitialState),
     zero_rad: f64,
-) -> Begun {
-    let left = |start: Begun| square_left(setting, piece, ready, start, zero_rad);
+) -> InitialState {
+    let left = |start: InitialState| square_left(setting, piece, ready, start, zero_rad);
     if one == two || left(one) <= left(two) { one } else { two }
 }
 
@@ -127,14 +127,20 @@ pub(crate) fn square_left(
     setting: &Setting<'_>,
     piece: &Piece,
     ready: &Ready,
-    start: Begun,
+    start: InitialState,
     zero_rad: f64,
 ) -> f64 {
     square(&left_from(setting, piece, ready, start, zero_rad))
 }
 
 /// The residual from a start; its last value is the prior that draws a start without influence to zero, as in the fit.
-fn left_from(setting: &Setting<'_>, piece: &Piece, ready: &Ready, start: Begun, zero_rad: f64) -> Vec<f64> {
+fn left_from(
+    setting: &Setting<'_>,
+    piece: &Piece,
+    ready: &Ready,
+    start: InitialState,
+    zero_rad: f64,
+) -> Vec<f64> {
     let mut left = weighted(setting, piece, &piece.predict(ready, start), zero_rad);
     left.push(start.shift / piece.start_bound(ready).max(f64::MIN_POSITIVE));
     left

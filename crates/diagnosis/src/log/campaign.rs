@@ -1,12 +1,12 @@
 //! A log cut into pieces, grouped into what is fitted and what is held out, with the facts that it spans.
 
 use crate::DiagnosisError;
-use crate::log::begun::Begun;
 use crate::log::classes::Class;
-use crate::log::course::Course;
+use crate::log::course::WholeRun;
 use crate::log::driven::{Driven, lead_of};
 use crate::log::facts::Facts;
 use crate::log::gaps::bridged;
+use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
@@ -26,8 +26,8 @@ use valve_model::{Model, ParamError};
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// The longest piece. Of an angle log that isn't fitted whole, pieces are chosen evenly, so many of each run or more, if it is no
-/// short one.
+/// Samples of the longest piece. If an angle log is not fitted whole, pieces are kept short enough for
+/// `PIECES_OF_A_RUN` from each run.
 const LONGEST: usize = 20_000;
 const PIECES_OF_A_RUN: usize = 2;
 /// Samples of an angle's piece that make up for those before it, from which its prediction begins.
@@ -165,8 +165,8 @@ impl Campaign {
     }
 
     /// Starts by piece, those of pieces that follow another one as that one has it.
-    pub fn with_followers(&self, mut starts: Vec<Begun>) -> Vec<Begun> {
-        let mut head = Begun::default();
+    pub fn with_followers(&self, mut starts: Vec<InitialState>) -> Vec<InitialState> {
+        let mut head = InitialState::default();
         for (piece, start) in self.pieces.iter().zip(&mut starts) {
             if piece.follows() {
                 *start = head;
@@ -286,7 +286,7 @@ fn courses(
     chosen: &[bool],
     noises: &[Noise],
     (kind, reference_temperature_c): (LogKind, f64),
-) -> BTreeMap<usize, Arc<Course>> {
+) -> BTreeMap<usize, Arc<WholeRun>> {
     let mut found = BTreeMap::new();
     if kind.motion_is_measured {
         return found;
@@ -300,7 +300,7 @@ fn courses(
             continue;
         };
         let (Some(run), Some(noise)) = (log.runs.get(head.run), noises.get(head.run)) else { continue };
-        let course = Course {
+        let course = WholeRun {
             run: head.run,
             driven: Driven::new(run, 0, &(0..run.len()), reference_temperature_c),
             first: motion_at(&run.time_s, &run.angle_rad, *noise, 0),

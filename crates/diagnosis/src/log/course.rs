@@ -1,7 +1,8 @@
-//! An angle predicted from a command, from where a run begins: pieces that follow each other need no guess of how each begins.
+//! Prediction of a whole run from its command, shared by the run's consecutive pieces: only the run's first state is
+//! estimated.
 
-use crate::log::begun::Begun;
 use crate::log::driven::Driven;
+use crate::log::initial_state::InitialState;
 use crate::log::past::Before;
 use crate::log::work::Work;
 use std::collections::BTreeMap;
@@ -10,7 +11,7 @@ use valve_model::{ContactPast, MotionSample, ValveInput, ValveParams};
 
 /// A whole run, to be predicted from its first sample on.
 #[derive(Debug)]
-pub(crate) struct Course {
+pub(crate) struct WholeRun {
     /// The run's place in the log.
     pub run: usize,
     pub driven: Driven,
@@ -19,22 +20,22 @@ pub(crate) struct Course {
     pub past: Before,
 }
 
-/// The run's angles as one model has them, by run and start: its pieces ask for them one after the other.
+/// Cache of predicted runs of one model, by run and initial state.
 #[derive(Debug, Default)]
-pub(crate) struct Whole {
+pub(crate) struct RunCache {
     found: Mutex<BTreeMap<Key, Arc<OnceLock<Vec<f64>>>>>,
 }
 
 /// Run, and the start's shift and side by their bits.
 type Key = (usize, u64, Option<u64>);
 
-impl Whole {
+impl RunCache {
     /// All angles of a run, rad.
     pub fn angle_rad(
         &self,
-        course: &Course,
+        course: &WholeRun,
         params: &ValveParams,
-        start: Begun,
+        start: InitialState,
         work: &Work,
     ) -> Arc<OnceLock<Vec<f64>>> {
         let key = (course.run, start.shift.to_bits(), start.side.map(f64::to_bits));
@@ -56,7 +57,7 @@ pub(crate) fn angle_rad(
     first: MotionSample,
     past: Before,
     params: &ValveParams,
-    start: Begun,
+    start: InitialState,
 ) -> Vec<f64> {
     let met_rad = first.angle_rad + start.shift;
     let input = |index: usize| {

@@ -24,7 +24,7 @@ pub(crate) struct LogKind {
     /// So many samples are simulated at most before a diagnosis concludes, one of bristles counted four times: about 20 s of torques,
     /// 40 s of angles, on two cores.
     pub most_simulated: u64,
-    /// Steps of a fit in which a piece's start settles; what an angle begins with is searched for anyway.
+    /// Gauss-Newton steps in which a piece's start converges; angle logs search for it separately.
     pub settling_steps: usize,
     /// Other starts that are tried of a piece that fits badly, in standard deviations of the encoder: a rotor close to breaking away
     /// slips or holds by less than that.

@@ -1,6 +1,6 @@
 //! Lost steps in an angle log: where the rotor falls behind (or gets ahead) by whole tooth pitches, and stays there.
 
-use crate::log::begun::Begun;
+use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use prediction::median;
@@ -14,7 +14,7 @@ const AFTER: usize = 20;
 
 /// The sample and the jump, rad, of a piece that loses steps.
 pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usize, f64)> {
-    let predicted = piece.predict(ready, Begun::default());
+    let predicted = piece.predict(ready, InitialState::default());
     let residual: Vec<f64> =
         piece.measured.iter().zip(&predicted).map(|(measured, model)| measured - model).collect();
     let tail = residual.get(residual.len().saturating_sub(AFTER.max(residual.len() / 20))..)?;

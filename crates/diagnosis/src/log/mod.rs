@@ -1,6 +1,5 @@
 //! The log made ready: cut into pieces, its noise estimated, and what its motion excites.
 
-pub(crate) mod begun;
 pub(crate) mod campaign;
 pub(crate) mod classes;
 pub(crate) mod course;
@@ -10,6 +9,7 @@ pub(crate) mod excitation;
 pub(crate) mod facts;
 pub(crate) mod gaps;
 pub(crate) mod holds;
+pub(crate) mod initial_state;
 pub(crate) mod kind;
 pub(crate) mod lost_steps;
 pub(crate) mod noise;

@@ -5,9 +5,9 @@
 //! smoothed motion, or the first angle, once more and predicting again. Samples are weighted by both.
 
 use crate::Options;
-use crate::log::begun::Begun;
 use crate::log::campaign::Campaign;
 use crate::log::holds;
+use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
@@ -57,7 +57,7 @@ pub(crate) struct NoiseLevel {
 pub(crate) fn estimate(
     campaign: &mut Campaign,
     ready: &Ready,
-    starts: &[Begun],
+    starts: &[InitialState],
     options: &Options,
     workers: &dyn Workers,
 ) -> NoiseLevel {
@@ -112,7 +112,7 @@ pub(crate) fn estimate(
 
 /// Sets coloured noise to the residual's RMS: differences between neighbours underestimate autocorrelated noise.
 /// Scales the pieces' weights and information per sample to match.
-pub(crate) fn as_left(
+pub(crate) fn with_colour(
     campaign: &mut Campaign,
     noise: NoiseLevel,
     (louder, per_independent): (f64, f64),
@@ -181,7 +181,7 @@ fn misfit_variance(campaign: &Campaign, left: &[Vec<f64>]) -> f64 {
 }
 
 #[derive(Default)]
-struct Look {
+struct PieceVariances {
     /// Variance by block, of the residual and of what the encoder makes of the prediction.
     fast: Vec<f64>,
     fast_of_motion: Vec<f64>,
@@ -194,7 +194,7 @@ struct Look {
     of_motion: Vec<f64>,
 }
 
-impl Look {
+impl PieceVariances {
     /// The variance at a sample: what is known of it, or what is seen where that is clearly more.
     fn with_what_is_louder(&self, index: usize, known: f64) -> f64 {
         let more = |seen: Option<&f64>, factor: f64| seen.copied().filter(|seen| *seen > factor * known);
@@ -204,7 +204,7 @@ impl Look {
     }
 }
 
-fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) -> Look {
+fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogKind) -> PieceVariances {
     let predicted = piece.predict(ready, start);
     let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
@@ -219,7 +219,7 @@ fn look(piece: &Piece, ready: &Ready, start: Begun, seed: u64, kind: LogKind) ->
     if kind.motion_is_measured {
         no_more_than_seen(&mut error, &fast);
     }
-    Look {
+    PieceVariances {
         fast,
         fast_of_motion: blocks(&error, mean),
         holds: holds::variances(piece, &residual, kind),

@@ -1,10 +1,10 @@
 //! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
 
 use crate::DiagnosisError;
-use crate::log::begun::Begun;
-use crate::log::course::Course;
+use crate::log::course::WholeRun;
 use crate::log::driven::Driven;
 use crate::log::error_model::{information, rest_variance, stretches};
+use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
 use crate::log::ready::{Inputs, Ready};
@@ -39,7 +39,7 @@ pub(crate) struct Piece {
     pub measured: Vec<f64>,
     /// Before its lead.
     pub past: Before,
-    /// Root of what a sample counts for over the standard deviation of measured less predicted; 0 where it doesn't count.
+    /// √information / σ, σ the standard deviation of measured minus predicted; 0 for a sample that is left out.
     pub weights: Vec<f64>,
     /// The samples that were missing; none where it is empty.
     pub mask: Vec<bool>,
@@ -49,7 +49,7 @@ pub(crate) struct Piece {
     pub jumps: Vec<(usize, f64)>,
     pub noise: Noise,
     /// Of an angle log whose runs are cut, the whole run.
-    pub course: Option<Arc<Course>>,
+    pub course: Option<Arc<WholeRun>>,
     /// What its predictions add to.
     pub work: Arc<Work>,
 }
@@ -102,7 +102,7 @@ impl Piece {
         self.measured.len()
     }
 
-    /// As how many samples with an error each of their own those count that count at all.
+    /// Effective number of independent samples: the sum of `information` over samples of non-zero weight.
     pub fn count(&self) -> f64 {
         self.counted().map(|(_, information)| information).sum()
     }
@@ -137,11 +137,11 @@ impl Piece {
 
     /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
     /// a shift of the angle.
-    pub fn first_start(&self, ready: &Ready) -> Begun {
-        let Some(most_nm) = ready.static_torque_nm(&self.driven) else { return Begun::default() };
+    pub fn first_start(&self, ready: &Ready) -> InitialState {
+        let Some(most_nm) = ready.static_torque_nm(&self.driven) else { return InitialState::default() };
         let count = self.measured.len().clamp(1, 5) as f64;
         let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
-        Begun::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
+        InitialState::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
     }
 
     /// Most that the start may be.
@@ -160,7 +160,7 @@ impl Piece {
     }
 
     /// The model's prediction of the piece.
-    pub fn predict(&self, ready: &Ready, start: Begun) -> Vec<f64> {
+    pub fn predict(&self, ready: &Ready, start: InitialState) -> Vec<f64> {
         let mut predicted = ready.predict(&self.inputs(&self.motions), start);
         for (from, jump) in &self.jumps {
             predicted.iter_mut().skip(*from).for_each(|value| *value += jump);
@@ -205,7 +205,7 @@ impl Piece {
     /// What the encoder's steps and noise make of the prediction: that of a torque less the one from the same motion measured
     /// once more; that of an angle less the one from a start as uncertain as the mean of a few samples. A rotor that sticks
     /// and slips by itself makes much of that.
-    pub fn error_of_motion(&self, ready: &Ready, start: Begun, seed: u64) -> Vec<f64> {
+    pub fn error_of_motion(&self, ready: &Ready, start: InitialState, seed: u64) -> Vec<f64> {
         let once = ready.predict(&self.inputs(&self.motions), start);
         let twice = if ready.starts_with_a_torque() {
             ready.predict(&self.inputs(&self.measured_again(seed)), start)
@@ -216,9 +216,9 @@ impl Piece {
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
 
-    /// What each sample counts for, by the variances of what is measured less predicted: within a stretch in which the encoder
-    /// can't tell one angle from another they have an error in common, of an angle log its rounding, of a torque log what that
-    /// makes of the prediction, which is what they have beyond the transducer's `own_variance`.
+    /// Information per sample from the variances of measured minus predicted: while the encoder stays within one step
+    /// samples share an error. Angle log: the quantisation. Torque log: what that does to the prediction, the
+    /// variance beyond `own_variance`, the transducer's.
     pub fn information_of(&self, kind: LogKind, variances: &[f64], own_variance: f64) -> Vec<f64> {
         let mut found = vec![1.0; self.len()];
         let (stretches, own, most) = if kind.motion_is_measured {

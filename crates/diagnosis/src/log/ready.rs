@@ -1,8 +1,8 @@
 //! A model made ready to predict torque or angle: all in which the two predictions differ.
 
-use crate::log::begun::Begun;
-use crate::log::course::{Course, Whole, angle_rad};
+use crate::log::course::{RunCache, WholeRun, angle_rad};
 use crate::log::driven::Driven;
+use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
 use crate::log::torque::{begins_with_nm, torque_nm};
@@ -21,7 +21,7 @@ const FIRST_ANGLE_RAD: f64 = 0.01;
 /// A model made ready to predict one of the channels.
 pub(crate) enum Ready {
     Torque(Box<MotionParams>),
-    Angle(Box<ValveParams>, Whole),
+    Angle(Box<ValveParams>, RunCache),
 }
 
 /// What the prediction of a piece follows from.
@@ -31,7 +31,7 @@ pub(crate) struct Inputs<'a> {
     pub motions: &'a [MotionSample],
     pub past: Before,
     /// The run that the piece is cut out of, and the piece's rows, where it is predicted as a whole.
-    pub whole_run: Option<(&'a Arc<Course>, &'a Range<usize>)>,
+    pub whole_run: Option<(&'a Arc<WholeRun>, &'a Range<usize>)>,
     pub work: &'a Work,
 }
 
@@ -42,7 +42,7 @@ impl Ready {
             return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
         }
         let params = ValveParams::new(model)?.accepting(angle_error_rad);
-        Ok(Self::Angle(Box::new(params), Whole::default()))
+        Ok(Self::Angle(Box::new(params), RunCache::default()))
     }
 
     /// True where a piece starts with a torque that friction carries, false where it starts with an angle.
@@ -78,7 +78,7 @@ impl Ready {
     }
 
     /// The torque, N·m, or the angle, rad, of each sample.
-    pub fn predict(&self, inputs: &Inputs<'_>, start: Begun) -> Vec<f64> {
+    pub fn predict(&self, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
         match self {
             Self::Torque(params) => {
                 let bristles = params.friction_law().break_away_deflection_rad() > 0.0;

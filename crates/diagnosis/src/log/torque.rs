@@ -1,7 +1,7 @@
 //! A torque predicted from a measured motion.
 
-use crate::log::begun::Begun;
 use crate::log::driven::Driven;
+use crate::log::initial_state::InitialState;
 use crate::log::past::Before;
 use prediction::sharper;
 use valve_model::{ContactPast, MotionInput, MotionParams, MotionSample, motion_step};
@@ -22,7 +22,7 @@ pub(crate) fn torque_nm(
     driven: &Driven,
     motions: &[MotionSample],
     past: Before,
-    start: Begun,
+    start: InitialState,
 ) -> Vec<f64> {
     let Some(first) = motions.first() else { return Vec::new() };
     let law = params.friction_law();

@@ -10,7 +10,7 @@ use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, ParameterFound, Parameters};
-use crate::show::residual::{Left, rms_as_fitted, rms_left};
+use crate::show::residual::{PieceResidual, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId};
 
@@ -21,7 +21,7 @@ const HARMFUL: f64 = -0.02;
 pub(crate) struct Accepted {
     pub point: Point,
     /// The residual, by piece.
-    pub after: Vec<Left>,
+    pub after: Vec<PieceResidual>,
     pub causes: Vec<Cause>,
     /// Numbers of the model corrected within their tolerance.
     pub corrected: Vec<Corrected>,
@@ -42,7 +42,7 @@ struct Weighed {
 pub(crate) fn accept(
     judged: &Judgement<'_>,
     mut members: Vec<usize>,
-    all: (Point, Vec<Left>),
+    all: (Point, Vec<PieceResidual>),
 ) -> Result<Accepted, DiagnosisError> {
     let mut harmful = Vec::new();
     let mut all = Some(all);
@@ -89,7 +89,7 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
 fn weigh(
     judged: &Judgement<'_>,
     kept: &Fitted,
-    after: &[Left],
+    after: &[PieceResidual],
     errors: &Errors,
 ) -> Result<Vec<Weighed>, DiagnosisError> {
     let setting = &judged.setting;

@@ -7,7 +7,7 @@ use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
-use crate::show::residual::{Left, rms_as_fitted};
+use crate::show::residual::{PieceResidual, rms_as_fitted};
 use crate::show::structure::{Structure, structure};
 use valve_model::{Condition, EffectId};
 
@@ -58,7 +58,7 @@ pub(crate) fn misfit(judged: &Judgement<'_>) -> Result<Option<Misfit>, Diagnosis
 }
 
 /// True if the selected causes leave too large a residual to be the cause.
-pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[Left], structure: &Structure) -> bool {
+pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], structure: &Structure) -> bool {
     let selection = &judged.selection;
     if selection.fitted.point.hypothesis.members.is_empty() {
         return false;
@@ -79,9 +79,9 @@ fn least_share(selection: &Selection) -> f64 {
 }
 
 /// The ratio of the held-out RMS with the causes to that without; 0 without held-out runs.
-fn part_left_on_held_out(judged: &Judgement<'_>, left: &[Left]) -> f64 {
+fn part_left_on_held_out(judged: &Judgement<'_>, left: &[PieceResidual]) -> f64 {
     let held_out = |piece: &Piece| piece.hold_out;
-    let rms = |left: &[Left]| rms_as_fitted(&judged.setting, left, &held_out);
+    let rms = |left: &[PieceResidual]| rms_as_fitted(&judged.setting, left, &held_out);
     let before = rms(&judged.before);
     if before > 0.0 { rms(left) / before } else { 0.0 }
 }

@@ -3,7 +3,7 @@
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
 use crate::outcome::Gain;
-use crate::show::residual::{Left, rms_of, squares};
+use crate::show::residual::{PieceResidual, rms_of, squares};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -11,7 +11,12 @@ use rand_pcg::Pcg64Mcg;
 const DRAWS: usize = 2000;
 
 /// The gain on held-out runs.
-pub(crate) fn gain(setting: &Setting<'_>, before: &[Left], after: &[Left], seed: u64) -> Gain {
+pub(crate) fn gain(
+    setting: &Setting<'_>,
+    before: &[PieceResidual],
+    after: &[PieceResidual],
+    seed: u64,
+) -> Gain {
     let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
     let wanted = |piece: &Piece| piece.hold_out || !any_held;
     let (before, after) = (squares(setting, before, &wanted), squares(setting, after, &wanted));

@@ -12,7 +12,7 @@ use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::observe::shows_zeros;
-use crate::show::residual::{Left, left, rms_left, settled};
+use crate::show::residual::{PieceResidual, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
 use crate::show::tone::tone;
 use crate::show::whiteness::is_white;
@@ -30,7 +30,7 @@ pub(crate) struct Judgement<'a> {
     pub setting: Setting<'a>,
     pub noise: NoiseLevel,
     pub selection: Selection,
-    pub before: Vec<Left>,
+    pub before: Vec<PieceResidual>,
     pub structure_before: Structure,
     pub rms: f64,
     pub seed: u64,
@@ -38,7 +38,7 @@ pub(crate) struct Judgement<'a> {
 
 impl Judgement<'_> {
     /// A hypothesis on all pieces, with what is left of them.
-    pub fn everywhere(&self, fitted: &Fitted) -> Result<(Point, Vec<Left>), DiagnosisError> {
+    pub fn everywhere(&self, fitted: &Fitted) -> Result<(Point, Vec<PieceResidual>), DiagnosisError> {
         let point = settled(&self.setting, &fitted.point, &|_: &Piece| true)?;
         let left = left(&self.setting, &point)?;
         Ok((point, left))
@@ -55,7 +55,7 @@ impl Judgement<'_> {
         Ok(structure(&self.setting, &left).rms < part)
     }
 
-    pub fn gain_of(&self, after: &[Left]) -> Gain {
+    pub fn gain_of(&self, after: &[PieceResidual]) -> Gain {
         gain(&self.setting, &self.before, after, self.seed)
     }
 
@@ -136,7 +136,7 @@ impl Judgement<'_> {
     }
 
     /// Lost steps as a cause.
-    pub fn missed_steps(&self, after: &[Left]) -> Option<Cause> {
+    pub fn missed_steps(&self, after: &[PieceResidual]) -> Option<Cause> {
         let campaign = self.setting.campaign;
         let (piece, row, jump) = campaign
             .pieces

@@ -152,7 +152,7 @@ fn judged(
     let Some(one) = beside(setting, candidates, begun, &together.fitted.point, count - 1)? else {
         return Ok(None);
     };
-    // The one that was taken is the last; now it is there, and the other one is looked for.
+    // The cause just accepted is last; now test the other one beside it.
     let Some(mut both) = beside(setting, candidates, begun, &one.fitted.point, count - 2)? else {
         return Ok(None);
     };

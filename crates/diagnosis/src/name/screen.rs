@@ -231,7 +231,7 @@ impl Place {
                 continue;
             }
             let wanted = of.neutral + beta;
-            // A secant speaks of its own side alone.
+            // A secant holds only on the side on which it was taken.
             let ahead = self.part == 1.0 || beta * self.part * step > 0.0;
             if !ahead || !at_most(wanted, of.lower, of.upper, of.step) {
                 return None;

@@ -15,7 +15,8 @@ pub(crate) const FLOOR: f64 = 0.01;
 /// log, where a small misfit makes the rotor slip at other moments.
 const HYSTERESIS_MISFIT: f64 = 0.1;
 const HYSTERESIS_MISFIT_IN_ANGLES: f64 = 0.3;
-/// Causes that change the same presliding stiffness, and the share that the misfit may have for them.
+/// Causes that change the same presliding stiffness as the hysteresis, and the larger share of its explained squares
+/// that they must exceed.
 const SAME_STIFFNESS: [EffectId; 2] = [EffectId::BristleStiffness, EffectId::CouplingCompliance];
 const MISFIT_OF_SAME_STIFFNESS: f64 = 0.3;
 /// Beside presliding-hysteresis in an angle log, a further cause must explain this part of the residual beyond noise.

@@ -5,7 +5,7 @@
 use crate::extend::hypothesis::Member;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use nalgebra::{Matrix3, Vector3};
 use valve_model::EffectId;
 
@@ -44,7 +44,7 @@ pub(crate) fn is_over_the_angle(id: EffectId) -> bool {
 
 /// The non-integer order of the one sine that explains what a series does, if there is one; `left` is the residual by
 /// piece.
-pub(crate) fn order_of_a_gear(campaign: &Campaign, member: &Member, left: &[Left]) -> Option<f64> {
+pub(crate) fn order_of_a_gear(campaign: &Campaign, member: &Member, left: &[PieceResidual]) -> Option<f64> {
     let harmonics = member.numbers.chunks(2).filter(|pair| pair.iter().any(|number| *number != 0.0)).count();
     if !is_over_the_angle(member.candidate.id) || harmonics < 2 {
         return None;
@@ -72,10 +72,10 @@ fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
     (clear && (order - order.round()).abs() > BESIDE && order * turns >= PERIODS).then_some(order)
 }
 
-fn samples(campaign: &Campaign, member: &Member, left: &[Left]) -> Vec<Sample> {
+fn samples(campaign: &Campaign, member: &Member, left: &[PieceResidual]) -> Vec<Sample> {
     let count: usize = campaign.pieces.iter().map(Piece::len).sum();
     let is_torque = campaign.kind.motion_is_measured && member.candidate.id == EffectId::PositionTorque;
-    let of_piece = |(piece, left): (&Piece, &Left)| -> Vec<Sample> {
+    let of_piece = |(piece, left): (&Piece, &PieceResidual)| -> Vec<Sample> {
         let residuals = left.residual.iter().zip(&piece.weights).enumerate();
         residuals
             .map(|(index, (residual, weight))| {

@@ -4,7 +4,7 @@
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use prediction::median;
 use statrs::statistics::Statistics;
 
@@ -98,7 +98,7 @@ pub(crate) fn shows_zeros(campaign: &Campaign) -> bool {
 }
 
 /// A run's mean residual: the part equal in both directions, and the part against the motion.
-fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option<(f64, f64)> {
+fn offset_and_friction(campaign: &Campaign, left: &[PieceResidual], run: usize) -> Option<(f64, f64)> {
     let mut sides = [(0.0, 0.0); 2];
     for (piece, left) in campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.run == run) {
         for (index, residual) in left.residual.iter().enumerate().skip(1) {
@@ -115,7 +115,7 @@ fn offset_and_friction(campaign: &Campaign, left: &[Left], run: usize) -> Option
 }
 
 /// Standard deviation of offset and friction from run to run, N·m; `None` if too few runs have both directions.
-fn scatter(campaign: &Campaign, left: &[Left]) -> Option<(f64, f64)> {
+fn scatter(campaign: &Campaign, left: &[PieceResidual]) -> Option<(f64, f64)> {
     let runs: Vec<(f64, f64)> =
         (0..campaign.runs.len()).filter_map(|run| offset_and_friction(campaign, left, run)).collect();
     if runs.len() < LEAST_RUNS {
@@ -126,7 +126,7 @@ fn scatter(campaign: &Campaign, left: &[Left]) -> Option<(f64, f64)> {
 
 /// The sentence on friction and offset that differ between runs, and on the channels missing to explain it. `zero_nm`
 /// is the zero that was subtracted from each run.
-pub(crate) fn runs_differ(campaign: &Campaign, left: &[Left], zero_nm: f64) -> Option<String> {
+pub(crate) fn runs_differ(campaign: &Campaign, left: &[PieceResidual], zero_nm: f64) -> Option<String> {
     let (offset_nm, friction_nm) = scatter(campaign, left)?;
     let offset_nm = offset_nm.hypot(zero_nm);
     let missing: Vec<&str> = [

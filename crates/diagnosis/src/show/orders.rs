@@ -2,7 +2,7 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use prediction::median;
 
 /// The highest order that is looked at. A motor's slots turn up to 48 times as often as its shaft; their second harmonic is below.
@@ -14,7 +14,7 @@ const OUT: f64 = 9.0;
 /// The orders from `from` on, below `below`, whose power stands out of that of the others, strongest first, at most `most`.
 pub(crate) fn standing_out(
     setting: &Setting<'_>,
-    left: &[Left],
+    left: &[PieceResidual],
     (from, below): (usize, usize),
     most: usize,
 ) -> Vec<usize> {
@@ -29,11 +29,11 @@ pub(crate) fn standing_out(
 }
 
 /// The squared amplitude of each order, from 1 on, of the residual in parts of its noise.
-fn powers(setting: &Setting<'_>, left: &[Left]) -> Vec<f64> {
+fn powers(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); HIGHEST];
     let (mut total, mut weights) = (0.0, 0.0);
     let fitted = || setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.is_fitted());
-    let samples = |piece: &Piece, left: &Left| -> Vec<(f64, f64, f64)> {
+    let samples = |piece: &Piece, left: &PieceResidual| -> Vec<(f64, f64, f64)> {
         let each = left.residual.iter().zip(&piece.weights).enumerate();
         let of = |(index, (residual, weight)): (usize, (&f64, &f64))| {
             let angle_rad = piece.kinematics(index).0;
@@ -83,7 +83,7 @@ const IN_PHASE: f64 = 0.5;
 const MOST_TOLD: usize = 6;
 
 /// The ripples of a residual whose runs may each have a phase of their own: strongest first.
-pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[Left]) -> Vec<Ripple> {
+pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<Ripple> {
     let runs: Vec<Vec<(f64, f64)>> =
         (0..setting.campaign.runs.len()).filter_map(|run| phasors(setting, left, run)).collect();
     if runs.len() < LEAST_RUNS {
@@ -111,7 +111,7 @@ pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[Left]) -> Vec<Ripple
 }
 
 /// Cosine and sine part of each order in a run; `None` where it turns too little.
-fn phasors(setting: &Setting<'_>, left: &[Left], run: usize) -> Option<Vec<(f64, f64)>> {
+fn phasors(setting: &Setting<'_>, left: &[PieceResidual], run: usize) -> Option<Vec<(f64, f64)>> {
     let mut samples: Vec<(f64, f64)> = Vec::new();
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.run == run) {
         let each = left.residual.iter().zip(&piece.weights).enumerate();
@@ -123,7 +123,7 @@ fn phasors(setting: &Setting<'_>, left: &[Left], run: usize) -> Option<Vec<(f64,
     if (most - least).is_nan() || most - least < TURNS * std::f64::consts::TAU {
         return None;
     }
-    // Whole turns alone: else a mean is a ripple too.
+    // RunCache turns alone: else a mean is a ripple too.
     let whole = least + ((most - least) / std::f64::consts::TAU).floor() * std::f64::consts::TAU;
     samples.retain(|(at, _)| *at <= whole);
     let count = samples.len().max(1) as f64;

@@ -7,7 +7,7 @@ use crate::log::piece::Piece;
 use crate::workers::map;
 
 /// A piece's residual, nuisances taken off; and what it was taken from.
-pub(crate) struct Left {
+pub(crate) struct PieceResidual {
     pub predicted: Vec<f64>,
     pub residual: Vec<f64>,
 }
@@ -43,7 +43,7 @@ pub(crate) enum Jumps {
 }
 
 /// What is left of every piece, lost steps taken out.
-pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<Left>, DiagnosisError> {
+pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<PieceResidual>, DiagnosisError> {
     left_with(setting, point, Jumps::TakenOut)
 }
 
@@ -52,12 +52,12 @@ pub(crate) fn left_with(
     setting: &Setting<'_>,
     point: &Point,
     jumps: Jumps,
-) -> Result<Vec<Left>, DiagnosisError> {
+) -> Result<Vec<PieceResidual>, DiagnosisError> {
     let ready = setting.ready(&point.hypothesis)?;
     let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
     let job = |index: usize| {
         let Some(piece) = setting.campaign.pieces.get(index) else {
-            return Left { predicted: Vec::new(), residual: Vec::new() };
+            return PieceResidual { predicted: Vec::new(), residual: Vec::new() };
         };
         let mut predicted = piece.predict(&ready, point.start(index));
         let mut residual: Vec<f64> =
@@ -71,7 +71,7 @@ pub(crate) fn left_with(
         let shift = own_zero(setting, &residual);
         residual.iter_mut().for_each(|value| *value -= shift);
         predicted.iter_mut().for_each(|value| *value += zero + shift);
-        Left { predicted, residual }
+        PieceResidual { predicted, residual }
     };
     Ok(map(setting.workers, setting.campaign.pieces.len(), job))
 }
@@ -85,7 +85,7 @@ fn own_zero(setting: &Setting<'_>, residual: &[f64]) -> f64 {
 /// Sum of squares and samples by group, over the pieces wanted.
 pub(crate) fn squares(
     setting: &Setting<'_>,
-    left: &[Left],
+    left: &[PieceResidual],
     wanted: &impl Fn(&Piece) -> bool,
 ) -> Vec<(f64, f64)> {
     let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
@@ -107,12 +107,20 @@ pub(crate) fn rms_of(groups: &[(f64, f64)]) -> f64 {
 }
 
 /// RMS over the pieces wanted.
-pub(crate) fn rms_left(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
+pub(crate) fn rms_left(
+    setting: &Setting<'_>,
+    left: &[PieceResidual],
+    wanted: &impl Fn(&Piece) -> bool,
+) -> f64 {
     rms_of(&squares(setting, left, wanted))
 }
 
 /// What is left of the pieces wanted, as the fit counts it, in parts of the noise.
-pub(crate) fn rms_as_fitted(setting: &Setting<'_>, left: &[Left], wanted: &impl Fn(&Piece) -> bool) -> f64 {
+pub(crate) fn rms_as_fitted(
+    setting: &Setting<'_>,
+    left: &[PieceResidual],
+    wanted: &impl Fn(&Piece) -> bool,
+) -> f64 {
     let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
         let Some((square, count)) = groups.get_mut(piece.group) else { continue };

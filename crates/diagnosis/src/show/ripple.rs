@@ -3,7 +3,7 @@
 
 use crate::extend::hypothesis::Member;
 use crate::log::campaign::Campaign;
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use valve_model::EffectId;
 
@@ -51,7 +51,7 @@ pub(crate) struct Drift {
 pub(crate) fn phase(
     campaign: &Campaign,
     member: &Member,
-    after: &[Left],
+    after: &[PieceResidual],
     per_independent: f64,
 ) -> Option<Drift> {
     if member.candidate.id != EffectId::PositionTorque || !campaign.kind.motion_is_measured {
@@ -117,7 +117,7 @@ fn from_run_to_run(samples: &[Sample], order: usize, alike: f64) -> Option<Drift
     })
 }
 
-fn samples(campaign: &Campaign, after: &[Left], ripple: impl Fn(f64) -> f64) -> Vec<Sample> {
+fn samples(campaign: &Campaign, after: &[PieceResidual], ripple: impl Fn(f64) -> f64) -> Vec<Sample> {
     let mut found = Vec::new();
     for (piece, left) in campaign.pieces.iter().zip(after) {
         for (index, (residual, weight)) in left.residual.iter().zip(&piece.weights).enumerate() {

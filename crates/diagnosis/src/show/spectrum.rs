@@ -4,7 +4,7 @@ use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
 use crate::numerics::statistics::holm;
 use crate::outcome::Band;
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use realfft::RealFftPlanner;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::TAU;
@@ -24,7 +24,7 @@ pub(crate) struct Spectrum {
 }
 
 /// The spectrum of what is left; without bins where all pieces are short.
-pub(crate) fn spectrum(setting: &Setting<'_>, left: &[Left]) -> Spectrum {
+pub(crate) fn spectrum(setting: &Setting<'_>, left: &[PieceResidual]) -> Spectrum {
     spectrum_of(setting, |index, piece| {
         let residual = left.get(index).map_or(&[][..], |left| &left.residual);
         piece.in_deviations(residual)

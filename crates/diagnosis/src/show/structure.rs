@@ -7,7 +7,7 @@ use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT, holm};
 use crate::outcome::{Dependence, Order};
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ const ORDERS: usize = 16;
 const SHOWN_ORDERS: usize = 32;
 const TEETH_TIMES: usize = 10;
 
-/// What is set once a run: its samples say no more than the run as a whole.
+/// Covariates constant within a run: one degree of freedom a run.
 const OF_RUNS: [&str; 2] = ["pressure", "temperature"];
 /// Runs that this takes; of fewer the pieces stand for them.
 const LEAST_RUNS: usize = 4;
@@ -75,7 +75,7 @@ pub(crate) fn depends(of: &Structure) -> bool {
 }
 
 /// Tests a residual against everything that is known beside it.
-pub(crate) fn structure(setting: &Setting<'_>, left: &[Left]) -> Structure {
+pub(crate) fn structure(setting: &Setting<'_>, left: &[PieceResidual]) -> Structure {
     let per_independent = correlation(setting, left);
     let samples = samples(setting, left);
     let count: f64 = samples.iter().map(|sample| sample.information).sum();
@@ -165,7 +165,7 @@ fn orders(samples: &[Sample], teeth: Option<f64>, square: f64, independent: f64,
     found
 }
 
-fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
+fn samples(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<Sample> {
     let mut classes: BTreeMap<Class, f64> = BTreeMap::new();
     for class in &setting.campaign.classes {
         let next = classes.len() as f64;
@@ -181,7 +181,7 @@ fn samples(setting: &Setting<'_>, left: &[Left]) -> Vec<Sample> {
     samples
 }
 
-fn of_piece(piece: &Piece, left: &Left, (unit, class): (usize, f64), samples: &mut Vec<Sample>) {
+fn of_piece(piece: &Piece, left: &PieceResidual, (unit, class): (usize, f64), samples: &mut Vec<Sample>) {
     let mut rest_s = 0.0;
     let mut distance = piece.past.contact.distance_rad;
     let mut before_s = f64::NAN;
@@ -300,12 +300,12 @@ fn tested(
 }
 
 /// How many samples are worth one independent one: 1 + 2·Σ autocorrelation.
-fn correlation(setting: &Setting<'_>, left: &[Left]) -> f64 {
+fn correlation(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
     let mut sums = vec![0.0; LAGS];
     for (piece, left) in setting.campaign.pieces.iter().zip(left) {
         let mut values = piece.together(&left.residual);
         values.truncate(LOOKED_AT);
-        // What a run is off by as a whole is no noise that fades.
+        // Less the mean: a run's offset is no noise that decorrelates.
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         values.iter_mut().for_each(|value| *value -= mean);
         let some = &values;

@@ -4,7 +4,7 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use crate::show::spectrum::{Spectrum, spectrum, spectrum_of};
 use std::ops::RangeInclusive;
 
@@ -28,7 +28,7 @@ pub(crate) struct Tone {
 }
 
 /// The tone that dominates the residual; `None` at a frequency of the motion itself.
-pub(crate) fn tone(setting: &Setting<'_>, left: &[Left]) -> Option<Tone> {
+pub(crate) fn tone(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Tone> {
     let (tone, lobe) = strongest(&spectrum(setting, left))?;
     let speeds = |_: usize, piece: &Piece| -> Vec<f64> {
         let speed = (0..piece.len()).map(|index| piece.kinematics(index).1);

@@ -4,7 +4,7 @@ use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
 use crate::numerics::statistics::CHANCE;
 use crate::outcome::Whiteness;
-use crate::show::residual::Left;
+use crate::show::residual::PieceResidual;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Lags of the reported test.
@@ -26,13 +26,13 @@ const NEXT_STEP: f64 = 0.6;
 const RARELY: f64 = 0.01;
 
 /// The reported test of a residual, weighted by its noise.
-pub(crate) fn whiteness(setting: &Setting<'_>, left: &[Left]) -> Whiteness {
+pub(crate) fn whiteness(setting: &Setting<'_>, left: &[PieceResidual]) -> Whiteness {
     let (correlations, count) = correlations::<LAGS>(setting, left, |_| true);
     judged(&correlations, count)
 }
 
 /// True if the residual of the fitted pieces is white, so that no further cause is searched for.
-pub(crate) fn is_white(setting: &Setting<'_>, left: &[Left]) -> bool {
+pub(crate) fn is_white(setting: &Setting<'_>, left: &[PieceResidual]) -> bool {
     if is_rounding(setting, left) {
         return true;
     }
@@ -44,7 +44,7 @@ pub(crate) fn is_white(setting: &Setting<'_>, left: &[Left]) -> bool {
 /// The autocorrelations of the pieces that `counts`, from lag 1 on, each piece by itself; and of how many samples.
 fn correlations<const N: usize>(
     setting: &Setting<'_>,
-    left: &[Left],
+    left: &[PieceResidual],
     counts: impl Fn(&Piece) -> bool,
 ) -> ([f64; N], f64) {
     let (mut square, mut sums, mut count) = (0.0, [0.0; N], 0.0);
@@ -63,7 +63,7 @@ fn correlations<const N: usize>(
 
 /// True if nearly all readings are the encoder step nearest to the prediction. A coarse encoder's quantisation error
 /// is correlated with speed and angle; it is no model error.
-pub(crate) fn is_rounding(setting: &Setting<'_>, left: &[Left]) -> bool {
+pub(crate) fn is_rounding(setting: &Setting<'_>, left: &[PieceResidual]) -> bool {
     if setting.campaign.kind.motion_is_measured {
         return false;
     }

@@ -2,7 +2,7 @@
 
 /// How a piece begins.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Begun {
+pub(crate) struct InitialState {
     /// The torque that friction carries, N·m, or the shift of the first angle, rad.
     pub shift: f64,
     /// The side from which the contact came, −1 to 1: the part of their break-away deflection that bristles with a memory
@@ -11,7 +11,7 @@ pub(crate) struct Begun {
     pub side: Option<f64>,
 }
 
-impl Begun {
+impl InitialState {
     /// The likely side.
     pub fn at(shift: f64) -> Self {
         Self { shift, side: None }
