@@ -1,13 +1,15 @@
 //! Damaged text is refused, or accepted, but never a panic; and every error points into the text.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use config::{ConfigErrors, parse_model, parse_scenario};
+use config::{ConfigErrors, parse_drive, parse_model, parse_scenario};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
 const SCENARIO: &str = include_str!("../../../rt-config/scenarios/flow-steps.toml");
 const SINE: &str = include_str!("../../../rt-config/scenarios/sine-1hz.toml");
 const MODEL: &str = include_str!("../../../rt-config/models/rig.toml");
+const DRIVE: &str = include_str!("../../../rt-config/drives/simulated.toml");
+const SDO: &str = "\n[[sdo]]\nindex = 0x6098\nsub = 0\ntype = \"i8\"\nvalue = 35\n";
 const EFFECT: &str = "\n[[effect]]\nid = \"position-torque\"\nsin = [0.1, 0]\n";
 
 /// Pieces that a file may be damaged with: parts of the format and characters that are special somewhere.
@@ -132,8 +134,21 @@ proptest! {
     }
 
     #[test]
+    fn of_drive_files(damages in prop::collection::vec(damage(), 0..6), kept in prop::option::of(any::<Index>())) {
+        let text = damaged(&format!("{DRIVE}{SDO}"), &damages, kept);
+        match parse_drive(&text, "d.toml") {
+            Ok(drive) => prop_assert!(drive.validate().is_ok(), "{drive:?}"),
+            Err(errors) => points_into(&text, &errors)?,
+        }
+    }
+
+    #[test]
     fn of_any_text(text in "(\\PC|[\\n\\r\\t\u{0}\\[\\]{}=\"'#.,])*") {
-        for result in [parse_scenario(&text, "x").map(drop), parse_model(&text, "x").map(drop)] {
+        for result in [
+            parse_scenario(&text, "x").map(drop),
+            parse_model(&text, "x").map(drop),
+            parse_drive(&text, "x").map(drop),
+        ] {
             points_into(&text, &result.expect_err("accepted"))?;
         }
     }

@@ -109,6 +109,10 @@ impl Cyclic for ValveBridge {
         self.bridge.correction_ns()
     }
 
+    fn is_warm(&self) -> bool {
+        self.bridge.report().phase == BusPhase::Operate
+    }
+
     fn leave(&mut self) {
         self.bridge.leave(self.period_ns);
     }

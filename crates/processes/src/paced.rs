@@ -10,7 +10,7 @@ use realtime::{
 use signal_bus::Writer;
 use signals::{LoopTiming, Scheduling, Source};
 
-/// Cycles in which page faults and allocations are still allowed: every path has been taken once by then.
+/// Warm cycles in which page faults and allocations are still allowed: every path has been taken once by then.
 const WARM_UP_CYCLES: u64 = 50;
 
 /// One cycle's clock: stamps messages, and measures the cycle's parts in real time.
@@ -113,6 +113,10 @@ pub(crate) trait Cyclic {
     fn phase_correction_ns(&self) -> i64 {
         0
     }
+    /// Whether its cycles are what they are to be from now on: a bridge's only once the bus operates.
+    fn is_warm(&self) -> bool {
+        true
+    }
     /// After the last cycle.
     fn leave(&mut self) {}
     /// Whether it may end: the plant only once the valve stands.
@@ -151,7 +155,7 @@ fn lockstep_cycles<C: Cyclic>(child: &Child, work: &mut C) -> Steady {
     let mut faults = planned(child, work);
     let (mut cycle, mut over) = (0, 0);
     while (cycle <= child.timeline.last_cycle || !work.may_end()) && !child.wishes.stop() {
-        steady.note(cycle, || work.published().0);
+        steady.note(cycle, work.is_warm(), || work.published().0);
         let time_ns = cycle * child.timeline.period_ns;
         over = if over > 0 { over } else { faults.overrun(cycle) };
         if faults.silent(cycle) {
@@ -189,7 +193,7 @@ fn realtime_cycles<C: Cyclic>(
         if child.injections.is_some() {
             suffer(child, work, &mut faults, &wake);
         }
-        steady.note(wake.cycle, || work.published().0 + timing.published());
+        steady.note(wake.cycle, work.is_warm(), || work.published().0 + timing.published());
         let mut stamp = Stamp::realtime(&wake);
         work.cycle(wake.cycle, wake.skipped, &mut stamp);
         timing.write(wake.cycle, stamp.last_ns, loop_timing(&wake, &stamp, stats, work.missed(), priority));
@@ -261,6 +265,7 @@ fn loop_timing(
 /// Page faults and allocations after warm-up. Two calls of getrusage enclose the steady cycles.
 #[derive(Default)]
 struct Steady {
+    warm_cycles: u64,
     start: Option<(u64, u64, u64, PageFaults)>,
     cycles: u64,
     published: u64,
@@ -269,11 +274,12 @@ struct Steady {
 }
 
 impl Steady {
-    fn note(&mut self, cycle: u64, published: impl Fn() -> u64) {
-        if self.start.is_none() && cycle >= WARM_UP_CYCLES {
+    fn note(&mut self, cycle: u64, is_warm: bool, published: impl Fn() -> u64) {
+        if self.start.is_none() && self.warm_cycles >= WARM_UP_CYCLES {
             self.start =
                 Some((cycle, published(), allocations_of_this_thread(), page_faults_of_this_thread()));
         }
+        self.warm_cycles = if is_warm { self.warm_cycles + 1 } else { 0 };
     }
 
     fn end(&mut self, next_cycle: u64, published: u64) {
