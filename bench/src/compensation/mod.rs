@@ -83,7 +83,10 @@ fn shipped(folder: &Path) -> Result<Vec<Case>> {
     let mut paths: Vec<PathBuf> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     paths.sort();
-    paths.iter().map(|path| case(path)).collect()
+    let mut cases = paths.iter().map(|path| case(path)).collect::<Result<Vec<_>>>()?;
+    // A real drive has no simulated valve.
+    cases.retain(|case| case.scenario.drive.is_none());
+    Ok(cases)
 }
 
 fn case(path: &Path) -> Result<Case> {
