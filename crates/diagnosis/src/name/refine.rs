@@ -24,6 +24,8 @@ const REFINED: f64 = 0.003;
 const CLEAR: f64 = 6.0;
 /// The same at p = 0.05 for any of 24 orders: a series none of whose harmonics is above it is none.
 const CLEAR_OF_ALL: f64 = 12.4;
+/// It goes if the held-out RMS without it is at most this many times as large.
+const HARDLY_WORSE: f64 = 1.1;
 
 /// Frees shape parameters of the last cause that gain, adds and removes harmonics, and drops an asymmetry's part that gains nothing.
 pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
@@ -181,7 +183,9 @@ fn drop_series(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     let hypothesis = &state.fitted.point.hypothesis;
     let Some(id) = hypothesis.members.get(index).map(|member| member.candidate.id) else { return Ok(()) };
     let begin = Point { hypothesis: hypothesis.without(index), starts: state.fitted.point.starts.clone() };
-    let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(()) };
+    let tried = if_possible(Tried::from(setting, begin, STEPS))?;
+    // Where runs differ by a misfit, their scatter says little: a series that removes much stays.
+    let Some(tried) = tried.filter(|tried| tried.rms <= HARDLY_WORSE * state.rms) else { return Ok(()) };
     state.take(tried);
     state.refuse(id, "none of its harmonics is larger than its own standard error");
     state.ambiguous.retain(|(best, _)| *best != id);
