@@ -21,10 +21,8 @@ fn model(place: &TestPlace, inertia_kg_m2: f64, coulomb_nm: f64, viscous: f64) -
 fn diagnosed(place: &TestPlace, log: &str, model: &Path, out: &str) -> Value {
     let paths = [&place.path(log), &model.to_owned(), &place.path(out)];
     let [log, model, folder] = paths.map(|path| path.to_str().unwrap().to_owned());
-    // These models are first guesses with one level both ways: no tolerance of theirs is known.
-    let exactly = ["--tolerance", "0"];
     let asked = ["diagnose", "--log", &log, "--model", &model, "--out", &folder];
-    let finished = place.stepvalve(&[&asked[..], &exactly].concat());
+    let finished = place.stepvalve(&asked);
     println!("{}", finished.expect_code(0).stdout);
     serde_json::from_slice(&std::fs::read(place.path(out).join("diagnosis.json")).unwrap()).unwrap()
 }
@@ -79,25 +77,36 @@ fn a_carriage_on_a_screw() {
         let delay_s = value(parameter(&found, "sensor-delay", "delay_s"));
         assert!((-1e-3..0.0).contains(&delay_s), "{delay_s} s");
     }
-    assert_eq!(named, ["direction-asymmetry", "position-torque"], "nothing else, above all no Stribeck");
+    assert_eq!(named, ["direction-asymmetry"], "nothing else, above all no Stribeck");
     // 167 against 240 N·s/m: −0.18; the levels hardly differ.
     let viscous = value(parameter(&found, "direction-asymmetry", "viscous"));
-    assert!((-0.24..-0.13).contains(&viscous), "{viscous}");
+    assert!((-0.195..-0.165).contains(&viscous), "{viscous}");
     let level = parameter(&found, "direction-asymmetry", "level");
     assert!(level["value"].as_f64().unwrap_or(0.0).abs() < 0.06, "{level}");
-    let ripple = |key: &str| value(parameter(&found, "position-torque", key)) / METRE_PER_RAD;
+    let offered = &found["offered"][0];
+    assert_eq!(offered["id"], "position-torque", "{found}");
+    let ripple = |key: &str| value(&offered["parameters"][key]) / METRE_PER_RAD;
     let newton = ripple("cos[1]").hypot(ripple("sin[1]"));
     assert!((0.9..1.1).contains(&newton), "{newton} N");
-    let causes = found["causes"].as_array().unwrap();
-    let screw = causes.iter().find(|cause| cause["id"] == "position-torque").unwrap();
-    let phase = screw["evidence"]["phase"].as_str().unwrap();
-    assert!(phase.contains("once per turn") && phase.contains("drifts with speed"), "{phase}");
+    // A torque over the angle would have one phase: it is told, and offered, and not in the model.
+    let seen = said(&found, "observations");
+    for part in
+        ["position-torque is there", "once per turn drifts with speed", "kept out of the extended model"]
+    {
+        assert!(seen.contains(part), "{part:?} is not in {seen}");
+    }
+    let extended = std::fs::read_to_string(place.path("out/model-extended.toml")).unwrap();
+    let in_the_model = extended.lines().filter(|line| !line.trim_start().starts_with('#'));
+    assert!(
+        extended.contains("position-torque")
+            && !in_the_model.clone().any(|line| line.contains("position-torque"))
+    );
 }
 
 /// Found in one half of the carriage's record and scored on the other, both ways: relative error of the force in per cent,
-/// measured and predicted filtered alike. Direction asymmetry alone gives 3.07 to 3.09.
+/// measured and predicted filtered alike, with what is written into the model. Direction asymmetry alone gives 3.07 to 3.09.
 #[test]
-#[ignore = "2.953 % where 2.95 % was reached before the noise had a colour and samples an information"]
+#[ignore = "3.10 and 3.12 % where 3.08 % is wanted: the delay that is named costs more than it brings"]
 fn a_carriage_found_in_one_half_and_scored_on_the_other() {
     let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
@@ -126,7 +135,7 @@ fn a_carriage_found_in_one_half_and_scored_on_the_other() {
         println!(
             "found in the {fitted} half, scored on the other: {after:.3} % (symmetric model {given:.3} %)"
         );
-        assert!(after < 2.95, "{after} %: {:?}", names(&found));
+        assert!(after < 3.08, "{after} %: {:?}", names(&found));
     }
 }
 
@@ -149,13 +158,11 @@ fn relative_error(place: &TestPlace, log: &Path, model: &Path) -> f64 {
     100.0 * error / norm(&mut measured.iter().copied())
 }
 
-/// The seal's records, with or without what pressure it was under, as log.h5.
-/// The first two repetitions. With the third, wear is named where pressure acts: `bench diagnosis-real` keeps that in sight.
+/// The seal's records, three repetitions, with or without what pressure it was under, as log.h5.
 fn seal(place: &TestPlace, data: &Path, with_pressure: bool) -> PathBuf {
     let mut files: Vec<String> = std::fs::read_dir(data.join("seal-friction"))
         .unwrap()
         .map(|file| file.unwrap().path().to_str().unwrap().to_owned())
-        .filter(|path| !path.contains("/3_"))
         .collect();
     files.sort();
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
@@ -171,7 +178,7 @@ fn seal(place: &TestPlace, data: &Path, with_pressure: bool) -> PathBuf {
 const SEAL_NM: f64 = 0.06;
 const SEAL_M: f64 = 0.0125;
 
-/// An O-ring under four pressures, twice: the piston's area in the torque, friction that rises with pressure, and a drive
+/// An O-ring under four pressures, three times: the piston's area in the torque, friction that rises with pressure, and a drive
 /// that extends the more slowly the higher the pressure is.
 #[test]
 fn a_seal_under_pressure() {
@@ -184,7 +191,8 @@ fn a_seal_under_pressure() {
     assert!(named.contains(&"pressure-dependent-friction"), "{named:?}");
     // N·m/MPa as N/bar.
     let area = value(parameter(&found, "pressure-torque", "gain")) / SEAL_M / 10.0;
-    assert!((50.0..54.0).contains(&area), "{area} N/bar");
+    assert!((51.0..53.0).contains(&area), "{area} N/bar");
+    assert!(!named.contains(&"wear-drift"), "at 1 bar the friction comes back to its first value: {named:?}");
     let gain = parameter(&found, "pressure-dependent-friction", "gain");
     let newton_per_bar = |gain: &Value| gain.as_f64().unwrap() * SEAL_NM / SEAL_M / 10.0;
     let slope = newton_per_bar(&gain["value"]);
@@ -201,7 +209,6 @@ fn a_seal_under_pressure() {
 
 /// The same, the pressure withheld: friction and offset differ between runs, and no cause of the list is to blame.
 #[test]
-#[ignore = "the zero that differs from run to run is told as an observation and no longer as a nuisance too"]
 fn a_seal_whose_pressure_was_not_recorded() {
     let Some(data) = measured_data() else { return };
     let place = TestPlace::new();
@@ -209,9 +216,13 @@ fn a_seal_whose_pressure_was_not_recorded() {
     let found = diagnosed(&place, "log.h5", &model, "out");
     assert_eq!(names(&found), [""; 0], "{found}");
     assert_eq!(found["verdict"], "unexplained", "{found}");
-    assert!(said(&found, "nuisances").contains("the torque's zero differs from run to run"), "{found}");
     let seen = said(&found, "observations");
-    for part in ["Friction and offset differ between runs", "these data can't say", "pressure_drop"] {
+    for part in [
+        "Friction and offset differ between runs",
+        "the offset by ±1.5",
+        "these data can't say",
+        "pressure_drop",
+    ] {
         assert!(seen.contains(part), "{part:?} is not in {seen}");
     }
     let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
