@@ -33,10 +33,14 @@ impl Partial {
     /// An empty file in the folder of `path`, which must exist. As of any new file, the umask decides who may read it.
     ///
     /// # Errors
-    /// Where the system refuses, or something else than a file has the name: a device must not be replaced.
+    /// Where the system refuses, or something else than a file has the name. A device must not be replaced, nor a link, behind
+    /// which anything may be: `/dev/stdout` is one, to a file where output is redirected.
     pub fn beside(path: &Path) -> io::Result<Self> {
-        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            return Err(io::Error::new(ErrorKind::InvalidInput, "no regular file, expected one, or none"));
+        if std::fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
+            return Err(io::Error::new(
+                ErrorKind::InvalidInput,
+                "no regular file (a link is none), expected one, or none",
+            ));
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let temporary = tempfile::Builder::new()
@@ -119,14 +123,16 @@ mod tests {
         let error = Partial::beside(&path).unwrap().appear().unwrap_err();
         assert_eq!(error.kind(), ErrorKind::AlreadyExists);
         std::fs::create_dir(folder.path().join("b")).unwrap();
-        for not_a_file in [folder.path().join("b"), "/dev/null".into(), "/dev/stdout".into()] {
-            assert_eq!(write(&not_a_file, "new").unwrap_err().kind(), ErrorKind::InvalidInput);
+        std::os::unix::fs::symlink("a", folder.path().join("c")).unwrap();
+        for not_a_file in ["b", "c"] {
+            let error = write(&folder.path().join(not_a_file), "new").unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::InvalidInput);
         }
-        assert!(write(&folder.path().join("none/c"), "new").is_err());
+        assert!(write(&folder.path().join("none/d"), "new").is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
         let mut left = names(folder.path());
         left.sort();
-        assert_eq!(left, ["a", "b"]);
+        assert_eq!(left, ["a", "b", "c"]);
     }
 
     #[test]
