@@ -71,11 +71,11 @@ pub struct Set {
 
 #[derive(Debug, Subcommand)]
 enum SetWhat {
-    /// Go to an angle: 17deg, 0.3rad; bare numbers are rad
+    /// Go to an angle: 17deg, 0.3rad
     Angle(SetValue),
     /// Go to an opening from 0 (closed) to 1 (open)
     Opening(SetValue),
-    /// Hold a flow: 40L/min; bare numbers are m³/s
+    /// Hold a flow: 40L/min, 600mL/s
     Flow(SetFlow),
     /// Turn without end: 60rpm, 11.2rad/s; for scenarios without angle limits
     Speed(SetValue),

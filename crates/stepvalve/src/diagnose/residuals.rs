@@ -219,7 +219,7 @@ fn moved(extended: &Model, covariance: &Covariance) -> Vec<Model> {
     (0..known.len()).filter_map(along).collect()
 }
 
-/// The model with a number of an effect, "id.key" or "id.key[n]", greater by so much; `None` where it has no such number, or
+/// The model with a number of an effect, `id.key` or `id.key[n]`, greater by so much; `None` where it has no such number, or
 /// may not have it.
 fn with(model: &Model, name: &str, by: f64) -> Option<Model> {
     let (id, key) = name.split_once('.')?;
