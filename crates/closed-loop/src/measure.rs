@@ -43,7 +43,7 @@ pub struct Outcome {
     pub fault: Option<FaultCode>,
     /// Alarms raised: bits of [`signals::alarm`].
     pub alarms: u64,
-    /// Cycles with pulses although the reference has rested for [`RESTED_S`].
+    /// Cycles with pulses although the reference has rested for 0.3 s.
     pub restless_cycles: u64,
     /// Cycles while running.
     pub cycles: u64,
