@@ -46,13 +46,19 @@ fn one(place: &Workplace, ground: &Ground, trial: &Trial, seed: u64) -> Result<O
     let mut command = place.stepvalve()?;
     command.args(["simulate", "--mode", "lockstep", "--instance", "fault", "--allow-injection", "--inject"]);
     command.arg(trial.injection.to_string()).arg("--out").arg(&out).arg(&scenario);
+    let said = place.path("stderr.txt");
+    command.stderr(std::fs::File::create(&said)?);
     let code = end_of(command)?;
     let mut outcome = match code {
         Some(0 | 3) => judged(ground, trial, exact, &out.join("run-0001.mcap"))?,
         code => Outcome {
             fault: trial.name.to_owned(),
             exact,
-            violations: vec![code.map_or("hangs".to_owned(), |code| format!("ended with {code}"))],
+            violations: vec![format!(
+                "{}: {}",
+                code.map_or("hangs".to_owned(), |code| format!("ended with {code}")),
+                std::fs::read_to_string(&said)?.trim()
+            )],
             ..Outcome::default()
         },
     };
@@ -60,9 +66,9 @@ fn one(place: &Workplace, ground: &Ground, trial: &Trial, seed: u64) -> Result<O
     Ok(outcome)
 }
 
-/// Runs a command to its end; its exit code, `None` where it hangs.
+/// Runs a command to its end; its exit code, `None` where it hangs. Its stderr goes where the caller sends it.
 pub fn end_of(mut command: Command) -> Result<Option<i32>> {
-    let mut process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().context("stepvalve")?;
+    let mut process = command.stdout(Stdio::null()).spawn().context("stepvalve")?;
     let begun = Instant::now();
     while begun.elapsed() < PATIENCE {
         if let Some(status) = process.try_wait()? {

@@ -188,6 +188,7 @@ fn little_memory(
     let run = simulate(place, ground)?;
     let mut limited = Command::new("prlimit");
     limited.arg(format!("--as={}", megabytes << 20)).arg(run.get_program()).args(run.get_args());
+    limited.stderr(Stdio::null());
     for (name, value) in run.get_envs() {
         match value {
             Some(value) => limited.env(name, value),
