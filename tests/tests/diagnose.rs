@@ -333,7 +333,13 @@ fn logs_from_which_nothing_can_be_learnt() {
     let torque = |run: &mut Run| run.torque_nm.as_mut().unwrap()[7..400].fill(f64::NAN);
     refused(&place, &with(&torque), &rig(), &["run run-05", "row 8", "torque is NaN"]);
     let still = |run: &mut Run| run.angle_rad.fill(0.25);
-    refused(&place, &with(&still), &rig(), &["run run-05", "rows 1 to 1000", "0.25 rad throughout"]);
+    let mut runs = campaign(0.0);
+    runs.iter_mut().for_each(still);
+    let log = write(&place, "bad.h5", runs);
+    refused(&place, &log, &rig(), &["run run-00", "rows 1 to 1000", "0.25 rad throughout"]);
+    // One run that rests among others that move is a hold, whatever it is called; it is told.
+    let finished = diagnose(&place, &with(&still), &rig(), "rests").expect_code(0);
+    assert!(finished.stdout.contains("angle never changes in run run-05"), "{}", finished.stdout);
     refused(&place, &place.path("none.h5"), &rig(), &["none.h5"]);
     // Cut in the middle, and no HDF5 at all.
     let whole = std::fs::read(write(&place, "whole.h5", campaign(0.0))).unwrap();
