@@ -49,9 +49,6 @@ pub struct Outcome {
     pub cycles: u64,
 }
 
-/// The longest cycle at which the scenario's reader allows active damping, ns.
-const LONGEST_DAMPED_NS: u64 = 1_000_000;
-
 /// Runs a scenario with a level in place of its own.
 ///
 /// # Errors
@@ -66,7 +63,7 @@ pub fn measure(
     scenario.compensation = level.feed_forward;
     scenario.encoder.fitted = level.encoder;
     scenario.control.observer = level.encoder;
-    let damps = level.encoder && scenario.period_ns <= LONGEST_DAMPED_NS;
+    let damps = level.encoder && scenario.period_ns <= config::LONGEST_DAMPING_PERIOD_NS;
     scenario.control.damping = if damps { Damping::Active } else { Damping::None };
     let parts = wire(&scenario, truth, belief)?;
     let mut outcome = Outcome::default();

@@ -1,22 +1,11 @@
 //! The guard's bounds as numbers worked out by hand, and what a drive on a bus keeps when its position is told anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+mod common;
+
+use common::PARAMS;
 use drive::{AfterStop, Mode, Params, Sensors, State, step, stop_cycles_bound};
 use signals::StepCommand;
-
-const PARAMS: Params = Params {
-    period_s: 1e-3,
-    microstep_angle_rad: 5.585e-5,
-    max_pulse_rate_hz: 600e3,
-    max_pulse_acceleration_hz_per_s: 40e6,
-    quick_stop_deceleration_hz_per_s: 100e6,
-    after_stop: AfterStop::Hold,
-    silence_cycles: 3,
-    energise_cycles: 0,
-    lowest_angle_rad: None,
-    highest_angle_rad: None,
-    standstill_rad: 1e-4,
-};
 
 #[test]
 fn the_bound_of_a_stop_is_silence_ramp_move_and_rounding() {

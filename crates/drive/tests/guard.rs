@@ -1,30 +1,16 @@
 //! What the guard promises, whatever the commands: limits, settling, stopping, and the latch.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+mod common;
+
+use common::PARAMS;
 use drive::{
     AfterStop, Microsteps, MicrostepsPerCycle, Mode, Output, Params, Sensors, State, stop_cycles_bound,
 };
 use proptest::prelude::*;
 use signals::{FaultCode, StepCommand, validity};
 
-const PERIOD_S: f64 = 1e-3;
-
-/// At most 600 micro-steps a cycle, 40 more or less each cycle, 100 less in a quick stop.
-fn params() -> Params {
-    Params {
-        period_s: PERIOD_S,
-        microstep_angle_rad: 5.585e-5,
-        max_pulse_rate_hz: 600e3,
-        max_pulse_acceleration_hz_per_s: 40e6,
-        quick_stop_deceleration_hz_per_s: 100e6,
-        after_stop: AfterStop::Hold,
-        silence_cycles: 3,
-        energise_cycles: 0,
-        lowest_angle_rad: None,
-        highest_angle_rad: None,
-        standstill_rad: 1e-4,
-    }
-}
+const PERIOD_S: f64 = PARAMS.period_s;
 
 /// A cycle of a drive that has no encoder.
 fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Output {
@@ -83,7 +69,7 @@ fn play(
     events: &[(Event, usize)],
     mut look: impl FnMut(Mode, &Output, &State),
 ) -> (State, f64, u64) {
-    let params = params();
+    let params = PARAMS;
     let mut state = State::at_rest_energised(start);
     let (mut position, mut last_way, mut cycle) = (start as f64, 0.0, 0);
     for (event, times) in events {
@@ -123,7 +109,7 @@ fn rounding(position: f64) -> f64 {
 
 /// Goes to a constant target within the limits until it stands there; says how far beyond it went.
 fn settle(start: f64, travel: f64, target: f64) -> f64 {
-    let params = params();
+    let params = PARAMS;
     let (mut position, mut travel, mut beyond) = (Microsteps(start), MicrostepsPerCycle(travel), 0.0_f64);
     for _ in 0..200_000 {
         let side = (target - position.0).signum();
@@ -143,7 +129,7 @@ fn settle(start: f64, travel: f64, target: f64) -> f64 {
 proptest! {
     #[test]
     fn limits_hold_whatever_is_asked(start in -1_000_000_000_000_i64..1_000_000_000_000, events in events()) {
-        let params = params();
+        let params = PARAMS;
         let (mut last_way, mut last_position) = (0.0, start as f64);
         let mut last_end = start as f64;
         play(start, &events, |_, motion, state| {
@@ -172,7 +158,7 @@ proptest! {
     fn a_constant_command_within_reach_is_reached(start in -1_000_000_000_i64..1_000_000_000, events in events(), last in -1500.0..1500.0_f64) {
         let (mut state, _, mut cycle) = play(start, &events, |_, _, _| {});
         // Whatever latch there is: let it stop, take it off, stand where the drive stands.
-        let params = params();
+        let params = PARAMS;
         for _ in 0..stop_cycles_bound(&params) + 1 {
             step(&params, &mut state, cycle, Some(&hold()));
             cycle += 1;
@@ -201,7 +187,7 @@ proptest! {
 
     #[test]
     fn catching_up_with_a_steady_rotation_never_passes_it(behind in -1e5..1e5_f64, rate in -500.0..500.0_f64) {
-        let params = params();
+        let params = PARAMS;
         let (mut position, mut travel) = (Microsteps(0.0), MicrostepsPerCycle::ZERO);
         let mut caught_up = 0;
         for cycle in 0..20_000_u64 {
@@ -222,7 +208,7 @@ proptest! {
     #[test]
     fn a_command_within_the_limits_passes_untouched(start in -1_000_000_000_000_i64..1_000_000_000_000,
         ramps in prop::collection::vec((-1.0..1.0_f64, 1..40_usize), 1..40)) {
-        let params = params();
+        let params = PARAMS;
         let mut state = State::at_rest_energised(start);
         let (mut position, mut last, mut cycle) = (start as f64, 0.0_f64, 0);
         for (share, times) in ramps {
@@ -244,7 +230,7 @@ proptest! {
     #[test]
     fn silence_stops_the_valve_within_the_bound_and_latches(events in events(), silence in 1..60_u64,
         stop in 1e6..1e9_f64) {
-        let params = Params { silence_cycles: silence, quick_stop_deceleration_hz_per_s: stop, ..params() };
+        let params = Params { silence_cycles: silence, quick_stop_deceleration_hz_per_s: stop, ..PARAMS };
         let (mut state, _, mut cycle) = play(0, &events, |_, _, _| {});
         // Commands that end, after a fresh start from wherever the events led to.
         for _ in 0..stop_cycles_bound(&params) {
@@ -286,7 +272,7 @@ proptest! {
 
     #[test]
     fn nothing_moves_before_the_first_follow(start in any::<i64>(), commands in prop::collection::vec(0..3_u8, 1..200)) {
-        let params = params();
+        let params = PARAMS;
         let start = start / 4096;
         let mut state = State::at_rest(start);
         for (cycle, kind) in commands.into_iter().enumerate() {
@@ -323,7 +309,7 @@ fn stopped(params: &Params) -> (State, u64) {
 
 #[test]
 fn the_latch_opens_by_not_following_and_then_only_where_the_drive_stands() {
-    let params = params();
+    let params = PARAMS;
     let (mut state, cycle) = stopped(&params);
     let stood = state.accepted_microsteps();
     let motion = step(&params, &mut state, cycle, Some(&hold()));
@@ -339,7 +325,7 @@ fn the_latch_opens_by_not_following_and_then_only_where_the_drive_stands() {
 
 #[test]
 fn the_latch_does_not_open_in_motion() {
-    let params = params();
+    let params = PARAMS;
     let mut state = State::at_rest_energised(0);
     let mut position = 0.0;
     for i in 0..16 {
@@ -362,7 +348,7 @@ fn the_latch_does_not_open_in_motion() {
 
 #[test]
 fn current_goes_only_at_standstill() {
-    let params = Params { after_stop: AfterStop::DeEnergise, ..params() };
+    let params = Params { after_stop: AfterStop::DeEnergise, ..PARAMS };
     let (mut state, cycle) = stopped(&params);
     assert!(!state.energised());
     let stood = state.accepted_microsteps();
@@ -384,7 +370,7 @@ fn current_goes_only_at_standstill() {
 
 #[test]
 fn a_missed_cycle_is_caught_up_without_a_trace() {
-    let params = params();
+    let params = PARAMS;
     let mut state = State::at_rest_energised(0);
     let mut position = 0.0;
     for i in 0..200_u64 {
@@ -402,7 +388,7 @@ fn a_missed_cycle_is_caught_up_without_a_trace() {
 
 #[test]
 fn huge_counts_do_not_overflow() {
-    let params = params();
+    let params = PARAMS;
     let limit = 9_007_199_254_740_992_i64;
     for start in [limit, -limit, i64::MAX, i64::MIN] {
         let mut state = State::at_rest_energised(start);
@@ -419,7 +405,7 @@ fn huge_counts_do_not_overflow() {
 
 #[test]
 fn parameters_that_no_drive_has_are_refused() {
-    let good = params();
+    let good = PARAMS;
     assert_eq!(good.validate(), Ok(()));
     let bad = [
         Params { period_s: 0.0, ..good },
@@ -438,7 +424,7 @@ fn parameters_that_no_drive_has_are_refused() {
 /// The guard after its commands fell silent at `way` a cycle, with a neutral position; what it did in each cycle.
 fn silent_with_neutral(neutral: i64, way_before: f64, cycles: usize) -> (State, Vec<(f64, u64)>) {
     let after_stop = AfterStop::Neutral { microsteps: neutral, pulse_rate_hz: 50e3, longest_way: 20_000.0 };
-    let params = Params { after_stop, ..params() };
+    let params = Params { after_stop, ..PARAMS };
     params.validate().unwrap();
     let mut state = State::at_rest_energised(0);
     let (mut position, mut last_way, mut cycle) = (0.0, 0.0, 0);
@@ -468,7 +454,7 @@ fn after_silence_it_ramps_down_and_goes_to_the_neutral_position() {
                 pulse_rate_hz: 50e3,
                 longest_way: 20_000.0,
             },
-            ..params()
+            ..PARAMS
         };
         assert!((stood as u64) < stop_cycles_bound(&bound), "{stood} cycles");
         assert!(cycles[stood..].iter().all(|(way, flags)| *way == 0.0 && flags & validity::STANDSTILL != 0));
@@ -490,7 +476,7 @@ fn after_silence_it_ramps_down_and_goes_to_the_neutral_position() {
 #[test]
 fn a_valve_that_is_not_armed_never_goes_to_the_neutral_position() {
     let after_stop = AfterStop::Neutral { microsteps: 900, pulse_rate_hz: 50e3, longest_way: 20_000.0 };
-    let params = Params { after_stop, ..params() };
+    let params = Params { after_stop, ..PARAMS };
     let mut state = State::at_rest_energised(0);
     for cycle in 0..20 {
         step(&params, &mut state, cycle, Some(&hold()));
@@ -515,7 +501,7 @@ fn turning(params: &Params) -> (State, f64) {
 
 #[test]
 fn nothing_is_followed_from_elsewhere_than_where_the_drive_stands() {
-    let params = params();
+    let params = PARAMS;
     for (by, followed) in [(40.9, true), (-40.9, true), (41.1, false), (-41.1, false)] {
         let mut state = State::at_rest_energised(1000);
         let output = step(&params, &mut state, 0, Some(&follow(1000.0 + by, by)));
@@ -527,7 +513,7 @@ fn nothing_is_followed_from_elsewhere_than_where_the_drive_stands() {
 
 #[test]
 fn nothing_is_followed_without_current_and_the_count_stays() {
-    let params = Params { energise_cycles: 5, ..params() };
+    let params = Params { energise_cycles: 5, ..PARAMS };
     let mut state = State::at_rest(1000);
     for cycle in 0..5 {
         let output = step(&params, &mut state, cycle, Some(&follow(1000.0, 0.0)));
@@ -541,7 +527,7 @@ fn nothing_is_followed_without_current_and_the_count_stays() {
 
 #[test]
 fn a_command_that_leaps_counts_as_missing_and_stops_the_drive() {
-    let params = params();
+    let params = PARAMS;
     // Three cycles' way at the highest rate, and two more for each cycle without a command.
     for (leap, refused) in [(1799.0, false), (1801.0, true), (-1799.0, false), (-1801.0, true)] {
         let (mut state, position) = turning(&params);
@@ -560,7 +546,7 @@ fn a_command_that_leaps_counts_as_missing_and_stops_the_drive() {
 #[test]
 fn beyond_the_limits_of_angle_a_homed_valve_is_stopped_on_its_way_out_alone() {
     let highest_angle_rad = Some(0.0);
-    let params = Params { highest_angle_rad, ..params() };
+    let params = Params { highest_angle_rad, ..PARAMS };
     let (state, position) = turning(&Params { highest_angle_rad: None, ..params });
     let run = |state: &State, homed: bool, encoder_rad: Option<f64>, way: f64| {
         let mut state = *state;
@@ -579,7 +565,7 @@ fn beyond_the_limits_of_angle_a_homed_valve_is_stopped_on_its_way_out_alone() {
 
 #[test]
 fn an_encoder_that_still_swings_is_no_standstill() {
-    let params = params();
+    let params = PARAMS;
     let mut state = State::at_rest_energised(0);
     let mut still = |encoder_rad: f64| {
         let sensors = Sensors { encoder_rad: Some(encoder_rad), homed: true };
@@ -595,7 +581,7 @@ fn an_encoder_that_still_swings_is_no_standstill() {
 
 #[test]
 fn a_new_zero_shifts_the_count_once_at_rest_and_leaves_the_phase() {
-    let params = params();
+    let params = PARAMS;
     let zero = |id: u64, follow: u64| StepCommand {
         zero_id: id,
         zero_shift_microsteps: 500,

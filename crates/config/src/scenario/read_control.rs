@@ -13,7 +13,7 @@ const DEFAULT_BANDWIDTH_HZ: f64 = 320.0;
 const DEFAULT_LIMIT: f64 = 0.5;
 
 /// The longest period at which the observer can predict the resonance over its delay.
-const LONGEST_DAMPING_PERIOD_NS: u64 = 1_000_000;
+pub const LONGEST_DAMPING_PERIOD_NS: u64 = 1_000_000;
 
 /// The section, or what a scenario without it means: all that belief and encoder allow.
 pub(super) fn read_compensation(
