@@ -22,8 +22,6 @@ use std::time::{Duration, Instant};
 
 /// Silence as a virtual machine needs it: its own stalls seldom last so long.
 pub const SILENCE_CYCLES: i64 = 20;
-/// Trials of one instance, at most.
-const PER_INSTANCE: u64 = 25;
 /// An instance that takes longer for anything hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -88,24 +86,43 @@ fn draw(details: &mut SplitSeed) -> (String, String) {
     (kind.split(" count").next().unwrap_or(kind).to_owned(), kind.to_owned())
 }
 
-/// Runs many trials.
+/// What a campaign does with its instances.
+pub trait Trials {
+    /// What one trial leaves for the judgement.
+    type Done;
+    /// Trials of one instance, at most.
+    const PER_INSTANCE: u64;
+    /// One trial; `None` where the instance is of no more use.
+    ///
+    /// # Errors
+    /// Where the instance can't be spoken to.
+    fn trial(&mut self, session: &mut Session, place: &Workplace) -> Result<Option<Self::Done>>;
+    /// Judges the trials of an instance that has ended, with what its end complains of.
+    ///
+    /// # Errors
+    /// Where its record can't be read.
+    fn judge(
+        &mut self,
+        ground: &Ground,
+        place: &Workplace,
+        done: Vec<Self::Done>,
+        ending: Vec<String>,
+    ) -> Result<()>;
+}
+
+/// Runs many trials, on one instance after the other.
 ///
 /// # Errors
 /// Where an instance can't be started.
-pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
+pub fn over_instances<T: Trials>(campaign: &mut T, trials: u64) -> Result<()> {
     let ground = ground()?;
-    println!("on running instances: seed {seed}");
-    let progress = Progress::new(trials as usize);
-    let mut details = SplitSeed::new(seed);
     let mut done = 0;
     while done < trials {
         let place = Workplace::new()?;
         let mut session = Session::start(&place, &ground, &[])?;
         let mut all = Vec::new();
-        while (all.len() as u64) < PER_INSTANCE.min(trials - done) && session.alive()? {
-            let (kind, text) = draw(&mut details);
-            progress.next(text.as_str());
-            match session.trial(kind, &text, &mut details)? {
+        while (all.len() as u64) < T::PER_INSTANCE.min(trials - done) && session.alive()? {
+            match campaign.trial(&mut session, &place)? {
                 Some(trial) => all.push(trial),
                 None => break,
             }
@@ -113,9 +130,47 @@ pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
         done += (all.len() as u64).max(1);
         let mut ending = session.end()?;
         ending.extend(leftovers(&place, "fault"));
-        judge(&ground, &place.path("record"), all, ending, tally)?;
+        campaign.judge(&ground, &place, all, ending)?;
     }
     Ok(())
+}
+
+/// Faults on running instances.
+struct Faults<'a> {
+    progress: Progress,
+    details: SplitSeed,
+    tally: &'a mut Tally,
+}
+
+impl Trials for Faults<'_> {
+    type Done = Done;
+    const PER_INSTANCE: u64 = 25;
+
+    fn trial(&mut self, session: &mut Session, _place: &Workplace) -> Result<Option<Done>> {
+        let (kind, text) = draw(&mut self.details);
+        self.progress.next(text.as_str());
+        session.trial(kind, &text, &mut self.details)
+    }
+
+    fn judge(
+        &mut self,
+        ground: &Ground,
+        place: &Workplace,
+        done: Vec<Done>,
+        ending: Vec<String>,
+    ) -> Result<()> {
+        judge(ground, &place.path("record"), done, ending, self.tally)
+    }
+}
+
+/// Runs many trials.
+///
+/// # Errors
+/// Where an instance can't be started.
+pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
+    println!("on running instances: seed {seed}");
+    let progress = Progress::new(trials as usize);
+    over_instances(&mut Faults { progress, details: SplitSeed::new(seed), tally }, trials)
 }
 
 /// An instance that faults are tried on.

@@ -2,9 +2,9 @@
 //! effect later, and whoever disarms knows within a second what became of it.
 #![allow(clippy::indexing_slicing, reason = "a key that JSON lacks reads as null")]
 
-use super::live::{Session, ground};
+use super::ground::Ground;
+use super::live::{Session, Trials, over_instances};
 use super::live_record::judge_orders;
-use super::lockstep::leftovers;
 use super::tally::{Outcome, Tally};
 use crate::programs::Workplace;
 use crate::progress::Progress;
@@ -15,8 +15,6 @@ use realtime::now_ns;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
-/// Trials of one instance, at most.
-const PER_INSTANCE: u64 = 50;
 /// What is stopped.
 const STOPPED: [&str; 4] =
     ["stepvalve-supervisor", "step-controller", "trajectory-generator", "plant-simulator"];
@@ -25,37 +23,49 @@ const ORDERS: [&str; 4] = ["arm", "set", "disarm", "reset"];
 /// An operator who disarms knows by then.
 const DISARM_WITHIN: Duration = Duration::from_secs(1);
 
+/// Orders around stopped processes.
+struct Orders<'a> {
+    progress: Progress,
+    details: SplitSeed,
+    tally: &'a mut Tally,
+}
+
+impl Trials for Orders<'_> {
+    type Done = Outcome;
+    const PER_INSTANCE: u64 = 50;
+
+    fn trial(&mut self, session: &mut Session, place: &Workplace) -> Result<Option<Outcome>> {
+        let outcome = trial(session, place, &mut self.details)?;
+        if outcome.is_some() {
+            self.progress.next("order");
+        }
+        Ok(outcome)
+    }
+
+    fn judge(
+        &mut self,
+        ground: &Ground,
+        place: &Workplace,
+        mut done: Vec<Outcome>,
+        mut ending: Vec<String>,
+    ) -> Result<()> {
+        ending.extend(judge_orders(ground, &place.path("record"))?);
+        if let Some(last) = done.last_mut() {
+            last.violations.extend(ending);
+        }
+        done.into_iter().for_each(|outcome| self.tally.note(outcome));
+        Ok(())
+    }
+}
+
 /// Runs many trials.
 ///
 /// # Errors
 /// Where an instance can't be started.
 pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
-    let ground = ground()?;
     println!("orders around stopped processes: seed {seed}");
     let progress = Progress::new(trials as usize);
-    let mut details = SplitSeed::new(seed);
-    let mut done = 0;
-    while done < trials {
-        let place = Workplace::new()?;
-        let mut session = Session::start(&place, &ground, &[])?;
-        let mut outcomes = Vec::new();
-        while (outcomes.len() as u64) < PER_INSTANCE.min(trials - done) && session.alive()? {
-            match trial(&mut session, &place, &mut details)? {
-                Some(outcome) => outcomes.push(outcome),
-                None => break,
-            }
-            progress.next("order");
-        }
-        done += (outcomes.len() as u64).max(1);
-        let mut found = session.end()?;
-        found.extend(leftovers(&place, "fault"));
-        found.extend(judge_orders(&ground, &place.path("record"))?);
-        if let Some(last) = outcomes.last_mut() {
-            last.violations.extend(found);
-        }
-        outcomes.into_iter().for_each(|outcome| tally.note(outcome));
-    }
-    Ok(())
+    over_instances(&mut Orders { progress, details: SplitSeed::new(seed), tally }, trials)
 }
 
 /// One process stopped around one order.
