@@ -70,7 +70,7 @@ fn own(seed: u64, change: Option<&str>) -> (bool, Outcome) {
 
 /// Where at most 3 % are false alarms, two of eight are one in fifty; three, one in a thousand.
 #[test]
-#[ignore = "needs a diagnosis that knows instruments and tolerances: bench diagnosis --family real shows how far it is"]
+#[ignore = "three of eight are accused, two beside a tone of the mains: bench diagnosis --family real"]
 fn an_imperfect_model_accuses_nothing() {
     let outcomes = nothing_hidden(8, first_seed(), found);
     assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
@@ -78,7 +78,7 @@ fn an_imperfect_model_accuses_nothing() {
 
 /// Where at least 90 % are right, six of ten or fewer are one in eighty; five or fewer, one in six hundred.
 #[test]
-#[ignore = "needs a diagnosis that knows instruments and tolerances: bench diagnosis --family real shows how far it is"]
+#[ignore = "five of ten are right, three wrong: bench diagnosis --family real"]
 fn strong_effects_are_named_with_the_instruments_of_the_field() {
     let outcomes = ten_strong_effects(first_seed() + 100, found);
     assert!(count(&outcomes, Outcome::Right) >= 6, "{outcomes:?}");
@@ -87,7 +87,7 @@ fn strong_effects_are_named_with_the_instruments_of_the_field() {
 
 /// The first thing that a user tries: none of them may be accused.
 #[test]
-#[ignore = "needs a diagnosis that predicts from the command: bench diagnosis --family own shows how far it is"]
+#[ignore = "five of six agree, generated-6 at 131,072 counts (seed 9100205) is unexplained: bench diagnosis --family own"]
 fn a_true_belief_is_not_accused_of_its_own_recording() {
     let seed = first_seed() + 200;
     for seed in seed..seed + 8 {
@@ -96,7 +96,7 @@ fn a_true_belief_is_not_accused_of_its_own_recording() {
 }
 
 #[test]
-#[ignore = "needs a diagnosis that predicts from the command: bench diagnosis --family own shows how far it is"]
+#[ignore = "some drawn beliefs end the run in a fault, and levels stay ambiguous: bench diagnosis --family own"]
 fn a_belief_that_is_wrong_is_put_right_by_its_own_recording() {
     let seed = first_seed() + 300;
     let found: Vec<(bool, Outcome)> =
