@@ -89,9 +89,9 @@ fn cause_of(on: &str, as_friction: bool) -> (&'static str, &'static str) {
             "friction that grows while the contact rests, oil that is squeezed out, a bristle's own time",
             "start after rests of 0.1, 1 and 10 s, in mixed order",
         ),
-        on if on.starts_with("kind") => (
+        on if on.starts_with("motion") => (
             "a motion that the model was not made for, or a part of the record that is no run of its kind",
-            "see in the table which kinds are worst, and diagnose them alone (--exclude RUN)",
+            "see in the table which runs are worst, and diagnose them alone (--exclude RUN)",
         ),
         on if on.starts_with("run") || on.starts_with("distance") => (
             "something that changes from run to run: a transducer's zero, wear, warming up",
