@@ -10,6 +10,11 @@ use std::time::{Duration, Instant};
 /// One test at a time: they share two cores, and some run in real time.
 static MACHINE: Mutex<()> = Mutex::new(());
 
+/// Waits until no other test of this program has the machine, and takes it.
+pub(crate) fn machine() -> MutexGuard<'static, ()> {
+    MACHINE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// The repository's root.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
@@ -92,7 +97,7 @@ impl Default for TestPlace {
 impl TestPlace {
     /// An empty place; waits until no other test of this program has one.
     pub fn new() -> Self {
-        let machine = MACHINE.lock().unwrap_or_else(PoisonError::into_inner);
+        let machine = machine();
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("runtime")).unwrap();
         Self { folder, _machine: machine }

@@ -1,6 +1,7 @@
 //! A cable for EtherCAT without hardware or root: a pair of virtual interfaces in a network namespace of the test's own, with the
 //! simulated drive at its far end.
 
+use crate::bench_place::machine;
 use crate::program;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -40,6 +41,8 @@ pub fn on_a_cable(name: &str, test: impl FnOnce()) {
         }
         Err(error) => return skip_on_this_machine(&format!("unshare: {error}")),
     }
+    // The test inside is a program of its own, which does not see that others of this one wait.
+    let _machine = machine();
     let status = Command::new("unshare")
         .arg("-Urn")
         .arg(std::env::current_exe().unwrap())
