@@ -44,8 +44,13 @@ const TIME: &[Unit] = &[
     Unit("d", 86_400.0, 1.0),
     Unit("µs", 1.0, 1e6),
 ];
-const ANGLE: &[Unit] =
-    &[Unit("rad", 1.0, 1.0), Unit("mrad", 1.0, 1e3), Unit("deg", PI, 180.0), Unit("turn", 2.0 * PI, 1.0)];
+const ANGLE: &[Unit] = &[
+    Unit("rad", 1.0, 1.0),
+    Unit("mrad", 1.0, 1e3),
+    Unit("deg", PI, 180.0),
+    Unit("turn", 2.0 * PI, 1.0),
+    Unit("°", PI, 180.0),
+];
 const SPEED: &[Unit] = &[Unit("rad/s", 1.0, 1.0), Unit("deg/s", PI, 180.0), Unit("rpm", PI, 30.0)];
 const ACCELERATION: &[Unit] = &[
     Unit("rad/s2", 1.0, 1.0),

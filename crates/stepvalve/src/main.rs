@@ -10,14 +10,17 @@ mod diagnose;
 mod doctor;
 mod drive;
 mod errand;
+mod events;
 mod files;
 mod home;
 mod import;
 mod in_process;
 mod inspect;
 mod keep;
+mod list;
 mod loaded;
 mod metrics;
+mod new;
 mod operator;
 mod output;
 mod paper;
@@ -27,10 +30,12 @@ mod replay;
 mod report;
 mod run;
 mod say;
+mod shell;
 mod simulate;
 mod strangers;
 mod summary;
 mod tune;
+mod watch;
 
 use clap::{Parser, Subcommand};
 use processes::complain;
@@ -41,7 +46,7 @@ use supervisor::{Outcome, Request};
 ///
 /// Exit codes: 0 done, 1 failed, 2 wrong input or usage, 3 a fault stopped the valve, 130 interrupted after a clean stop.
 #[derive(Parser)]
-#[command(version, propagate_version = true, disable_help_subcommand = true)]
+#[command(version, propagate_version = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -64,13 +69,25 @@ enum Command {
     /// Give a set-point: angle 17deg, opening 0.5, flow 40L/min, speed 60rpm, hold
     Set(operator::Set),
     /// Show state, set-point, angle, following error, torque reserve, overruns, who is late or silent
-    Status(operator::Plain),
+    Status(operator::StatusOf),
+    /// List this user's instances, live or dead, in all runtime folders
+    List(list::Arguments),
+    /// Show what happened to an instance: orders, faults with what to do, alarms, restarts
+    Events(events::Arguments),
+    /// Show a running instance on the terminal: state, angle, error, processes, events; q ends the view
+    Watch(operator::Plain),
     /// Put a note into the record
     Mark(operator::Mark),
     /// Save the last seconds of every process's timing
     SaveTiming(operator::Plain),
     /// Let something go wrong on purpose, on an instance started with --allow-injection: a fault that must stop the valve
     Inject(operator::Inject),
+    /// Write a commented scenario, model or drive file to begin from
+    New(new::Arguments),
+    /// Print what a shell needs to complete commands and options
+    Completions(shell::Completions),
+    /// Write the manual's pages
+    Man(shell::Man),
     /// Validate a scenario (with its models) or a model
     Check(check::Arguments),
     /// Find the belief's friction parameters from a short motion, and how well they are known
@@ -118,9 +135,15 @@ fn main() -> ExitCode {
         Command::Reset(arguments) => operator::plain(&Request::Reset, &arguments),
         Command::Set(arguments) => operator::set(&arguments),
         Command::Status(arguments) => operator::status(&arguments),
+        Command::List(arguments) => list::run(&arguments),
+        Command::Events(arguments) => events::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
         Command::Mark(arguments) => operator::mark(&arguments),
         Command::SaveTiming(arguments) => operator::plain(&Request::SaveTiming, &arguments),
         Command::Inject(arguments) => operator::inject(&arguments),
+        Command::New(arguments) => new::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments),
+        Command::Man(arguments) => shell::man(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),

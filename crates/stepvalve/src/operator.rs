@@ -1,6 +1,6 @@
 //! `stepvalve arm | disarm | reset | set | status | mark | save-timing`: talking to a running instance.
 
-use crate::say::say;
+use crate::say::{is_heard, say};
 use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand};
 use config::{Dimension, parse_quantity};
@@ -9,11 +9,14 @@ use signals::SetPointKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use supervisor::{
-    Answer, Failure, InstanceName, Outcome, Request, Status, ask, base_folder, instance_folder, socket_path,
+    Answer, Failure, FoundInstance, InstanceName, Interruption, Outcome, Request, Status, ask, base_folder,
+    instance_folder, instances, socket_path,
 };
 
 /// How long an operator waits: what is not done by then is refused, and not done later.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// How often a status that is watched is printed.
+const EVERY: Duration = Duration::from_secs(1);
 /// What moves nothing may take longer: an instance may just be starting its processes again.
 const LEISURE: Duration = Duration::from_secs(5);
 
@@ -22,10 +25,10 @@ const LEISURE: Duration = Duration::from_secs(5);
 pub struct Which {
     /// Name of the instance [default: the one that runs, if it is the only one]
     #[arg(long, value_name = "NAME", global = true)]
-    instance: Option<InstanceName>,
+    pub instance: Option<InstanceName>,
     /// Print the answer as JSON
     #[arg(long, global = true)]
-    json: bool,
+    pub json: bool,
 }
 
 /// A plain order.
@@ -34,6 +37,16 @@ pub struct Plain {
     /// Which instance.
     #[command(flatten)]
     pub which: Which,
+}
+
+/// How it is.
+#[derive(Debug, Args)]
+pub struct StatusOf {
+    /// A line a second, until Ctrl-C
+    #[arg(long)]
+    watch: bool,
+    #[command(flatten)]
+    which: Which,
 }
 
 /// A note for the record.
@@ -168,16 +181,37 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
 ///
 /// # Errors
 /// As [`plain`].
-pub fn status(arguments: &Plain) -> Result<Outcome, Failure> {
-    let answer = ask(&find(&arguments.which)?, &Request::Status, LEISURE)?;
-    let status = answer.status.with_context(|| answer.text.clone())?;
-    if arguments.which.json {
-        say(serde_json::to_string_pretty(&status).map_err(anyhow::Error::from)?);
-    } else {
-        let status: Status = serde_json::from_value(status).map_err(anyhow::Error::from)?;
-        say(status);
+pub fn status(arguments: &StatusOf) -> Result<Outcome, Failure> {
+    let socket = find(&arguments.which)?;
+    if !arguments.watch {
+        let status = ask_status(&socket)?;
+        if arguments.which.json {
+            say(serde_json::to_string_pretty(&status).map_err(anyhow::Error::from)?);
+        } else {
+            say(status);
+        }
+        return Ok(Outcome::Done);
+    }
+    let interruption = Interruption::watch()?;
+    while !interruption.wanted() {
+        let status = ask_status(&socket)?;
+        let line = if arguments.which.json {
+            serde_json::to_string(&status).map_err(anyhow::Error::from)?
+        } else {
+            status.line()
+        };
+        if !is_heard(line) {
+            break;
+        }
+        std::thread::sleep(EVERY);
     }
     Ok(Outcome::Done)
+}
+
+fn ask_status(socket: &Path) -> Result<Status, Failure> {
+    let answer = ask(socket, &Request::Status, LEISURE)?;
+    let status = answer.status.with_context(|| answer.text.clone())?;
+    Ok(serde_json::from_value(status).map_err(anyhow::Error::from)?)
 }
 
 /// Disarms, whatever of the instance may hang, within a second.
@@ -229,13 +263,19 @@ pub fn find(which: &Which) -> Result<PathBuf, Failure> {
             Err(Failure::Input(anyhow!("no instance \"{name}\" runs ({} is missing)", socket.display())))
         };
     }
-    let folders = std::fs::read_dir(&base).into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut running: Vec<_> =
-        folders.map(|folder| socket_path(&folder)).filter(|socket| socket.exists()).collect();
-    running.sort();
+    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
+    // One that was killed leaves its socket behind.
+    let running: Vec<_> = instances(&base, &locks)
+        .into_iter()
+        .filter(FoundInstance::listens)
+        .map(|found| socket_path(&found.folder))
+        .collect();
     match running.as_slice() {
         [one] => Ok(one.clone()),
-        [] => Err(Failure::Input(anyhow!("no instance runs under {}", base.display()))),
+        [] => Err(Failure::Input(anyhow!(
+            "no instance runs under {}; `stepvalve list` looks elsewhere too",
+            base.display()
+        ))),
         several => {
             let names = several.iter().filter_map(|socket| socket.parent()?.file_name()?.to_str());
             let names: Vec<_> = names.collect();

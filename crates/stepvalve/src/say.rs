@@ -5,6 +5,10 @@ use std::io::{Write, stdout};
 
 /// Prints a line.
 pub fn say(line: impl Display) {
-    // A closed pipe means that nobody listens any more.
-    let _ = writeln!(stdout(), "{line}");
+    let _ = is_heard(line);
+}
+
+/// Prints a line; whether anybody listens: a closed pipe means that nobody does any more.
+pub fn is_heard(line: impl Display) -> bool {
+    writeln!(stdout(), "{line}").is_ok()
 }

@@ -42,6 +42,8 @@ pub struct Whereabouts {
     pub place: Place,
     /// The generation that its messages carry.
     pub generation: u64,
+    /// The folder of its record and its journal.
+    pub record: PathBuf,
 }
 
 impl Instance {

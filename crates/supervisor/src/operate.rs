@@ -1,11 +1,12 @@
 //! What operators ask for, carried out one after the other, each answered when its effect is seen on the bus.
 
 use crate::generation::{Generation, SEEN_WITHIN};
+use crate::journal::EventKind;
 use crate::news::Asked;
 use crate::request::{Answer, Request};
 use crate::set_points::beyond;
 use crate::status::Status;
-use processes::{ToChild, complain};
+use processes::ToChild;
 use realtime::now_ns;
 use signals::{
     ControlParameter, ControlStatus, ControllerState, FaultCode, OperatorCommand, OperatorKind,
@@ -45,7 +46,10 @@ impl Generation<'_> {
                 let _ = asked.answer.send(Answer::refused("it came too late"));
                 continue;
             }
+            self.order_begins(&asked.request);
             let answer = self.carry_out(&asked.request);
+            self.order_ends(answer.done);
+            self.note_answer(&asked, &answer);
             if answer.done && is_over(&asked) {
                 self.take_back(&asked.request);
             }
@@ -69,7 +73,20 @@ impl Generation<'_> {
             | Request::SaveTiming
             | Request::Inject { .. } => return,
         };
-        complain(format_args!("an operator was gone when the order was done; taken back: {}", answer.text));
+        let text = format!("an operator was gone when the order was done; taken back: {}", answer.text);
+        self.note(EventKind::Order, text);
+    }
+
+    /// Notes what became of a request.
+    fn note_answer(&self, asked: &Asked, answer: &Answer) {
+        let (event, text) = match (&asked.request, answer.done) {
+            (Request::Status, _) => return,
+            (Request::Mark { text }, true) => (EventKind::Note, text.clone()),
+            (Request::Inject { .. }, true) => (EventKind::Injection, answer.text.clone()),
+            (_, true) => (EventKind::Order, answer.text.clone()),
+            (request, false) => (EventKind::Refused, format!("{}: {}", request.name(), answer.text)),
+        };
+        self.note_by(event, Some(asked.client.who()), text);
     }
 
     fn carry_out(&mut self, request: &Request) -> Answer {
@@ -121,7 +138,12 @@ impl Generation<'_> {
         let Some(status) = answer else { return Answer::refused(self.unanswered()) };
         let ControlStatus { operator_id, operator_result, state, fault, .. } = status;
         if operator_id != id {
-            return Answer::refused("a disarm came in between");
+            // An operator's disarm takes both ways, and the straight one may be first.
+            return if order.kind == OperatorKind::Disarm.code() {
+                Answer::done(done)
+            } else {
+                Answer::refused("a disarm came in between")
+            };
         }
         let state = ControllerState::from_code(state).map_or("unknown", ControllerState::name);
         match OperatorResult::from_code(operator_result) {

@@ -62,6 +62,25 @@ pub enum Request {
     },
 }
 
+impl Request {
+    /// The command that asks for it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Arm => "arm",
+            Self::Home => "home",
+            Self::Disarm => "disarm",
+            Self::Reset => "reset",
+            Self::Set { .. } => "set",
+            Self::Hold => "set hold",
+            Self::Parameter { .. } => "set parameter",
+            Self::Status => "status",
+            Self::Mark { .. } => "mark",
+            Self::SaveTiming => "save-timing",
+            Self::Inject { .. } => "inject",
+        }
+    }
+}
+
 /// What became of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Answer {

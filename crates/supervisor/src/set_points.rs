@@ -2,7 +2,7 @@
 
 use crate::generation::Generation;
 use crate::request::Answer;
-use signals::{Body, Rule, SetPoint, SetPointKind, SetPointRefusal};
+use signals::{Body, FaultCode, Rule, SetPoint, SetPointKind, SetPointRefusal};
 
 impl Generation<'_> {
     /// Sends a set-point of a kind; SI.
@@ -71,7 +71,10 @@ impl Generation<'_> {
                     end.map_or(format!("{sign}any angle"), |rad| format!("{:.3}°", rad.to_degrees()))
                 };
                 let (low, high) = (end(limits.min_angle_rad, "-"), end(limits.max_angle_rad, "+"));
-                Some(format!("expected {low} to {high}"))
+                let is_angle = kind == Some(SetPointKind::Angle);
+                let asked =
+                    if is_angle { format!("{:.3}° asked, ", value.to_degrees()) } else { String::new() };
+                Some(format!("{asked}expected {low} to {high}"))
             }
             (SetPointRefusal::SpeedLimit, _) => {
                 let most = limits.max_speed_rad_per_s;
@@ -85,6 +88,11 @@ impl Generation<'_> {
                     Some(orifice.angle_for_flow(value, pressure_pa, density).err()?.to_string())
                 })
             }
+            (SetPointRefusal::NotRunning, _) => self.watch.seen().map(|seen| match seen.fault {
+                FaultCode::None => format!("the controller is {}; first: stepvalve arm", seen.state),
+                fault => format!("stopped by a fault ({fault}); first: stepvalve reset, then arm"),
+            }),
+            (SetPointRefusal::NotHomed, _) => Some("the zero is not known; first: stepvalve home".to_owned()),
             _ => None,
         };
         more.map_or(why.name().to_owned(), |more| format!("{}: {more}", why.name()))

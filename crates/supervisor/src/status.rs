@@ -1,7 +1,7 @@
 //! How a running instance is: gathered by the supervisor, printed by `stepvalve status`.
 
 use serde::{Deserialize, Serialize};
-use signals::Source;
+use signals::{FaultCode, Source};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -16,6 +16,8 @@ pub struct ProcessStatus {
     pub skipped_cycles: u64,
     /// Messages lost or refused on the way to it.
     pub missed_samples: u64,
+    /// The largest wake-up latency that was seen in the last second or two, µs.
+    pub wake_up_latency_us: f64,
     /// Whether it was late in the last ten seconds.
     pub late: bool,
     /// Whether it says nothing.
@@ -29,10 +31,22 @@ pub struct Status {
     pub instance: String,
     /// Its generation: counts the starts of the processes.
     pub generation: u64,
-    /// The controller's state.
+    /// The controller's state; `silent` where the controller says nothing.
     pub state: String,
+    /// The last state that it told.
+    pub last_state: String,
+    /// For how long it has said nothing where that is too long, s; else 0.
+    pub controller_silent_s: f64,
     /// Why the valve was stopped; `none` if it was not.
     pub fault: String,
+    /// Why the plant side stopped the valve by itself; `none` if it did not.
+    pub drive_fault: String,
+    /// The cycle in which that was found.
+    pub fault_cycle: u64,
+    /// How many cycles ago; 0 without a fault.
+    pub fault_since_cycles: u64,
+    /// What it means and what to do.
+    pub fault_advice: String,
     /// The set-point that is followed, by its id; 0 before the first.
     pub set_point: u64,
     /// What kind it is.
@@ -88,6 +102,39 @@ pub struct Status {
 }
 
 impl Status {
+    /// The state in words, with the fault or the silence that stands behind it.
+    pub fn state_words(&self) -> String {
+        let silent = self.controller_silent_s;
+        if silent > 0.0 {
+            return format!(
+                "UNKNOWN: the controller has said nothing for {silent:.1} s; it was {}",
+                self.last_state
+            );
+        }
+        if self.fault == "none" {
+            return self.state.clone();
+        }
+        let (cycle, ago) = (self.fault_cycle, self.fault_since_cycles);
+        let by_drive = self.fault == FaultCode::Drive.name() && self.drive_fault != FaultCode::None.name();
+        let why = if by_drive { format!(" ({})", self.drive_fault) } else { String::new() };
+        format!("{}: {}{why}, found in cycle {cycle}, {ago} cycles ago", self.state, self.fault)
+    }
+
+    /// The most important of it in a line.
+    pub fn line(&self) -> String {
+        let degrees = |rad: f64| rad.to_degrees();
+        let homed = if self.homed { "" } else { ", NOT HOMED" };
+        let alarms = self.alarms.iter().map(|alarm| format!(", ALARM: {alarm}")).collect::<String>();
+        format!(
+            "{}: {:.3}°{homed}, to {:.3}°, error {:.4}°, reserve {:.2} N·m{alarms}",
+            self.state_words(),
+            degrees(self.angle_rad),
+            degrees(self.target_angle_rad),
+            degrees(self.following_error_rad),
+            self.torque_reserve_nm
+        )
+    }
+
     fn named(&self, which: impl Fn(&ProcessStatus) -> bool) -> Vec<&str> {
         self.processes.iter().filter(|(_, p)| which(p)).map(|(name, _)| name.as_str()).collect()
     }
@@ -96,9 +143,15 @@ impl Status {
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "instance         {}, generation {}", self.instance, self.generation)?;
-        let fault = if self.fault == "none" { String::new() } else { format!(": {}", self.fault) };
-        writeln!(f, "state            {}{fault}", self.state)?;
-        let motion = if self.moving { "moving to" } else { "at" };
+        writeln!(f, "state            {}", self.state_words())?;
+        if !self.fault_advice.is_empty() {
+            writeln!(f, "                 {}", self.fault_advice)?;
+        }
+        let motion = match (self.moving, self.controller_silent_s > 0.0) {
+            (true, false) => "moving to",
+            (true, true) => "was moving to",
+            (false, _) => "at",
+        };
         let kind = if self.set_point == 0 { "none yet" } else { &self.set_point_kind };
         writeln!(f, "set-point        {kind}, {motion} {:.3}°", self.target_angle_rad.to_degrees())?;
         let homed = if self.homed { "" } else { ", NOT HOMED" };

@@ -5,11 +5,11 @@ use crate::exit::{DiedAtStart, Failure};
 use crate::generation::{Generation, Setup};
 use crate::instance::Instance;
 use crate::interruption::Interruption;
+use crate::journal::{At, EventKind, Journal};
 use crate::mission::{Ending, Mission};
 use crate::news::Channel;
 use crate::notify;
 use anyhow::Result;
-use processes::complain;
 use signals::{Feedback, PlantTruth};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -31,8 +31,11 @@ pub fn supervise(mission: &Mission) -> Result<Ending, Failure> {
     let interruption = Interruption::watch()?;
     let instance = Instance::acquire(&mission.name)?;
     let channel = Channel::new();
+    let name = mission.name.to_string();
+    let journal = if mission.stays { Journal::open(&name, &mission.folder) } else { Journal::none(&name) };
     let setup = Setup {
         mission,
+        journal: &journal,
         instance: &instance,
         generation: mission.info.generation,
         interruption: &interruption,
@@ -67,14 +70,15 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
         // What a killed process left in shared memory goes now, not at the instance's end.
         setup.instance.wipe_generation(setup.generation)?;
         let Some(failure) = ending.failure.clone() else { return Ok(ending) };
-        complain(&failure);
+        let at = At { generation: setup.generation, cycle: 0 };
+        setup.journal.note(at, EventKind::Process, &failure);
         deaths.push_back(Instant::now());
         deaths.retain(|death: &Instant| death.elapsed() < RESTART_WINDOW);
         if ending.interrupted || deaths.len() > MAX_RESTARTS {
             let why = format!("{failure}; {} starts in {} min", deaths.len(), RESTART_WINDOW.as_secs() / 60);
             return Ok(Ending { failure: Some(why), ..ending });
         }
-        complain("starting again, disarmed");
+        setup.journal.note(at, EventKind::Process, "starting again, disarmed");
         setup.generation += 1;
     }
 }
@@ -96,6 +100,8 @@ fn generation(
         Err(error) => return Err(error),
     };
     notify::ready(setup.generation);
+    let name = &setup.mission.name;
+    generation.note(EventKind::Ready, format!("ready, disarmed; arm with: stepvalve arm --instance {name}"));
     while generation.goes_on() {
         generation.look_around();
         generation.answer_waiting();
@@ -103,6 +109,7 @@ fn generation(
     *started = generation.started();
     if !generation.failed() {
         notify::stopping();
+        generation.note(EventKind::End, "told to end");
     }
     Ok(generation.end())
 }

@@ -1,5 +1,6 @@
 //! What the supervisor sees of the loop on the bus: the newest of each message, and who is late or silent.
 
+use crate::journal::{Seen, advice, reason};
 use crate::status::{ProcessStatus, Status};
 use anyhow::Result;
 use processes::Pace;
@@ -12,8 +13,12 @@ use std::time::{Duration, Instant};
 
 /// A process is reported late for this long after its last overrun.
 const LATE_FOR: Duration = Duration::from_secs(10);
-/// A process that has said nothing for this long is silent.
-const SILENT_AFTER: Duration = Duration::from_millis(500);
+
+/// The recorder tells of itself now and then only: silent after this.
+const RECORDER_SILENT_AFTER: Duration = Duration::from_millis(500);
+
+/// The state of a controller that says nothing.
+const SILENT: &str = "silent";
 
 /// The newest message that a process sends about itself, and when it came.
 struct Heard<B: Service> {
@@ -26,17 +31,46 @@ struct Timing {
     source: Source,
     heard: Heard<LoopTiming>,
     late: Option<Instant>,
+    latency: Worst,
+}
+
+/// The largest of what was seen in this second and in the one before.
+struct Worst {
+    since: Instant,
+    now: u64,
+    before: u64,
+}
+
+impl Worst {
+    fn new() -> Self {
+        Self { since: Instant::now(), now: 0, before: 0 }
+    }
+
+    fn take(&mut self, value: u64) {
+        if self.since.elapsed() > Duration::from_secs(1) {
+            *self = Self { before: self.now, ..Self::new() };
+        }
+        self.now = self.now.max(value);
+    }
+
+    fn get(&self) -> u64 {
+        self.now.max(self.before)
+    }
 }
 
 /// Readers of everything that a status is made of. Without a clock nobody asks for one, and each reader costs the loop time:
 /// then there is ControlStatus alone, for progress.
 pub struct Watch {
-    status: CycleReader<ControlStatus>,
+    status: Heard<ControlStatus>,
+    /// A process that has said nothing for so long is silent.
+    silence: Duration,
     feedback: Option<CycleReader<Feedback>>,
     reference: Option<CycleReader<Reference>>,
     truth: Option<CycleReader<PlantTruth>>,
     recorder: Option<Heard<RecorderProgress>>,
     timing: Vec<Timing>,
+    /// Why the plant side stopped the valve by itself.
+    drive_fault: FaultCode,
 }
 
 impl Watch {
@@ -44,21 +78,22 @@ impl Watch {
     ///
     /// # Errors
     /// Where a service can't be read.
-    pub fn open(bus: &Bus, pace: Pace, stays: bool) -> Result<Self> {
+    pub fn open(bus: &Bus, pace: Pace, stays: bool, silence: Duration) -> Result<Self> {
         let realtime = pace == Pace::Realtime;
         let timed = [Source::Plant, Source::Trajectory, Source::Controller];
-        let timing = timed
-            .into_iter()
-            .filter(|_| realtime)
-            .map(|source| Ok(Timing { source, heard: Heard::open(bus, source)?, late: None }));
+        let timing = timed.into_iter().filter(|_| realtime).map(|source| {
+            Ok(Timing { source, heard: Heard::open(bus, source)?, late: None, latency: Worst::new() })
+        });
         Ok(Self {
-            status: bus.cycle_reader(Source::Controller)?,
+            status: Heard::open(bus, Source::Controller)?,
+            silence,
             feedback: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             reference: realtime.then(|| bus.cycle_reader(Source::Trajectory)).transpose()?,
             // Another plant process is to begin where this one ends.
             truth: stays.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             recorder: realtime.then(|| Heard::open(bus, Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
+            drive_fault: FaultCode::None,
         })
     }
 
@@ -70,9 +105,12 @@ impl Watch {
         if let Some(truth) = &mut self.truth {
             truth.latest();
         }
+        self.remember_drive_fault();
         for timing in &mut self.timing {
             let lost_before = timing.lost();
             timing.heard.listen();
+            let latency_ns = timing.heard.newest.map_or(0, |message| message.body.wake_up_latency_ns);
+            timing.latency.take(latency_ns);
             if timing.lost() > lost_before {
                 timing.late = Some(Instant::now());
             }
@@ -81,7 +119,45 @@ impl Watch {
 
     /// The newest ControlStatus.
     pub fn status(&mut self) -> Option<Message<ControlStatus>> {
-        self.status.latest()
+        self.status.listen();
+        self.status.newest
+    }
+
+    /// The newest cycle of the controller that was heard of.
+    pub fn newest_cycle(&self) -> u64 {
+        self.status.newest.map_or(0, |message| message.header.cycle)
+    }
+
+    /// For how long the controller has said nothing, where that is too long.
+    fn controller_silent_for(&self) -> Option<Duration> {
+        self.status.newest.and(Some(self.status.at.elapsed())).filter(|age| *age > self.silence)
+    }
+
+    /// Remembers why the plant side stopped the valve: it says so no longer once it hears the controller again.
+    fn remember_drive_fault(&mut self) {
+        let told = self.feedback().and_then(|feedback| FaultCode::from_code(feedback.body.drive_fault));
+        let fault = self.status.newest.map_or(0, |status| status.body.fault);
+        match told {
+            Some(told) if told != FaultCode::None => self.drive_fault = told,
+            _ if fault == FaultCode::None.code() => self.drive_fault = FaultCode::None,
+            _ => {}
+        }
+    }
+
+    /// What the journal compares; `None` before the controller's first word.
+    pub fn seen(&self) -> Option<Seen> {
+        let status = self.status.newest?.body;
+        let silent = self.timing.iter().filter(|timing| timing.heard.is_silent(self.silence));
+        let recorder = self.recorder.as_ref().and_then(|recorder| recorder.newest);
+        Some(Seen {
+            state: ControllerState::from_code(status.state)?,
+            fault: FaultCode::from_code(status.fault)?,
+            drive_fault: self.drive_fault,
+            fault_cycle: status.fault_cycle,
+            alarms: status.alarms,
+            silent: silent.map(|timing| timing.source.name()).collect(),
+            recorded: recorder.is_none_or(|progress| progress.body.healthy == 1),
+        })
     }
 
     /// The newest Reference.
@@ -117,19 +193,32 @@ impl Watch {
 
     /// All of it; the caller adds what it alone knows.
     pub fn describe(&mut self) -> Status {
-        let status = self.status().map(|message| message.body).unwrap_or_default();
+        let newest = self.status();
+        let status = newest.map(|message| message.body).unwrap_or_default();
+        let silent_for = self.controller_silent_for();
+        let state = ControllerState::from_code(status.state).map_or("unknown", ControllerState::name);
+        let fault = FaultCode::from_code(status.fault);
+        let faulty = fault.filter(|fault| *fault != FaultCode::None);
+        let since = newest.map_or(0, |message| message.header.cycle.saturating_sub(status.fault_cycle));
         let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
+        let drive_fault = self.drive_fault;
         let reference = self.reference().map(|message| message.body).unwrap_or_default();
         // A recorder that has never said anything is not there: nothing is recorded.
-        let recorder_silent =
-            self.recorder.as_ref().is_some_and(|heard| heard.newest.is_some() && heard.is_silent());
+        let recorder_silent = self
+            .recorder
+            .as_ref()
+            .is_some_and(|heard| heard.newest.is_some() && heard.is_silent(RECORDER_SILENT_AFTER));
         let recorder = self.recorder.as_ref().and_then(|recorder| recorder.newest);
         let recorder = recorder.map(|message| message.body).unwrap_or_default();
         Status {
-            state: ControllerState::from_code(status.state)
-                .map_or("unknown", ControllerState::name)
-                .to_owned(),
-            fault: FaultCode::from_code(status.fault).map_or("unknown", FaultCode::name).to_owned(),
+            state: if silent_for.is_some() { SILENT } else { state }.to_owned(),
+            last_state: state.to_owned(),
+            controller_silent_s: silent_for.map_or(0.0, |silent| silent.as_secs_f64()),
+            fault: fault.map_or("unknown", FaultCode::name).to_owned(),
+            fault_cycle: status.fault_cycle,
+            fault_since_cycles: faulty.map_or(0, |_| since),
+            fault_advice: faulty.map_or("", |fault| advice(reason(fault, drive_fault))).to_owned(),
+            drive_fault: drive_fault.name().to_owned(),
             set_point: reference.set_point_id,
             set_point_kind: SetPointKind::from_code(reference.set_point_kind)
                 .map_or("", SetPointKind::name)
@@ -156,7 +245,7 @@ impl Watch {
             processes: self
                 .timing
                 .iter()
-                .map(|timing| (timing.source.name().to_owned(), process(timing)))
+                .map(|timing| (timing.source.name().to_owned(), process(timing, self.silence)))
                 .collect(),
             recorded: recorder.recorded,
             recorder_missed: recorder.missed,
@@ -179,8 +268,8 @@ impl<B: Service> Heard<B> {
         }
     }
 
-    fn is_silent(&self) -> bool {
-        self.at.elapsed() > SILENT_AFTER
+    fn is_silent(&self, silence: Duration) -> bool {
+        self.at.elapsed() > silence
     }
 }
 
@@ -191,7 +280,7 @@ impl Timing {
     }
 }
 
-fn process(timing: &Timing) -> ProcessStatus {
+fn process(timing: &Timing, silence: Duration) -> ProcessStatus {
     let newest = timing.heard.newest;
     let body = newest.map(|message| message.body).unwrap_or_default();
     ProcessStatus {
@@ -199,7 +288,8 @@ fn process(timing: &Timing) -> ProcessStatus {
         overruns: body.overruns,
         skipped_cycles: body.skipped_cycles,
         missed_samples: body.missed_samples,
+        wake_up_latency_us: timing.latency.get() as f64 / 1e3,
         late: timing.late.is_some_and(|late| late.elapsed() < LATE_FOR),
-        silent: timing.heard.is_silent(),
+        silent: timing.heard.is_silent(silence),
     }
 }

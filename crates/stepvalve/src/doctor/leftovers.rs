@@ -7,8 +7,8 @@ use super::finding::{Finding, Topic};
 use super::root::Root;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
-use supervisor::{base_path, prefix};
+use std::path::PathBuf;
+use supervisor::{base_path, instances, prefix};
 
 const LEFTOVERS: Topic = Topic {
     id: "leftovers",
@@ -21,21 +21,21 @@ const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Instances of this user's runtime directory, and shared memory of this user (of all users where this is root).
 pub fn look(root: &Root) -> Finding {
-    let Some(locks) = locked_inodes(root) else {
+    let Some(locks) = root.text("/proc/locks") else {
         return LEFTOVERS.unknown("/proc/locks can't be read", "");
     };
     let (alive, dead): (Vec<_>, Vec<_>) =
-        instances(&base_path()).into_iter().partition(|folder| is_alive(folder, &locks));
+        instances(&base_path(), &locks).into_iter().partition(|found| found.alive);
+    let dead: Vec<_> = dead.into_iter().map(|found| found.folder).collect();
     let Some(used) = mapped(root) else {
         return LEFTOVERS.unknown("no process's memory map can be read", "");
     };
-    let mut live_prefixes: Vec<_> = alive.iter().map(|folder| prefix(folder)).collect();
+    let mut live_prefixes: Vec<_> = alive.iter().map(|found| prefix(&found.folder)).collect();
     // The runtime folder of a live instance may be elsewhere: then what it maps says that it lives.
     live_prefixes.extend(used.lines().filter_map(prefix_mapped));
     let orphans = orphans(root, &used, &live_prefixes);
     if dead.is_empty() && orphans.is_empty() {
-        let names: Vec<_> = alive.iter().filter_map(|folder| folder.file_name()).collect();
-        let running: Vec<_> = names.iter().map(|name| name.to_string_lossy()).collect();
+        let running: Vec<_> = alive.iter().map(|found| found.name.as_str()).collect();
         let running =
             if running.is_empty() { String::new() } else { format!("; running: {}", running.join(", ")) };
         return LEFTOVERS.ok(format!("none{running}"));
@@ -67,28 +67,6 @@ fn fix(dead: &[PathBuf], orphans: &[Orphan]) -> String {
         "the next `stepvalve run` or `simulate` of this user removes its folders; now: {}",
         commands.join("; ")
     )
-}
-
-fn instances(base: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(base).into_iter().flatten().flatten();
-    let mut folders: Vec<_> = entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
-    folders.sort();
-    folders
-}
-
-fn is_alive(folder: &Path, locks: &[u64]) -> bool {
-    ["supervisor.lock", "members.lock"].iter().any(|name| {
-        std::fs::metadata(folder.join(name)).is_ok_and(|metadata| locks.contains(&metadata.ino()))
-    })
-}
-
-/// Inodes of all files that somebody holds a lock on. The device is left out: what is said of it differs between
-/// file systems, and a like number elsewhere makes a dead instance look alive, which does no harm.
-fn locked_inodes(root: &Root) -> Option<Vec<u64>> {
-    let text = root.text("/proc/locks")?;
-    let inode =
-        |line: &str| line.split_whitespace().find_map(|word| word.splitn(3, ':').nth(2)?.parse().ok());
-    Some(text.lines().filter_map(inode).collect())
 }
 
 /// The text of all memory maps that this user may read.

@@ -4,12 +4,13 @@ use super::{Generation, LOOK_AROUND};
 use crate::child::Child;
 use crate::disarm::disarm_path;
 use crate::exit::{DiedAtStart, Refused};
+use crate::journal::EventKind;
 use crate::mission::Mission;
 use crate::news::News;
 use anyhow::{Result, bail};
 use closed_loop::Parts;
 use injection::Injection;
-use processes::{FromChild, Membership, Pace, Part, RecorderPart, Task, ToChild, complain, segments_in};
+use processes::{FromChild, Membership, Pace, Part, RecorderPart, Task, ToChild, segments_in};
 use recording::RecordInfo;
 use signals::Source;
 use std::time::{Duration, Instant};
@@ -122,8 +123,11 @@ impl Generation<'_> {
         if self.setup.mission.require_realtime {
             bail!("real time is required, and was not obtained:\n  {}", refused.join("\n  "));
         }
-        complain("DEGRADED: this run does not have the real-time rights that its scenario asks for:");
-        refused.iter().for_each(|what| complain(format_args!("  {what}")));
+        self.note(
+            EventKind::Alarm,
+            "DEGRADED: this run does not have the real-time rights that its scenario asks for:",
+        );
+        refused.iter().for_each(|what| self.note(EventKind::Alarm, format!("  {what}")));
         Ok(())
     }
 }

@@ -1,8 +1,10 @@
 //! What happens while a generation runs: what its processes say, that one dies, and that a recorder is replaced.
 
 use super::{END_PATIENCE, Generation, LOOK_AROUND};
+use crate::journal::EventKind;
 use crate::news::{Event, News};
-use processes::{FromChild, Pace, ToChild, complain};
+use crate::request::Request;
+use processes::{FromChild, Pace, ToChild};
 use realtime::Obtained;
 use signals::Source;
 use std::sync::mpsc::RecvTimeoutError;
@@ -21,6 +23,31 @@ impl Generation<'_> {
         self.replace_recorder();
         if let Some(status) = self.watch.status() {
             self.progress.set(status.header.cycle);
+        }
+        self.note_transitions();
+    }
+
+    /// Notes what has changed in the loop since the last look.
+    fn note_transitions(&mut self) {
+        // A run that ends by itself tells of its faults in its summary.
+        let seen = if self.setup.mission.stays { self.watch.seen() } else { None };
+        let Some(seen) = seen else { return };
+        let order = self.orders_seen.now.as_ref().or(self.orders_seen.done.as_ref());
+        for (event, text) in self.transitions.look(seen, order) {
+            self.note(event, text);
+        }
+    }
+
+    /// An order is being carried out.
+    pub(crate) fn order_begins(&mut self, request: &Request) {
+        self.orders_seen.now = Some(request.clone());
+    }
+
+    /// It was carried out, or refused.
+    pub(crate) fn order_ends(&mut self, done: bool) {
+        let request = self.orders_seen.now.take();
+        if done {
+            self.orders_seen.done = request;
         }
     }
 
@@ -67,15 +94,24 @@ impl Generation<'_> {
         }
         match self.recorders.died(Instant::now()) {
             Some(pause) if pause.is_zero() => {
-                complain(format_args!("{source} died ({how}); another takes over with the next segment"));
+                self.note(
+                    EventKind::Record,
+                    format!("{source} died ({how}); another takes over with the next segment"),
+                );
             }
-            Some(pause) => complain(format_args!(
-                "{source} died ({how}); another takes over in {} ms with the next segment",
-                pause.as_millis()
-            )),
-            None => complain(format_args!(
-                "{source} died ({how}) again and again: NOTHING IS RECORDED ANY MORE, the loop goes on"
-            )),
+            Some(pause) => self.note(
+                EventKind::Record,
+                format!(
+                    "{source} died ({how}); another takes over in {} ms with the next segment",
+                    pause.as_millis()
+                ),
+            ),
+            None => self.note(
+                EventKind::Record,
+                format!(
+                    "{source} died ({how}) again and again: NOTHING IS RECORDED ANY MORE, the loop goes on"
+                ),
+            ),
         }
         self.replace_recorder();
     }
@@ -85,7 +121,7 @@ impl Generation<'_> {
         if self.recorders.take_due(Instant::now())
             && let Err(error) = self.start_recorder()
         {
-            complain(format_args!("{error:#}"));
+            self.note(EventKind::Record, format!("{error:#}"));
             self.recorders.died(Instant::now());
         }
     }

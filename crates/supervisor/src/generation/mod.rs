@@ -7,11 +7,13 @@ mod events;
 use crate::child::Child;
 use crate::instance::{Instance, Whereabouts};
 use crate::interruption::Interruption;
+use crate::journal::{At, EventKind, Journal, Transitions};
 use crate::mission::Mission;
 use crate::news::{Asked, Channel};
 use crate::notify::Pulse;
 use crate::progress::Progress;
 use crate::recorder_keeper::RecorderKeeper;
+use crate::request::Request;
 use crate::watch::Watch;
 use anyhow::{Context, Result};
 use closed_loop::{Parts, PlantStart};
@@ -28,6 +30,9 @@ const LOOK_AROUND: Duration = Duration::from_millis(2);
 /// How long a process may take to end once it may.
 const END_PATIENCE: Duration = Duration::from_secs(10);
 
+/// Nobody is called silent sooner.
+const LEAST_SILENCE: Duration = Duration::from_millis(50);
+
 /// Time for an order's effect to show on the bus. An order expires this much before its client stops waiting, so that
 /// none is carried out after it was reported as refused.
 pub(crate) const SEEN_WITHIN: Duration = Duration::from_millis(10);
@@ -38,6 +43,8 @@ const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller
 pub struct Setup<'a> {
     /// The run.
     pub mission: &'a Mission,
+    /// Where events are noted.
+    pub journal: &'a Journal,
     /// Its instance.
     pub instance: &'a Instance,
     /// The number of the generation in messages: 0 without a clock, so that recordings are identical.
@@ -46,6 +53,22 @@ pub struct Setup<'a> {
     pub interruption: &'a Interruption,
     /// How the generation before left the valve.
     pub left: Option<(Feedback, PlantTruth)>,
+}
+
+/// Which order the loop's changes of state may come from.
+#[derive(Debug, Default)]
+struct OrdersSeen {
+    /// Being carried out.
+    now: Option<Request>,
+    /// The last one that was done.
+    done: Option<Request>,
+}
+
+/// A process that says nothing for so long is silent: what the controller grants its partners, but at least what a machine
+/// with other guests stalls for now and then.
+fn silence(mission: &Mission) -> Duration {
+    let granted = mission.parts.plant.drive.silence_cycles.saturating_mul(mission.parts.timeline.period_ns);
+    Duration::from_nanos(granted).max(LEAST_SILENCE)
 }
 
 impl Setup<'_> {
@@ -76,6 +99,10 @@ pub struct Generation<'a> {
     summaries: BTreeMap<Source, ChildSummary>,
     asked: VecDeque<Asked>,
     saved: Option<Result<PathBuf, String>>,
+    /// What of the loop was noted already.
+    transitions: Transitions,
+    /// The order that is being carried out, else the last one that was.
+    orders_seen: OrdersSeen,
     /// How long the client that is attended to waits.
     pub(crate) patience: Duration,
     /// When cycle 0 begins, on CLOCK_MONOTONIC.
@@ -102,7 +129,8 @@ impl<'a> Generation<'a> {
         let generation = setup.generation;
         let place = setup.instance.place(generation)?;
         let bus = Bus::create(&place, generation)?;
-        setup.instance.announce(&Whereabouts { place: place.clone(), generation })?;
+        let record = std::path::absolute(&setup.mission.folder)?;
+        setup.instance.announce(&Whereabouts { place: place.clone(), generation, record })?;
         let mut this = Self {
             setup,
             channel,
@@ -114,9 +142,11 @@ impl<'a> Generation<'a> {
             summaries: BTreeMap::new(),
             asked: VecDeque::new(),
             saved: None,
+            transitions: Transitions::default(),
+            orders_seen: OrdersSeen::default(),
             patience: Duration::ZERO,
             epoch_ns: 0,
-            watch: Watch::open(&bus, setup.mission.pace, setup.mission.stays)?,
+            watch: Watch::open(&bus, setup.mission.pace, setup.mission.stays, silence(setup.mission))?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
             progress: Progress::new(&setup.mission.parts.timeline),
@@ -147,6 +177,17 @@ impl<'a> Generation<'a> {
     /// Whether something went wrong for good.
     pub fn failed(&self) -> bool {
         self.failure.is_some()
+    }
+
+    /// Notes an event in the journal.
+    pub fn note(&self, event: EventKind, text: impl Into<String>) {
+        self.note_by(event, None, text);
+    }
+
+    /// The same, with whose order it was.
+    pub fn note_by(&self, event: EventKind, by: Option<String>, text: impl Into<String>) {
+        let at = At { generation: self.setup.generation, cycle: self.watch.newest_cycle() };
+        self.setup.journal.note_by(at, event, by, text);
     }
 
     /// The next thing that an operator asked for.

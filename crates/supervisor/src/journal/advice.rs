@@ -1,0 +1,67 @@
+//! What a fault means, and what to do about it.
+
+use signals::FaultCode;
+
+/// What really stopped the valve: where the controller says that the drive did, what the drive says.
+pub fn reason(fault: FaultCode, drive_fault: FaultCode) -> FaultCode {
+    if fault == FaultCode::Drive && drive_fault != FaultCode::None { drive_fault } else { fault }
+}
+
+/// What it means and what to do, in a sentence each; empty for no fault.
+pub fn advice(fault: FaultCode) -> &'static str {
+    match fault {
+        FaultCode::None => "",
+        FaultCode::FeedbackSilent => {
+            "the controller heard nothing of the valve: its process, its bus or the machine stalled; `stepvalve status` says who is silent"
+        }
+        FaultCode::ReferenceSilent => {
+            "the controller heard nothing of the trajectory generator: its process or the machine stalled; `stepvalve status` says who is silent"
+        }
+        FaultCode::CommandSilent => {
+            "the drive heard nothing of the controller and stopped the valve by itself: the controller or the machine stalled"
+        }
+        FaultCode::FollowingError => {
+            "the valve did not follow: look for a jam, a load beyond the motor's torque, or limits of motion that ask too much"
+        }
+        FaultCode::Drive => {
+            "the drive reports a fault of its own: look at its display, and mend the cause there first"
+        }
+        FaultCode::LostSteps => {
+            "the rotor fell into another tooth: the torque asked was more than the motor has; home it again if there is no encoder"
+        }
+        FaultCode::ReferenceLimit => {
+            "the reference left the scenario's limits of motion: a defect of the trajectory generator, or a message that was altered"
+        }
+        FaultCode::CommandMismatch => {
+            "the drive does not do what it is told: check its wiring and its settings"
+        }
+        FaultCode::BusLost => "no good reply on the drive's bus: check cable and power of the drive",
+        FaultCode::DriveLeftOperation => {
+            "the drive ended its operation, or did not begin it: look at its display"
+        }
+        FaultCode::NotSynchronised => {
+            "the cycle and the bus's clock drift apart: `stepvalve doctor` looks at the machine"
+        }
+        FaultCode::NotEnergised => {
+            "the drive did not energise the motor in time: check its power and its enable input"
+        }
+        FaultCode::Homing => {
+            "no mark, or no steady alignment, was found: check the switch, the stop or the index, and the speeds in [homing]"
+        }
+        FaultCode::AngleLimit => {
+            "the valve left the scenario's limits of angle: check its zero before it moves again"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_one() {
+        for fault in FaultCode::ALL {
+            assert_eq!(advice(*fault).is_empty(), *fault == FaultCode::None, "{fault}");
+        }
+    }
+}
