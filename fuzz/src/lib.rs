@@ -9,8 +9,8 @@ use diagnosis::{OneAfterTheOther, Options, diagnose};
 use log_data::{Log, Run};
 use recording::read_record;
 use signals::{
-    Body, ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message, OperatorCommand,
-    PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
+    Body, BusStatus, ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message,
+    OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 use std::io::Write;
 use table_import::{Format, Header, Interleaved, Map, Selection, Separated, Separator, Skip, Table, collect};
@@ -34,6 +34,7 @@ pub fn message_check(bytes: &[u8]) {
     each::<ControllerSnapshot>(bytes, Source::Controller);
     each::<Feedback>(bytes, Source::Plant);
     each::<PlantTruth>(bytes, Source::Plant);
+    each::<BusStatus>(bytes, Source::Plant);
     each::<LoopTiming>(bytes, Source::Plant);
     each::<SetPoint>(bytes, Source::Supervisor);
     each::<OperatorCommand>(bytes, Source::Supervisor);

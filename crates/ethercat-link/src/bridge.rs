@@ -5,16 +5,14 @@ use crate::error::{BringUpError, Step};
 use crate::exchange::{Back, Wire};
 use crate::link::Link;
 use crate::main_device::{self, Grid};
+use crate::params::BridgeParams;
 use crate::pump::Pump;
 use core::future::Future;
 use core::pin::Pin;
 use core::task::Poll;
 use ethercrab::MainDevice;
-use fieldbus::{
-    Axis, AxisParams, Clock, ClockParams, DriveFile, Exchange, Outcome, Outputs, OwnLimits, Plan,
-};
-use serde::{Deserialize, Serialize};
-use signals::{Feedback, StepCommand};
+use fieldbus::{Axis, Clock, ClockParams, Exchange, Outcome, Outputs, OwnLimits, Plan};
+use signals::{BusPhase, BusStatus, Feedback, StepCommand};
 
 /// Locked means so near, ns, for so many cycles.
 const LOCK_WINDOW_NS: i64 = 50_000;
@@ -27,55 +25,6 @@ const BRING_UP_LIMIT_NS: u64 = 10_000_000_000;
 const RETRY_NS: u64 = 1_000_000_000;
 /// OP, with the acknowledgement of an error.
 const OP: u16 = 0x08;
-
-/// What a bridge is set to.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct BridgeParams {
-    /// The drive.
-    pub file: DriveFile,
-    /// The axis.
-    pub axis: AxisParams,
-    /// The cycle, ns.
-    pub period_ns: u32,
-    /// Where the frame goes out after the beginning of the cycle, ns.
-    pub place_ns: u32,
-    /// Until when after the beginning of the cycle its reply is awaited, ns.
-    pub reply_until_ns: u32,
-}
-
-/// What the bus is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BusPhase {
-    /// Waits for the next attempt.
-    Wait,
-    /// From INIT to SAFE-OP.
-    BringUp,
-    /// The cycle comes onto the bus's clock.
-    Lock,
-    /// OP is asked for.
-    Start,
-    /// In operation.
-    Operate,
-}
-
-/// Numbers of the bus, for the record and for people.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BusReport {
-    /// What it is doing.
-    pub phase: BusPhase,
-    /// Working counter of the process data in the last reply.
-    pub working_counter: u16,
-    /// From sending to the last reply, ns.
-    pub round_trip_ns: u64,
-    /// Deviation of the frame's place in the bus's cycle, ns.
-    pub clock_error_ns: i64,
-    /// Frames in operation without a good reply.
-    pub lost: u64,
-    /// Replies that came after their cycle.
-    pub late: u64,
-    /// Bring-ups so far.
-    pub bring_ups: u64,
-}
 
 type BringUp = Pin<Box<dyn Future<Output = Result<BroughtUp, BringUpError>>>>;
 
@@ -96,14 +45,14 @@ pub struct Bridge<L> {
     plan: Plan,
     axis: Axis,
     state: State,
-    report: BusReport,
+    status: BusStatus,
     correction_ns: i64,
     error: Option<BringUpError>,
 }
 
 impl<L> core::fmt::Debug for Bridge<L> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Bridge").field("report", &self.report).finish_non_exhaustive()
+        f.debug_struct("Bridge").field("status", &self.status).finish_non_exhaustive()
     }
 }
 
@@ -113,15 +62,6 @@ impl<L: Link> Bridge<L> {
         let (main, pump) = main_device::make();
         let limits = OwnLimits::of(&params.axis.drive, params.file.units_per_rev);
         let plan = Plan::new(&params.file, params.period_ns, limits);
-        let report = BusReport {
-            phase: BusPhase::Wait,
-            working_counter: 0,
-            round_trip_ns: 0,
-            clock_error_ns: 0,
-            lost: 0,
-            late: 0,
-            bring_ups: 0,
-        };
         Self {
             axis: Axis::new(params.axis),
             state: State::Wait { until_ns: 0 },
@@ -132,7 +72,7 @@ impl<L: Link> Bridge<L> {
             pump,
             params,
             plan,
-            report,
+            status: BusStatus::default(),
         }
     }
 
@@ -155,9 +95,20 @@ impl<L: Link> Bridge<L> {
         self.correction_ns
     }
 
-    /// The numbers of the bus.
-    pub fn report(&self) -> BusReport {
-        self.report
+    /// What the bridge is doing with the bus.
+    pub fn phase(&self) -> BusPhase {
+        match self.state {
+            State::Wait { .. } => BusPhase::Wait,
+            State::BringUp { .. } => BusPhase::BringUp,
+            State::Lock { .. } => BusPhase::Lock,
+            State::Start { .. } => BusPhase::Start,
+            State::Operate { .. } => BusPhase::Operate,
+        }
+    }
+
+    /// What is known of the bus after the last cycle.
+    pub fn status(&self) -> BusStatus {
+        self.status
     }
 
     /// Why the last bring-up failed, where it did.
@@ -195,9 +146,9 @@ impl<L: Link> Bridge<L> {
                 (self.come_up(other, begin_ns, until_ns), Some(feedback))
             }
         };
-        self.report.phase = phase(&state);
-        self.report.lost = self.axis.lost_frames();
         self.state = state;
+        self.status.phase = self.phase().code();
+        self.status.lost_frames = self.axis.lost_frames();
         feedback
     }
 
@@ -222,7 +173,7 @@ impl<L: Link> Bridge<L> {
     }
 
     fn begin(&mut self, origin_ns: u64) -> BringUp {
-        self.report.bring_ups += 1;
+        self.status.bring_ups += 1;
         let period_ns = self.params.period_ns;
         let silence_ns = (self.params.file.bus_lost_cycles + 2) * u64::from(period_ns);
         let wanted = Wanted {
@@ -290,20 +241,32 @@ impl<L: Link> Bridge<L> {
     ) -> Back {
         let back = wire.exchange(&mut self.link, outputs, al_request, until_ns);
         match back {
-            Back::Reply { sent_ns, system_time_ns, working_counter, round_trip_ns, .. } => {
+            Back::Reply { sent_ns, system_time_ns, round_trip_ns, .. } => {
                 // A process that woke late says nothing about the clocks: what counts is where a frame on time would be.
                 let planned_ns = until_ns - u64::from(self.params.reply_until_ns - self.params.place_ns);
                 let late_ns = sent_ns.saturating_sub(planned_ns);
                 let error_ns = clock.error_ns(system_time_ns.wrapping_sub(late_ns));
                 self.correction_ns = clock.follow(error_ns);
-                self.report.clock_error_ns = error_ns;
-                self.report.working_counter = working_counter;
-                self.report.round_trip_ns = round_trip_ns;
+                self.status.clock_error_ns = error_ns;
+                self.status.round_trip_ns = round_trip_ns;
+                self.note_reply(&back);
             }
             Back::Nothing | Back::NotSent => self.correction_ns = clock.coast(),
         }
-        self.report.late += core::mem::take(&mut wire.late);
+        self.status.late_replies += core::mem::take(&mut wire.late);
         back
+    }
+
+    /// What a reply says of the device and the drive, for people.
+    fn note_reply(&mut self, back: &Back) {
+        let Back::Reply { working_counter, al_status, al_code, inputs, .. } = *back else { return };
+        self.status.working_counter = working_counter.into();
+        (self.status.al_status, self.status.al_code) = (al_status.into(), al_code.into());
+        if let Some(inputs) = inputs {
+            self.status.drive_status = inputs.status.into();
+            self.status.error_code = inputs.error_code.into();
+            self.status.mode = inputs.mode.into();
+        }
     }
 
     fn lock(
@@ -315,7 +278,7 @@ impl<L: Link> Bridge<L> {
         (begin_ns, until_ns): (u64, u64),
     ) -> State {
         let back = self.exchange(&mut wire, &mut clock, &Outputs::default(), None, until_ns);
-        let near = self.report.clock_error_ns.abs() <= LOCK_WINDOW_NS;
+        let near = self.status.clock_error_ns.abs() <= LOCK_WINDOW_NS;
         let locked = match back {
             Back::Reply { exchanged: true, .. } if near => locked + 1,
             // A frame that was lost says nothing about the clock.
@@ -326,7 +289,7 @@ impl<L: Link> Bridge<L> {
             return State::Start { wire, clock, until_ns: begin_ns + START_LIMIT_NS };
         }
         if begin_ns > limit {
-            let error_ns = self.report.clock_error_ns;
+            let error_ns = self.status.clock_error_ns;
             return self.failed(BringUpError::NotLocked { error_ns, expected_ns: LOCK_WINDOW_NS }, begin_ns);
         }
         State::Lock { wire, clock, locked, until_ns: limit }
@@ -368,7 +331,7 @@ impl<L: Link> Bridge<L> {
         let back = self.exchange(&mut wire, &mut clock, &sent.outputs, None, until_ns);
         let (outcome, inputs) = match back {
             Back::Reply { exchanged: true, al_status, al_code, inputs, .. } => {
-                let clock_error_ns = self.report.clock_error_ns;
+                let clock_error_ns = self.status.clock_error_ns;
                 (Outcome::Answered { al_status, al_code, clock_error_ns }, inputs)
             }
             Back::Reply { working_counter, .. } => (Outcome::WorkingCounter { found: working_counter }, None),
@@ -385,15 +348,5 @@ impl<L: Link> Bridge<L> {
             return (State::Wait { until_ns: begin_ns + ramp_ns }, feedback);
         }
         (State::Operate { wire, clock }, feedback)
-    }
-}
-
-fn phase(state: &State) -> BusPhase {
-    match state {
-        State::Wait { .. } => BusPhase::Wait,
-        State::BringUp { .. } => BusPhase::BringUp,
-        State::Lock { .. } => BusPhase::Lock,
-        State::Start { .. } => BusPhase::Start,
-        State::Operate { .. } => BusPhase::Operate,
     }
 }

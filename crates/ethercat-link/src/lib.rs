@@ -18,12 +18,16 @@ mod error;
 mod exchange;
 mod link;
 mod main_device;
+mod params;
+mod probe;
 mod pump;
 mod scan;
 
-pub use bridge::{Bridge, BridgeParams, BusPhase, BusReport};
+pub use bridge::Bridge;
 pub use error::{BringUpError, LinkError, Step};
 pub use link::{Link, PacketLink};
 pub use main_device::Grid;
+pub use params::{BridgeParams, WantedTooEarly};
+pub use probe::{Probe, probe};
 pub use pump::Pump;
 pub use scan::{Found, scan};

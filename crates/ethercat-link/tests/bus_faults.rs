@@ -4,8 +4,7 @@
 mod common;
 
 use common::{PERIOD_NS, Rig, SILENCE_CYCLES, arming, drive_file, go, guard, off};
-use ethercat_link::BusPhase;
-use signals::{FaultCode, Feedback, StepCommand, validity};
+use signals::{BusPhase, FaultCode, Feedback, StepCommand, validity};
 use subdevice::{Hurt, Line, OnMissed, Settings, SyncRow};
 
 const MS: u64 = 1_000_000;
@@ -414,7 +413,7 @@ fn comes_back(rig: &mut Rig, what: &str) {
         let hurt = rig.cable().bus.is_hurt(now_ns) || rig.cable().down;
         rig.cable().down = false;
         since_over = if hurt { 0 } else { since_over + 1 };
-        if since_over > 1 && rig.bridge.report().phase == BusPhase::Operate {
+        if since_over > 1 && rig.bridge.phase() == BusPhase::Operate {
             return;
         }
         assert!(since_over <= BACK_WITHIN_CYCLES, "{what}: not back: {:?}", rig.bridge.error());

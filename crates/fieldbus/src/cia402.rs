@@ -61,6 +61,21 @@ impl DriveState {
         }
     }
 
+    /// The state's name in the standard.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotReady => "not ready to switch on",
+            Self::SwitchOnDisabled => "switch on disabled",
+            Self::ReadyToSwitchOn => "ready to switch on",
+            Self::SwitchedOn => "switched on",
+            Self::OperationEnabled => "operation enabled",
+            Self::QuickStopActive => "quick stop active",
+            Self::FaultReactionActive => "fault reaction active",
+            Self::Fault => "fault",
+            Self::Unknown => "unknown",
+        }
+    }
+
     /// Whether the drive tells a fault.
     pub fn faulty(self) -> bool {
         matches!(self, Self::Fault | Self::FaultReactionActive)

@@ -15,6 +15,18 @@ const OP: u16 = 0x08;
 const AL_STATE: u16 = 0x0F;
 const AL_ERROR: u16 = 0x10;
 
+/// The name of the state in an AL status.
+pub const fn al_state_name(al_status: u16) -> &'static str {
+    match al_status & AL_STATE {
+        0x01 => "INIT",
+        0x02 => "PRE-OP",
+        0x03 => "BOOT",
+        0x04 => "SAFE-OP",
+        OP => "OP",
+        _ => "unknown",
+    }
+}
+
 /// What became of a cycle's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {

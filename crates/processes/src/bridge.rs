@@ -7,9 +7,10 @@ use crate::inbox::Inbox;
 use crate::outbox::Outbox;
 use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::{BridgePart, ChildSummary};
-use ethercat_link::{Bridge, BringUpError, BusPhase, PacketLink};
+use ethercat_link::{Bridge, BringUpError, PacketLink};
 use injection::Injection;
-use signals::{ControlStatus, ControllerState, Feedback, Source, StepCommand, validity};
+use signal_bus::Writer;
+use signals::{BusPhase, BusStatus, ControlStatus, ControllerState, Feedback, Source, StepCommand, validity};
 
 struct ValveBridge {
     bridge: Bridge<PacketLink>,
@@ -17,6 +18,7 @@ struct ValveBridge {
     period_ns: u64,
     phase_ns: u64,
     feedback: Outbox<Feedback>,
+    bus_status: Writer<BusStatus>,
     commands: Inbox<StepCommand>,
     status: Inbox<ControlStatus>,
     was_in_fault: bool,
@@ -38,6 +40,7 @@ pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary
         period_ns: child.timeline.period_ns,
         phase_ns: child.phase_ns,
         feedback: Outbox::open(child, Source::Plant)?,
+        bus_status: child.bus.writer(Source::Plant)?,
         commands: Inbox::open(child, Source::Controller)?,
         status: Inbox::open(child, Source::Controller)?,
         was_in_fault: false,
@@ -59,7 +62,7 @@ impl ValveBridge {
 
     /// Says what changed on the bus, on stderr; a healthy bus says nothing in a cycle.
     fn tell(&mut self) {
-        let now = (self.bridge.report().phase, self.bridge.error());
+        let now = (self.bridge.phase(), self.bridge.error());
         if now == self.told {
             return;
         }
@@ -96,6 +99,7 @@ impl Cyclic for ValveBridge {
             self.feedback.write(cycle, cycle, stamp.now(), feedback);
             self.standstill_told = feedback.validity & validity::STANDSTILL != 0;
         }
+        self.bus_status.write(cycle, stamp.now(), self.bridge.status());
         self.tell();
         stamp.has_written();
     }
@@ -110,7 +114,7 @@ impl Cyclic for ValveBridge {
     }
 
     fn is_warm(&self) -> bool {
-        self.bridge.report().phase == BusPhase::Operate
+        self.bridge.phase() == BusPhase::Operate
     }
 
     fn leave(&mut self) {
@@ -126,11 +130,15 @@ impl Cyclic for ValveBridge {
     }
 
     fn published(&self) -> (u64, u64) {
-        (self.feedback.published(), self.feedback.failures())
+        (
+            self.feedback.published() + self.bus_status.published(),
+            self.feedback.failures() + self.bus_status.failures(),
+        )
     }
 
     fn connect(&self) {
         self.feedback.connect();
+        self.bus_status.connect();
     }
 
     fn may_end(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::{Topic, cdr};
 use signals::{
-    Body, ControlStatus, ControllerSnapshot, Expectation, Feedback, Header, LoopTiming, Message,
+    Body, BusStatus, ControlStatus, ControllerSnapshot, Expectation, Feedback, Header, LoopTiming, Message,
     OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand, check,
 };
 
@@ -16,6 +16,7 @@ pub enum AnyMessage {
     ControlStatus(Message<ControlStatus>),
     ControllerSnapshot(Message<ControllerSnapshot>),
     PlantTruth(Message<PlantTruth>),
+    BusStatus(Message<BusStatus>),
     SetPoint(Message<SetPoint>),
     OperatorCommand(Message<OperatorCommand>),
     RecorderProgress(Message<RecorderProgress>),
@@ -33,6 +34,7 @@ macro_rules! each {
             AnyMessage::ControlStatus($message) => $value,
             AnyMessage::ControllerSnapshot($message) => $value,
             AnyMessage::PlantTruth($message) => $value,
+            AnyMessage::BusStatus($message) => $value,
             AnyMessage::SetPoint($message) => $value,
             AnyMessage::OperatorCommand($message) => $value,
             AnyMessage::RecorderProgress($message) => $value,
@@ -56,6 +58,7 @@ impl AnyMessage {
             Self::ControlStatus(_) => Some(Topic::ControlStatus),
             Self::ControllerSnapshot(_) => Some(Topic::ControllerSnapshot),
             Self::PlantTruth(_) => Some(Topic::PlantTruth),
+            Self::BusStatus(_) => Some(Topic::BusStatus),
             Self::SetPoint(_) => Some(Topic::SetPoint),
             Self::OperatorCommand(_) => Some(Topic::OperatorCommand),
             Self::RecorderProgress(_) => Some(Topic::RecorderProgress),
@@ -81,6 +84,7 @@ impl AnyMessage {
             Topic::ControlStatus => Self::ControlStatus(body(topic, payload)?),
             Topic::ControllerSnapshot => Self::ControllerSnapshot(body(topic, payload)?),
             Topic::PlantTruth => Self::PlantTruth(body(topic, payload)?),
+            Topic::BusStatus => Self::BusStatus(body(topic, payload)?),
             Topic::SetPoint => Self::SetPoint(body(topic, payload)?),
             Topic::OperatorCommand => Self::OperatorCommand(body(topic, payload)?),
             Topic::RecorderProgress => Self::RecorderProgress(body(topic, payload)?),

@@ -2,8 +2,8 @@
 
 use crate::Topic;
 use signals::{
-    Body, ControlStatus, ControllerSnapshot, Feedback, Field, Header, Kind, LoopTiming, OperatorCommand,
-    PlantTruth, RecorderProgress, Reference, SetPoint, StepCommand,
+    Body, BusStatus, ControlStatus, ControllerSnapshot, Feedback, Field, Header, Kind, LoopTiming,
+    OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, StepCommand,
 };
 
 /// Name and text of a schema.
@@ -21,6 +21,7 @@ pub(crate) fn of_topic(topic: Topic) -> Schema {
         Topic::ControlStatus => of_body::<ControlStatus>(),
         Topic::ControllerSnapshot => of_body::<ControllerSnapshot>(),
         Topic::PlantTruth => of_body::<PlantTruth>(),
+        Topic::BusStatus => of_body::<BusStatus>(),
         Topic::SetPoint => of_body::<SetPoint>(),
         Topic::OperatorCommand => of_body::<OperatorCommand>(),
         Topic::RecorderProgress => of_body::<RecorderProgress>(),

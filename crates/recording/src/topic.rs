@@ -1,8 +1,8 @@
 //! The channels of a record: one for each message, and one LoopTiming for each loop process.
 
 use signals::{
-    Body, ControlStatus, ControllerSnapshot, Feedback, Field, LoopTiming, OperatorCommand, PlantTruth,
-    RecorderProgress, Reference, SetPoint, Source, StepCommand,
+    Body, BusStatus, ControlStatus, ControllerSnapshot, Feedback, Field, LoopTiming, OperatorCommand,
+    PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 
 /// A channel that carries messages of the loop.
@@ -20,6 +20,8 @@ pub enum Topic {
     ControllerSnapshot,
     /// PlantTruth k.
     PlantTruth,
+    /// BusStatus k, where a real drive is.
+    BusStatus,
     /// Set-points as the supervisor publishes them.
     SetPoint,
     /// Operator commands as the supervisor publishes them.
@@ -43,6 +45,7 @@ impl Topic {
         Self::ControlStatus,
         Self::ControllerSnapshot,
         Self::PlantTruth,
+        Self::BusStatus,
         Self::SetPoint,
         Self::OperatorCommand,
         Self::RecorderProgress,
@@ -60,6 +63,7 @@ impl Topic {
             Self::ControlStatus => "/control_status",
             Self::ControllerSnapshot => "/controller_snapshot",
             Self::PlantTruth => "/plant_truth",
+            Self::BusStatus => "/bus_status",
             Self::SetPoint => "/set_point",
             Self::OperatorCommand => "/operator_command",
             Self::RecorderProgress => "/recorder_progress",
@@ -81,7 +85,7 @@ impl Topic {
             Self::StepCommand | Self::ControlStatus | Self::ControllerSnapshot | Self::ControllerTiming => {
                 Source::Controller
             }
-            Self::Feedback | Self::PlantTruth | Self::PlantTiming => Source::Plant,
+            Self::Feedback | Self::PlantTruth | Self::BusStatus | Self::PlantTiming => Source::Plant,
             Self::SetPoint | Self::OperatorCommand => Source::Supervisor,
             Self::RecorderProgress => Source::Recorder,
         }
@@ -102,6 +106,7 @@ impl Topic {
             Self::ControlStatus => ControlStatus::FIELDS,
             Self::ControllerSnapshot => ControllerSnapshot::FIELDS,
             Self::PlantTruth => PlantTruth::FIELDS,
+            Self::BusStatus => BusStatus::FIELDS,
             Self::SetPoint => SetPoint::FIELDS,
             Self::OperatorCommand => OperatorCommand::FIELDS,
             Self::RecorderProgress => RecorderProgress::FIELDS,
@@ -118,6 +123,7 @@ impl Topic {
             Self::ControlStatus => ControlStatus::SCHEMA_HASH,
             Self::ControllerSnapshot => ControllerSnapshot::SCHEMA_HASH,
             Self::PlantTruth => PlantTruth::SCHEMA_HASH,
+            Self::BusStatus => BusStatus::SCHEMA_HASH,
             Self::SetPoint => SetPoint::SCHEMA_HASH,
             Self::OperatorCommand => OperatorCommand::SCHEMA_HASH,
             Self::RecorderProgress => RecorderProgress::SCHEMA_HASH,

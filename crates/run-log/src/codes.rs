@@ -2,8 +2,8 @@
 
 use recording::Topic;
 use signals::{
-    ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling, SetPointKind,
-    SetPointRefusal, Source, alarm, limiting, validity,
+    BusPhase, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling,
+    SetPointKind, SetPointRefusal, Source, alarm, limiting, validity,
 };
 
 /// The meaning of a field's numbers: `0 disarmed, 1 running, ...`; `None` for counts and quantities.
@@ -11,6 +11,7 @@ pub(crate) fn meaning(topic: Topic, field: &str) -> Option<String> {
     match (topic, field) {
         (_, "source") => Some(list(Source::ALL, Source::code)),
         (Topic::ControlStatus, "state") => Some(list(ControllerState::ALL, ControllerState::code)),
+        (Topic::BusStatus, "phase") => Some(list(BusPhase::ALL, BusPhase::code)),
         (Topic::ControlStatus, "fault") | (Topic::Feedback, "drive_fault") => {
             Some(list(FaultCode::ALL, FaultCode::code))
         }

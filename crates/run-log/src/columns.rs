@@ -1,7 +1,7 @@
 //! Which column of a run carries which field of which message, so that every field is found by a plain name.
 
 use recording::Topic;
-use recording::Topic::{ControlStatus, Feedback, PlantTruth, Reference, StepCommand};
+use recording::Topic::{BusStatus, ControlStatus, Feedback, PlantTruth, Reference, StepCommand};
 
 /// A column of a closed-loop run, taken from a message as it is.
 pub(crate) struct Column {
@@ -18,7 +18,8 @@ const fn column(name: &'static str, topic: Topic, field: &'static str) -> Column
 }
 
 /// The columns that stand beside those that models know. Row k holds Reference k, StepCommand k, Feedback k,
-/// ControlStatus k and PlantTruth k.
+/// ControlStatus k and
+/// PlantTruth k, or with a real drive BusStatus k.
 pub(crate) const COLUMNS: &[Column] = &[
     column("reference_angle", Reference, "angle_rad"),
     column("reference_speed", Reference, "speed_rad_per_s"),
@@ -93,10 +94,23 @@ pub(crate) const COLUMNS: &[Column] = &[
     column("pulses", PlantTruth, "pulses"),
     column("first_pulse", PlantTruth, "first_pulse_ns"),
     column("last_pulse", PlantTruth, "last_pulse_ns"),
+    column("bus_phase", BusStatus, "phase"),
+    column("bus_working_counter", BusStatus, "working_counter"),
+    column("bus_al_status", BusStatus, "al_status"),
+    column("bus_al_code", BusStatus, "al_code"),
+    column("bus_drive_status", BusStatus, "drive_status"),
+    column("bus_error_code", BusStatus, "error_code"),
+    column("bus_mode", BusStatus, "mode"),
+    column("bus_round_trip", BusStatus, "round_trip_ns"),
+    column("bus_clock_error", BusStatus, "clock_error_ns"),
+    column("bus_lost_frames", BusStatus, "lost_frames"),
+    column("bus_late_replies", BusStatus, "late_replies"),
+    column("bus_bring_ups", BusStatus, "bring_ups"),
 ];
 
 /// The messages of a cycle.
-pub(crate) const TOPICS: [Topic; 5] = [Reference, StepCommand, Feedback, ControlStatus, PlantTruth];
+pub(crate) const TOPICS: [Topic; 6] =
+    [Reference, StepCommand, Feedback, ControlStatus, PlantTruth, BusStatus];
 
 #[cfg(test)]
 mod tests {

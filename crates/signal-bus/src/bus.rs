@@ -6,8 +6,8 @@ use crate::{BusError, Place, Service, Writer};
 use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use signals::{
-    ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message, OperatorCommand,
-    PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand,
+    BusStatus, ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message,
+    OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 use std::any::Any;
 
@@ -38,6 +38,7 @@ impl Bus {
         bus.hold::<ControllerSnapshot>(Source::Controller)?;
         bus.hold::<Feedback>(Source::Plant)?;
         bus.hold::<PlantTruth>(Source::Plant)?;
+        bus.hold::<BusStatus>(Source::Plant)?;
         bus.hold::<SetPoint>(Source::Supervisor)?;
         bus.hold::<OperatorCommand>(Source::Supervisor)?;
         bus.hold::<RecorderProgress>(Source::Recorder)?;

@@ -1,7 +1,7 @@
 //! The services: who publishes each, how deep its readers' buffers are, how many may read.
 
 use signals::{
-    Body, ControlStatus, ControllerSnapshot, Feedback, LoopTiming, OperatorCommand, PlantTruth,
+    Body, BusStatus, ControlStatus, ControllerSnapshot, Feedback, LoopTiming, OperatorCommand, PlantTruth,
     RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 
@@ -44,6 +44,7 @@ services! {
     ControllerSnapshot: Some(Source::Controller);
     Feedback: Some(Source::Plant);
     PlantTruth: Some(Source::Plant);
+    BusStatus: Some(Source::Plant);
     LoopTiming: None;
     SetPoint: Some(Source::Supervisor);
     OperatorCommand: Some(Source::Supervisor);

@@ -138,6 +138,22 @@ codes! {
 }
 
 codes! {
+    /// What the bridge to a real drive is doing with the bus.
+    BusPhase {
+        /// Waits for the next attempt to bring it up.
+        Wait = 0, "waiting";
+        /// From INIT to SAFE-OP.
+        BringUp = 1, "bring-up";
+        /// Our cycle comes onto the bus's clock.
+        Lock = 2, "locking";
+        /// OP is asked for.
+        Start = 3, "starting";
+        /// In operation.
+        Operate = 4, "in operation";
+    }
+}
+
+codes! {
     /// What kind of set-point.
     SetPointKind {
         /// Stand still where the motion can stop soonest.

@@ -10,6 +10,7 @@
 mod message;
 
 mod body;
+mod bus_status;
 mod check;
 mod codes;
 mod control_status;
@@ -28,10 +29,11 @@ mod set_point;
 mod step_command;
 
 pub use body::Body;
+pub use bus_status::BusStatus;
 pub use check::{Defect, Expectation, check};
 pub use codes::{
-    ControlParameter, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling,
-    SetPointKind, SetPointRefusal, Source,
+    BusPhase, ControlParameter, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult,
+    Scheduling, SetPointKind, SetPointRefusal, Source,
 };
 pub use control_status::{ControlStatus, alarm, limiting};
 pub use controller_snapshot::ControllerSnapshot;

@@ -103,6 +103,7 @@ fn schema_hashes_differ_between_messages() {
         ControlStatus::SCHEMA_HASH,
         ControllerSnapshot::SCHEMA_HASH,
         PlantTruth::SCHEMA_HASH,
+        BusStatus::SCHEMA_HASH,
         LoopTiming::SCHEMA_HASH,
         SetPoint::SCHEMA_HASH,
         OperatorCommand::SCHEMA_HASH,

@@ -1,7 +1,8 @@
 //! How a running instance is: gathered by the supervisor, printed by `stepvalve status`.
 
+use fieldbus::{DriveState, al_state_name};
 use serde::{Deserialize, Serialize};
-use signals::{FaultCode, Source};
+use signals::{BusPhase, BusStatus, FaultCode, Source};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -22,6 +23,84 @@ pub struct ProcessStatus {
     pub late: bool,
     /// Whether it says nothing.
     pub silent: bool,
+}
+
+/// The bus to a real drive.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct DriveBus {
+    /// What the bridge is doing with it.
+    pub phase: String,
+    /// AL state of the last reply, by its name.
+    pub al_state: String,
+    /// AL status code of the last reply; 0 without an error.
+    pub al_code: u64,
+    /// The drive's state, by its name.
+    pub drive_state: String,
+    /// The drive's status word.
+    pub drive_status: u64,
+    /// The drive's error code.
+    pub error_code: u64,
+    /// The drive's mode of operation: 8 is cyclic synchronous position.
+    pub mode: i64,
+    /// Working counter of the process data: 3 where the drive read and wrote them.
+    pub working_counter: u64,
+    /// From sending the last answered frame to its reply, ns.
+    pub round_trip_ns: u64,
+    /// How far our cycle is off the bus's clock, ns.
+    pub clock_error_ns: i64,
+    /// Frames in operation without a good reply.
+    pub lost_frames: u64,
+    /// Replies that came after their cycle.
+    pub late_replies: u64,
+    /// Bring-ups so far.
+    pub bring_ups: u64,
+}
+
+impl DriveBus {
+    /// From what the bridge published last.
+    pub fn new(bus: &BusStatus) -> Self {
+        // Both have 16 bits on the bus.
+        let (al_status, drive_status) = (bus.al_status as u16, bus.drive_status as u16);
+        Self {
+            phase: BusPhase::from_code(bus.phase).map_or("unknown", BusPhase::name).to_owned(),
+            al_state: al_state_name(al_status).to_owned(),
+            al_code: bus.al_code,
+            drive_state: DriveState::of(drive_status).name().to_owned(),
+            drive_status: bus.drive_status,
+            error_code: bus.error_code,
+            mode: bus.mode,
+            working_counter: bus.working_counter,
+            round_trip_ns: bus.round_trip_ns,
+            clock_error_ns: bus.clock_error_ns,
+            lost_frames: bus.lost_frames,
+            late_replies: bus.late_replies,
+            bring_ups: bus.bring_ups,
+        }
+    }
+}
+
+impl fmt::Display for DriveBus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { phase, al_state, al_code, drive_state, drive_status, mode, .. } = self;
+        let al_code = if *al_code == 0 { String::new() } else { format!(" with code {al_code:#06x}") };
+        writeln!(
+            f,
+            "drive's bus      {phase}, {al_state}{al_code}, working counter {}",
+            self.working_counter
+        )?;
+        let error =
+            if self.error_code == 0 { String::new() } else { format!(", error {:#06x}", self.error_code) };
+        writeln!(f, "drive            {drive_state} ({drive_status:#06x}), mode {mode}{error}")?;
+        writeln!(
+            f,
+            "drive's frames   {} lost, {} late, round trip {:.0} µs, {:+.1} µs off its clock, {} bring-ups",
+            self.lost_frames,
+            self.late_replies,
+            self.round_trip_ns as f64 / 1e3,
+            self.clock_error_ns as f64 / 1e3,
+            self.bring_ups
+        )
+    }
 }
 
 /// The instance.
@@ -85,6 +164,9 @@ pub struct Status {
     pub pressure_drop_pa: f64,
     /// Oil temperature, °C.
     pub oil_temperature_c: f64,
+    /// The bus to the drive; `None` where the valve is simulated.
+    #[serde(default)]
+    pub bus: Option<DriveBus>,
     /// By process.
     pub processes: BTreeMap<String, ProcessStatus>,
     /// Messages recorded since the recorder started.
@@ -177,6 +259,9 @@ impl fmt::Display for Status {
             self.pressure_drop_pa / 1e6,
             self.oil_temperature_c
         )?;
+        if let Some(bus) = &self.bus {
+            write!(f, "{bus}")?;
+        }
         for (name, process) in &self.processes {
             let ProcessStatus { cycle, overruns, skipped_cycles, missed_samples, .. } = process;
             writeln!(

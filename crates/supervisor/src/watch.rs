@@ -1,13 +1,13 @@
 //! What the supervisor sees of the loop on the bus: the newest of each message, and who is late or silent.
 
 use crate::journal::{Seen, advice, reason};
-use crate::status::{ProcessStatus, Status};
+use crate::status::{DriveBus, ProcessStatus, Status};
 use anyhow::Result;
 use processes::Pace;
 use signal_bus::{Bus, CycleReader, Service};
 use signals::{
-    ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, LoopTiming, Message, PlantTruth,
-    RecorderProgress, Reference, SetPointKind, Source, alarm, validity,
+    BusStatus, ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, LoopTiming, Message,
+    PlantTruth, RecorderProgress, Reference, SetPointKind, Source, alarm, validity,
 };
 use std::time::{Duration, Instant};
 
@@ -67,6 +67,7 @@ pub struct Watch {
     feedback: Option<CycleReader<Feedback>>,
     reference: Option<CycleReader<Reference>>,
     truth: Option<CycleReader<PlantTruth>>,
+    bus: Option<CycleReader<BusStatus>>,
     recorder: Option<Heard<RecorderProgress>>,
     timing: Vec<Timing>,
     /// Why the plant side stopped the valve by itself.
@@ -91,6 +92,7 @@ impl Watch {
             reference: realtime.then(|| bus.cycle_reader(Source::Trajectory)).transpose()?,
             // Another plant process is to begin where this one ends.
             truth: stays.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
+            bus: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             recorder: realtime.then(|| Heard::open(bus, Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
             drive_fault: FaultCode::None,
@@ -106,6 +108,9 @@ impl Watch {
             truth.latest();
         }
         self.remember_drive_fault();
+        if let Some(bus) = &mut self.bus {
+            bus.latest();
+        }
         for timing in &mut self.timing {
             let lost_before = timing.lost();
             timing.heard.listen();
@@ -242,6 +247,7 @@ impl Watch {
             pulse_rate_hz: feedback.pulse_rate_hz,
             pressure_drop_pa: feedback.pressure_drop_pa,
             oil_temperature_c: feedback.oil_temperature_c,
+            bus: self.bus.as_mut().and_then(|bus| bus.latest()).map(|message| DriveBus::new(&message.body)),
             processes: self
                 .timing
                 .iter()

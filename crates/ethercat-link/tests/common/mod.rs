@@ -1,9 +1,9 @@
 //! The bridge and the simulated drive in one thread, on a cable in memory with a clock of its own.
 #![allow(dead_code, reason = "each test uses a part")]
 
-use ethercat_link::{Bridge, BridgeParams, BusPhase, Link, LinkError};
-use fieldbus::{AxisParams, DriveFile, Homing, JudgeParams, Profile};
-use signals::{Feedback, StepCommand};
+use ethercat_link::{Bridge, BridgeParams, Link, LinkError};
+use fieldbus::{DriveFile, Homing, Profile};
+use signals::{BusPhase, Feedback, StepCommand};
 use subdevice::{Bus, Device, Hurt, Settings, SyncRow, Valve};
 
 pub const PERIOD_NS: u32 = 1_000_000;
@@ -99,26 +99,7 @@ pub fn valve() -> Valve {
 }
 
 pub fn params(file: DriveFile, guard: drive::Params) -> BridgeParams {
-    let axis = AxisParams {
-        drive: guard,
-        profile: file.profile,
-        direction: file.direction(),
-        position_is_measured: file.position_is_measured,
-        homing: file.homing,
-        enable_cycles: file.enable_timeout_ns / u64::from(PERIOD_NS),
-        judge: JudgeParams {
-            bus_lost_cycles: file.bus_lost_cycles,
-            clock_window_ns: i64::from(PERIOD_NS) / 5,
-            clock_cycles: 10,
-        },
-    };
-    BridgeParams {
-        file,
-        axis,
-        period_ns: PERIOD_NS,
-        place_ns: PERIOD_NS / 10,
-        reply_until_ns: PERIOD_NS * 4 / 10,
-    }
+    BridgeParams::new(file, guard, PERIOD_NS.into(), PERIOD_NS.into()).unwrap()
 }
 
 /// A bridge and its drive, cycle by cycle.
@@ -195,12 +176,12 @@ impl Rig {
     /// Cycles with one command until the bus operates; how many.
     pub fn operate(&mut self, command: Option<&StepCommand>) -> u64 {
         for cycles in 0..20_000 {
-            if self.bridge.report().phase == BusPhase::Operate {
+            if self.bridge.phase() == BusPhase::Operate {
                 return cycles;
             }
             self.step(command, false);
         }
-        panic!("not in operation: {:?} {:?}", self.bridge.report(), self.bridge.error());
+        panic!("not in operation: {:?} {:?}", self.bridge.status(), self.bridge.error());
     }
 
     /// In operation, and enabled; the last Feedback.

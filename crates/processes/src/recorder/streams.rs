@@ -5,8 +5,8 @@ use super::flight::Flight;
 use recording::{Gap, Topic};
 use signal_bus::{Bus, BusError, Service, StreamReader};
 use signals::{
-    ControlStatus, ControllerSnapshot, Feedback, Header, LoopTiming, Message, OperatorCommand, PlantTruth,
-    Reference, SetPoint, Source, StepCommand,
+    BusStatus, ControlStatus, ControllerSnapshot, Feedback, Header, LoopTiming, Message, OperatorCommand,
+    PlantTruth, Reference, SetPoint, Source, StepCommand,
 };
 
 /// A service of any message.
@@ -83,6 +83,7 @@ impl Streams {
                 Box::new(stream::<StepCommand>(bus, Source::Controller, first)?),
                 Box::new(stream::<ControllerSnapshot>(bus, Source::Controller, first)?),
                 Box::new(stream::<PlantTruth>(bus, Source::Plant, first)?),
+                Box::new(stream::<BusStatus>(bus, Source::Plant, first)?),
                 Box::new(stream::<SetPoint>(bus, Source::Supervisor, first)?),
                 Box::new(stream::<OperatorCommand>(bus, Source::Supervisor, first)?),
             ],

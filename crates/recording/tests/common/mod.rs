@@ -78,6 +78,7 @@ pub fn write(writer: &mut Writer, message: &AnyMessage) {
         AnyMessage::Feedback(m) => writer.write(Plant, m),
         AnyMessage::ControlStatus(m) => writer.write(Controller, m),
         AnyMessage::PlantTruth(m) => writer.write(Plant, m),
+        AnyMessage::BusStatus(m) => writer.write(Plant, m),
         AnyMessage::SetPoint(m) => writer.write(Supervisor, m),
         AnyMessage::OperatorCommand(m) => writer.write(Supervisor, m),
         AnyMessage::RecorderProgress(m) => writer.write(Recorder, m),

@@ -70,6 +70,8 @@ const SIGNALS: &[Signal] = &[
     signal("Pulse rate", "pulse rate", "pulse_rate", ("kHz", 1e-3)),
     signal("Pressure and flow", "pressure drop", "pressure_drop", ("bar", 1e-5)),
     signal("Pressure and flow", "flow", "flow", ("L/min", 60e3)),
+    signal("Drive's bus", "round trip", "bus_round_trip", ("µs", 1e-3)),
+    signal("Drive's bus", "off the bus's clock", "bus_clock_error", ("µs", 1e-3)),
 ];
 
 const FLOW_PANEL: &str = "Pressure and flow";

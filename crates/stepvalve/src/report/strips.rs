@@ -4,16 +4,18 @@ use super::events::Events;
 use super::table::Table;
 use super::timing::ProcessTiming;
 use ::report::{Interval, Level, Strip};
+use fieldbus::{DriveState, al_state_name};
 use run_log::RunLogError;
-use signals::{ControllerState, FaultCode, alarm, limiting, validity};
+use signals::{BusPhase, ControllerState, FaultCode, alarm, limiting, validity};
 
 /// A column of each message of the cycle: where it is NaN, the message is missing.
-const MESSAGES: [(&str, &str); 5] = [
+const MESSAGES: [(&str, &str); 6] = [
     ("reference_angle", "Reference"),
     ("position_microsteps", "StepCommand"),
     ("measured_angle", "Feedback"),
     ("state", "ControlStatus"),
     ("true_angle", "PlantTruth"),
+    ("bus_phase", "BusStatus"),
 ];
 
 /// Flags that call for attention, by the names of their bits.
@@ -48,6 +50,10 @@ pub fn read(table: &Table, events: &Events, timing: &[ProcessTiming]) -> Result<
     strips.extend(pace(table)?);
     strips.extend(drive_flags(table)?);
     strips.extend(coded(table, "drive fault", "drive_fault", fault)?);
+    strips.extend(coded(table, "drive's bus", "bus_phase", bus_phase)?);
+    strips.extend(coded(table, "AL state", "bus_al_status", al_state)?);
+    strips.extend(coded(table, "drive state", "bus_drive_status", drive_state)?);
+    strips.extend(lost_frames(table)?);
     strips.push(missing(table)?);
     strips.push(overruns(table, timing));
     strips.retain(|strip| !strip.intervals.is_empty());
@@ -87,6 +93,42 @@ fn state(code: u64) -> Option<(String, Level)> {
 fn fault(code: u64) -> Option<(String, Level)> {
     let fault = FaultCode::from_code(code).filter(|fault| *fault != FaultCode::None)?;
     Some((fault.name().to_owned(), Level::Fault))
+}
+
+fn bus_phase(code: u64) -> Option<(String, Level)> {
+    let phase = BusPhase::from_code(code)?;
+    let level = if phase == BusPhase::Operate { Level::Normal } else { Level::Attention };
+    Some((phase.name().to_owned(), level))
+}
+
+fn al_state(status: u64) -> Option<(String, Level)> {
+    /// OP without an error.
+    const GOOD: u64 = 0x08;
+    let level = if status == GOOD { Level::Normal } else { Level::Attention };
+    Some((al_state_name(u16::try_from(status).ok()?).to_owned(), level))
+}
+
+fn drive_state(status: u64) -> Option<(String, Level)> {
+    let state = DriveState::of(u16::try_from(status).ok()?);
+    let level = match state {
+        DriveState::OperationEnabled => Level::Normal,
+        DriveState::QuickStopActive => Level::Attention,
+        state if state.faulty() => Level::Fault,
+        _ => Level::Neutral,
+    };
+    Some((state.name().to_owned(), level))
+}
+
+/// The cycles whose frames had no good reply.
+fn lost_frames(table: &Table) -> Result<Option<Strip>, RunLogError> {
+    let mut before = f64::NAN;
+    table.file.column("bus_lost_frames", |counts| {
+        let lost = table.held(counts).map(|count| {
+            let rose = count > std::mem::replace(&mut before, count);
+            if rose { 1.0 } else { f64::NAN }
+        });
+        Strip::from_codes("frames", &table.time_s, lost, |_| Some(("lost".to_owned(), Level::Attention)))
+    })
 }
 
 fn drive(flags: u64) -> Option<(String, Level)> {

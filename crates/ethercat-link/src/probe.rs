@@ -1,0 +1,54 @@
+//! How long a frame takes to the devices and back: broadcast reads of the AL status, which change nothing.
+
+use crate::link::Link;
+use fieldbus::BroadcastRead;
+
+/// Frames that are sent, and how long each is waited for, ns.
+const FRAMES: usize = 200;
+const WAIT_NS: u64 = 5_000_000;
+
+/// What came back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Probe {
+    /// Frames sent.
+    pub sent: usize,
+    /// Frames that came back, read by a device.
+    pub answered: usize,
+    /// Devices that read the last one.
+    pub devices: u16,
+    /// Median of the round trips, ns.
+    pub median_ns: u64,
+    /// The longest, ns.
+    pub longest_ns: u64,
+}
+
+/// Sends some frames, one after the other.
+pub fn probe(link: &mut impl Link) -> Probe {
+    let mut trips_ns = Vec::with_capacity(FRAMES);
+    let mut found = Probe { sent: FRAMES, ..Probe::default() };
+    let mut buffer = [0; 1600];
+    for number in 0..FRAMES {
+        let question = BroadcastRead::new(number as u8);
+        let sent_ns = link.now_ns();
+        if link.send(&question.frame()).is_err() {
+            continue;
+        }
+        let until_ns = sent_ns + WAIT_NS;
+        while let Ok(Some(length)) = link.receive(&mut buffer, until_ns) {
+            let reply = buffer.get(..length).unwrap_or(&[]);
+            if let Some(devices) = question.read(reply).filter(|devices| *devices > 0) {
+                trips_ns.push(link.now_ns().saturating_sub(sent_ns));
+                found.devices = devices;
+                break;
+            }
+            if link.now_ns() >= until_ns {
+                break;
+            }
+        }
+    }
+    trips_ns.sort_unstable();
+    found.answered = trips_ns.len();
+    found.median_ns = trips_ns.get(trips_ns.len() / 2).copied().unwrap_or(0);
+    found.longest_ns = trips_ns.last().copied().unwrap_or(0);
+    found
+}
