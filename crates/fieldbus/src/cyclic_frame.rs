@@ -21,6 +21,9 @@ const AL_STATUS: u16 = 0x0130;
 const AL_CONTROL: u16 = 0x0120;
 const AL_BYTES: usize = 6;
 
+/// As many frames are told apart: 4.6 h of them at 1 kHz.
+const INDEX_MASK: u32 = 0x00FF_FFFF;
+
 /// EtherCAT commands (ETG.1000.4, table 4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Command {
@@ -54,9 +57,9 @@ pub enum FrameError {
     #[error("index {found}, expected {expected}")]
     Index {
         /// The index received.
-        found: u8,
+        found: u32,
         /// The index of this cycle's frame.
-        expected: u8,
+        expected: u32,
     },
     /// A datagram is not the one that was sent in its place.
     #[error("the datagram at byte {at} is not the one that was sent")]
@@ -95,7 +98,9 @@ impl Reply<'_> {
 pub struct CyclicFrame {
     buffer: [u8; MAX_FRAME],
     length: usize,
-    index: u8,
+    /// Counts frames. Its three lower bytes are the indices of the first three datagrams: one alone would come again after 256
+    /// cycles, and so many replies may wait where a device stood still.
+    index: u32,
     station: u16,
     logical_address: u32,
     inputs: usize,
@@ -133,15 +138,15 @@ impl CyclicFrame {
         self.put(0, &[0xFF; 6]);
         self.put(6, &[0x10; 6]);
         self.put(12, &ETHERTYPE.to_be_bytes());
-        self.datagram(ETHERNET + HEADER, Command::Frmw, (self.station, SYSTEM_TIME), 8, true);
+        self.datagram(ETHERNET + HEADER, 0, Command::Frmw, (self.station, SYSTEM_TIME), 8, true);
         let (data_at, size) = (self.process_data_at(), self.inputs + self.outputs);
-        self.datagram(data_at, Command::Lrw, logical, size, true);
+        self.datagram(data_at, 1, Command::Lrw, logical, size, true);
         self.put(data_at + DATAGRAM + self.inputs, outputs.get(..self.outputs).unwrap_or(outputs));
-        self.datagram(self.al_at(), Command::Fprd, (self.station, AL_STATUS), AL_BYTES, more);
+        self.datagram(self.al_at(), 2, Command::Fprd, (self.station, AL_STATUS), AL_BYTES, more);
         if let Some(state) = al_request {
             let at = self.length;
             self.length += DATAGRAM + 2 + COUNTER;
-            self.datagram(at, Command::Fpwr, (self.station, AL_CONTROL), 2, false);
+            self.datagram(at, 3, Command::Fpwr, (self.station, AL_CONTROL), 2, false);
             self.put(at + DATAGRAM, &state.to_le_bytes());
         }
         let payload = (self.length - ETHERNET - HEADER) as u16;
@@ -155,9 +160,18 @@ impl CyclicFrame {
         }
     }
 
-    fn datagram(&mut self, at: usize, command: Command, address: (u16, u16), size: usize, more: bool) {
+    fn datagram(
+        &mut self,
+        at: usize,
+        place: usize,
+        command: Command,
+        address: (u16, u16),
+        size: usize,
+        more: bool,
+    ) {
         let length = size as u16 | if more { 0x8000 } else { 0 };
-        self.put(at, &[command as u8, self.index]);
+        let [index, ..] = (self.index >> (8 * place)).to_le_bytes();
+        self.put(at, &[command as u8, index]);
         self.put(at + 2, &address.0.to_le_bytes());
         self.put(at + 4, &address.1.to_le_bytes());
         self.put(at + 6, &length.to_le_bytes());
@@ -183,11 +197,14 @@ impl CyclicFrame {
         if reply.len() != self.length.max(60) && reply.len() != self.length {
             return Err(FrameError::Length { found: reply.len(), expected: self.length });
         }
-        let found = reply.get(ETHERNET + HEADER + 1).copied().unwrap_or(0);
-        if found != self.index {
-            return Err(FrameError::Index { found, expected: self.index });
+        let places = [ETHERNET + HEADER, self.process_data_at(), self.al_at()];
+        let [first, second, third] = places.map(|at| reply.get(at + 1).copied().unwrap_or(0));
+        let found = u32::from_le_bytes([first, second, third, 0]);
+        let expected = self.index & INDEX_MASK;
+        if found != expected {
+            return Err(FrameError::Index { found, expected });
         }
-        for at in [ETHERNET + HEADER, self.process_data_at(), self.al_at()] {
+        for at in places {
             // Command, index, address; length and more.
             if reply.get(at..at + 8) != self.buffer.get(at..at + 8) {
                 return Err(FrameError::Datagram { at });
@@ -231,6 +248,19 @@ mod tests {
         assert!(frames.read(&second).is_ok());
         let sent = frames.build(&[1; 11], None).to_vec();
         assert_eq!(frames.read(&sent), Err(FrameError::Unprocessed));
+    }
+
+    /// A device that stood still for a quarter of a second and more answers everything at once.
+    #[test]
+    fn a_reply_of_256_cycles_ago_is_none() {
+        let mut frames = CyclicFrame::new(0x1000, 0, 17, 11).unwrap();
+        for cycles in [256, 0x1_0000] {
+            let old = answered(frames.build(&[1; 11], None));
+            for _ in 0..cycles {
+                frames.build(&[1; 11], None);
+            }
+            assert!(matches!(frames.read(&old), Err(FrameError::Index { .. })), "{cycles} cycles");
+        }
     }
 
     proptest! {
