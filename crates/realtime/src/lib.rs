@@ -11,6 +11,7 @@ mod loop_stats;
 mod machine;
 mod memory;
 mod packet_socket;
+mod packet_tap;
 mod scheduling;
 
 pub use alloc_count::{CountingAllocator, allocations_of_this_thread};
@@ -22,4 +23,5 @@ pub use loop_stats::{LoopStats, LoopSummary, Percentiles};
 pub use machine::machine_facts;
 pub use memory::{PageFaults, lock_memory, page_faults_of_this_thread, prefault_stack};
 pub use packet_socket::{PacketError, PacketSocket};
+pub use packet_tap::{PacketTap, TappedFrame};
 pub use scheduling::{Obtained, Wanted, current_fifo_priority, obtain};

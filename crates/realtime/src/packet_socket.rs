@@ -41,14 +41,7 @@ impl PacketSocket {
     /// # Errors
     /// [`PacketError::NoInterface`] and [`PacketError::Open`].
     pub fn open(interface: &str, ether_type: u16) -> Result<Self, PacketError> {
-        let index = if_nametoindex(interface).map_err(PacketError::NoInterface)?;
-        let flags = SockFlag::SOCK_CLOEXEC | SockFlag::SOCK_NONBLOCK;
-        // Without a protocol it receives nothing until it is bound.
-        let descriptor =
-            socket(AddressFamily::Packet, SockType::Raw, flags, None).map_err(PacketError::Open)?;
-        let address = link_address(index, ether_type).ok_or(PacketError::Open(Errno::EINVAL))?;
-        bind(descriptor.as_raw_fd(), &address).map_err(PacketError::Open)?;
-        Ok(Self { descriptor })
+        Ok(Self { descriptor: open_raw(interface, ether_type)? })
     }
 
     /// Sends a whole frame; never waits.
@@ -79,6 +72,17 @@ impl PacketSocket {
             Err(error) => Err(PacketError::Receive(error)),
         }
     }
+}
+
+/// A raw socket on `interface` for one protocol.
+pub(crate) fn open_raw(interface: &str, protocol: u16) -> Result<OwnedFd, PacketError> {
+    let index = if_nametoindex(interface).map_err(PacketError::NoInterface)?;
+    let flags = SockFlag::SOCK_CLOEXEC | SockFlag::SOCK_NONBLOCK;
+    // Without a protocol it receives nothing until it is bound.
+    let descriptor = socket(AddressFamily::Packet, SockType::Raw, flags, None).map_err(PacketError::Open)?;
+    let address = link_address(index, protocol).ok_or(PacketError::Open(Errno::EINVAL))?;
+    bind(descriptor.as_raw_fd(), &address).map_err(PacketError::Open)?;
+    Ok(descriptor)
 }
 
 fn link_address(index: libc::c_uint, ether_type: u16) -> Option<LinkAddr> {

@@ -4,7 +4,6 @@ use processes::Keep;
 
 /// `none`, `all` or `ring=SIZE`.
 pub fn parse_keep(text: &str) -> Result<Keep, String> {
-    const UNITS: [(&str, u64); 4] = [("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000), ("B", 1)];
     let expected =
         || format!("found {text:?}, expected none, all, or ring=SIZE with a size like 500MB or 2GB");
     match text {
@@ -13,16 +12,19 @@ pub fn parse_keep(text: &str) -> Result<Keep, String> {
         _ => {}
     }
     let size = text.strip_prefix("ring=").ok_or_else(expected)?;
-    let (number, factor) = UNITS
-        .iter()
-        .find_map(|(unit, factor)| Some((size.strip_suffix(unit)?, *factor)))
-        .ok_or_else(expected)?;
-    let number: u64 = number.trim().parse().map_err(|_| expected())?;
-    let bytes = number
-        .checked_mul(factor)
-        .filter(|bytes| *bytes >= 10_000_000)
-        .ok_or_else(|| format!("found {text:?}, expected at least 10MB: some seconds of a 1 kHz loop"))?;
+    let bytes = parse_size(size).ok_or_else(expected)?;
+    if bytes < 10_000_000 {
+        return Err(format!("found {text:?}, expected at least 10MB: some seconds of a 1 kHz loop"));
+    }
     Ok(Keep::Ring { bytes })
+}
+
+/// A size like 500MB or 2GB, bytes; `None` for anything else, or more than can be.
+pub fn parse_size(text: &str) -> Option<u64> {
+    const UNITS: [(&str, u64); 4] = [("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000), ("B", 1)];
+    let (number, factor) =
+        UNITS.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)))?;
+    number.trim().parse::<u64>().ok()?.checked_mul(factor)
 }
 
 #[cfg(test)]

@@ -94,7 +94,7 @@ enum Command {
     Tune(tune::Arguments),
     /// Check whether this machine holds the loop: what stands in the way, what to do, and how late a process wakes
     Doctor(doctor::Arguments),
-    /// Look who is on a drive's bus
+    /// A drive's bus: who is on it, what goes over it
     #[command(subcommand)]
     Bus(bus::Command),
     /// Turn a record (MCAP) into run.h5

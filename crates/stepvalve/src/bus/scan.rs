@@ -5,13 +5,6 @@ use anyhow::anyhow;
 use ethercat_link::{Found, PacketLink, scan};
 use supervisor::{Failure, Outcome};
 
-/// What to do on the bus.
-#[derive(clap::Subcommand)]
-pub enum Command {
-    /// Say who is there, and propose a drive file. Devices are taken to PRE-OP: not while a valve runs
-    Scan(Scan),
-}
-
 /// Where to look.
 #[derive(clap::Args)]
 pub struct Scan {
@@ -20,12 +13,12 @@ pub struct Scan {
     interface: String,
 }
 
-/// Runs the command.
+/// Looks, and proposes.
 ///
 /// # Errors
 /// [`Failure::Input`] for an interface that can't be used; [`Failure::Failed`] where devices don't come to PRE-OP.
-pub fn run(command: &Command) -> Result<Outcome, Failure> {
-    let Command::Scan(Scan { interface }) = command;
+pub fn run(arguments: &Scan) -> Result<Outcome, Failure> {
+    let Scan { interface } = arguments;
     let mut link =
         PacketLink::open(interface).map_err(|error| Failure::Input(anyhow!("{interface}: {error}")))?;
     let devices = scan(&mut link).map_err(|error| Failure::Failed(anyhow!("{interface}: {error}")))?;
