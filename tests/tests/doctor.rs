@@ -268,13 +268,131 @@ fn coalescing_is_asked_for_where_a_bus_is() {
         );
         let path = stand_in(&place, "ethtool", &answer);
         let mut doctor = place.command("stepvalve");
-        doctor.args(["doctor", "--json", "--measure", "0s", "--bus-interface", "enp1s0", "--root"]);
+        doctor.args(["doctor", "--json", "--measure", "0s", "--interface", "enp1s0", "--root"]);
         let output = doctor.arg(machine.folder()).env("PATH", path).output().unwrap();
         let report = Finished::from(output).expect_code(0).summary();
         assert_eq!(finding(&report, "nic-coalescing")["state"], state, "{adaptive} {rx_us}");
     }
-    let missing = look(&place, &machine, &["--bus-interface", "eth9"]).summary();
-    assert_eq!(finding(&missing, "nic-coalescing")["state"], "problem");
+    let missing = look(&place, &machine, &["--interface", "eth9"]).summary();
+    assert_eq!(finding(&missing, "nic-link")["state"], "problem");
+}
+
+/// A machine whose interface enp1s0 suits a drive: an Intel card with a link, and nothing else on it.
+fn with_an_interface(place: &TestPlace, name: &str) -> FakeMachine {
+    let machine = FakeMachine::good(place.path(name));
+    let card = "sys/devices/pci0000:00/0000:01:00.0";
+    let files = [
+        ("sys/class/net/enp1s0/operstate", "up\n"),
+        ("sys/class/net/enp1s0/carrier", "1\n"),
+        ("sys/class/net/enp1s0/speed", "100\n"),
+        ("sys/class/net/enp1s0/ifindex", "3\n"),
+        ("sys/class/net/enp1s0/gro_flush_timeout", "0\n"),
+        ("sys/devices/usb1/1-1/.keep", ""),
+        ("sys/bus/pci/drivers/igb/.keep", ""),
+        ("sys/bus/pci/drivers/r8169/.keep", ""),
+        ("proc/net/route", "Iface\tDestination\tGateway\neth0\t00000000\t0102A8C0\n"),
+        ("proc/net/if_inet6", "fe800000000000000000000000000001 02 40 20 80 eth0\n"),
+        ("proc/irq/25/effective_affinity_list", "0\n"),
+        ("proc/irq/25/enp1s0-TxRx-0/.keep", ""),
+        ("proc/self/status", "Uid:\t995\t995\t995\t995\nCapEff:\t0000000000002000\n"),
+    ];
+    files.iter().for_each(|(path, text)| machine.set(path, text));
+    machine.set(&format!("{card}/.keep"), "");
+    link(&machine, &format!("{card}/driver"), "sys/bus/pci/drivers/igb");
+    link(&machine, "sys/class/net/enp1s0/device", card);
+    machine
+}
+
+fn link(machine: &FakeMachine, from: &str, to: &str) {
+    let _ = std::fs::remove_file(machine.path(from));
+    std::os::unix::fs::symlink(machine.path(to), machine.path(from)).unwrap();
+}
+
+/// ethtool of an interface that holds nothing back: what it says of coalescing, offloads and energy-efficient Ethernet.
+const GOOD_ETHTOOL: &str = r#"case "$1" in
+-c) echo 'Adaptive RX: off  TX: off'; echo 'rx-usecs:	0'; echo 'tx-usecs:	0';;
+-k) echo 'generic-receive-offload: off'; echo 'large-receive-offload: off [fixed]';;
+--show-eee) echo '	EEE status: disabled';;
+esac"#;
+
+fn look_at_the_interface(place: &TestPlace, machine: &FakeMachine, ethtool: &str) -> Value {
+    stand_in(place, "nmcli", "echo '100 (connected)'");
+    let path = stand_in(place, "ethtool", ethtool);
+    let mut doctor = place.command("stepvalve");
+    doctor.args(["doctor", "--json", "--measure", "0s", "--interface", "enp1s0", "--root"]);
+    let output = doctor.arg(machine.folder()).env("PATH", path).output().unwrap();
+    Finished::from(output).expect_code(0).summary()
+}
+
+#[test]
+fn an_interface_that_suits_a_drive_is_ok_throughout() {
+    let place = TestPlace::new();
+    let report = look_at_the_interface(&place, &with_an_interface(&place, "machine"), GOOD_ETHTOOL);
+    let ids = [
+        "nic-link",
+        "nic-driver",
+        "nic-address",
+        "nic-manager",
+        "nic-coalescing",
+        "nic-offloads",
+        "nic-energy-efficient-ethernet",
+        "nic-interrupts",
+        "nic-raw-socket",
+    ];
+    for id in ids {
+        assert_eq!(finding(&report, id)["state"], "ok", "{}", finding(&report, id));
+    }
+}
+
+/// File and text, the finding, its state, a word of what is found.
+const INTERFACE_CHANGES: [(&str, &str, &str, &str, &str); 9] = [
+    ("sys/class/net/enp1s0/carrier", "0\n", "nic-link", "problem", "no link"),
+    ("sys/class/net/enp1s0/speed", "10\n", "nic-link", "problem", "10 Mbit/s"),
+    ("proc/net/route", "Iface\nenp1s0\t0002A8C0\t00000000\n", "nic-address", "problem", "IPv4"),
+    ("proc/net/if_inet6", "fe80 03 40 20 80 enp1s0\n", "nic-address", "advice", "1 of IPv6"),
+    ("proc/7/comm", "NetworkManager\n", "nic-manager", "problem", "NetworkManager"),
+    ("proc/7/comm", "dhclient\n", "nic-manager", "advice", "dhclient"),
+    ("sys/class/net/enp1s0/gro_flush_timeout", "20000\n", "nic-offloads", "problem", "gro_flush_timeout"),
+    ("proc/irq/25/effective_affinity_list", "0-1\n", "nic-interrupts", "advice", "25 enp1s0-TxRx-0"),
+    ("proc/self/status", "CapEff:\t0\n", "nic-raw-socket", "advice", "does not have it"),
+];
+
+#[test]
+fn what_delays_a_drives_frames_is_found_and_told_how_to_mend() {
+    let place = TestPlace::new();
+    let expect = |report: &Value, id: &str, state: &str, found: &str| {
+        let finding = finding(report, id);
+        assert_eq!(finding["state"], state, "{finding}");
+        assert!(finding["found"].as_str().unwrap().contains(found), "{found:?}: {finding}");
+        assert!(!finding["fix"].as_str().unwrap().is_empty(), "{finding}");
+    };
+    for (number, (file, text, id, state, found)) in INTERFACE_CHANGES.into_iter().enumerate() {
+        let machine = with_an_interface(&place, &format!("changed-{number}"));
+        machine.set(file, text);
+        expect(&look_at_the_interface(&place, &machine, GOOD_ETHTOOL), id, state, found);
+    }
+    let cards = [
+        ("sys/devices/pci0000:00/0000:01:00.0/driver", "sys/bus/pci/drivers/r8169", "advice", "Realtek"),
+        ("sys/class/net/enp1s0/device", "sys/devices/usb1/1-1", "problem", "USB"),
+    ];
+    for (number, (from, to, state, found)) in cards.into_iter().enumerate() {
+        let machine = with_an_interface(&place, &format!("card-{number}"));
+        link(&machine, from, to);
+        expect(&look_at_the_interface(&place, &machine, GOOD_ETHTOOL), "nic-driver", state, found);
+    }
+    let answers = [
+        ("receive-offload: off", "receive-offload: on", "nic-offloads", "advice", "generic-receive-offload"),
+        ("disabled", "enabled - active", "nic-energy-efficient-ethernet", "problem", "enabled"),
+    ];
+    let machine = with_an_interface(&place, "answers");
+    for (good, bad, id, state, found) in answers {
+        expect(
+            &look_at_the_interface(&place, &machine, &GOOD_ETHTOOL.replacen(good, bad, 1)),
+            id,
+            state,
+            found,
+        );
+    }
 }
 
 #[test]

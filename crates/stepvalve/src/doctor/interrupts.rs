@@ -3,7 +3,7 @@
 use super::finding::{Finding, Topic};
 use super::root::{Root, list};
 use super::target::Target;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const AFFINITY: Topic = Topic {
     id: "irq-affinity",
@@ -25,28 +25,17 @@ pub fn look(root: &Root, target: &Target) -> Vec<Finding> {
 }
 
 fn affinity(root: &Root, target: &Target) -> Finding {
-    let Some(numbers) = root.names("/proc/irq") else {
+    let Some(all) = handlers(root) else {
         return AFFINITY.unknown("/proc/irq can't be read", "");
     };
     let counts = counts(root, target);
     let mut landing = Vec::new();
     let mut unreadable = 0;
-    for number in numbers.iter().filter(|name| name.parse::<u32>().is_ok()) {
-        let folder = format!("/proc/irq/{number}");
-        // The handlers of an interrupt are folders in its folder; without any it can't come.
-        let handlers: Vec<_> = root.names(&folder).unwrap_or_default().into_iter().collect();
-        let handler = handlers.iter().find(|name| root.path(&format!("{folder}/{name}")).is_dir());
-        let Some(handler) = handler else { continue };
-        let effective = root.cores(&format!("{folder}/effective_affinity_list"));
-        let cores = effective
-            .filter(|cores| !cores.is_empty())
-            .or_else(|| root.cores(&format!("{folder}/smp_affinity_list")));
+    for Interrupt { number, handler, cores } in all {
         match cores {
             None => unreadable += 1,
             Some(cores) if cores.is_disjoint(&target.cores) => {}
-            Some(_) => {
-                landing.push((counts.get(number).copied().unwrap_or(0), number.clone(), handler.clone()))
-            }
+            Some(_) => landing.push((counts.get(&number).copied().unwrap_or(0), number, handler)),
         }
     }
     if landing.is_empty() && unreadable > 0 {
@@ -57,6 +46,34 @@ fn affinity(root: &Root, target: &Target) -> Finding {
         return AFFINITY.ok(format!("none on core {}", list(&target.cores)));
     }
     AFFINITY.advice(describe(landing), fix(root, target))
+}
+
+/// An interrupt that can come.
+pub struct Interrupt {
+    /// Its number.
+    pub number: String,
+    /// Who handles it.
+    pub handler: String,
+    /// The cores it goes to; `None` where that can't be read.
+    pub cores: Option<BTreeSet<usize>>,
+}
+
+/// All interrupts with a handler; `None` where they can't be read.
+pub fn handlers(root: &Root) -> Option<Vec<Interrupt>> {
+    let mut all = Vec::new();
+    for number in root.names("/proc/irq")?.into_iter().filter(|name| name.parse::<u32>().is_ok()) {
+        let folder = format!("/proc/irq/{number}");
+        // The handlers of an interrupt are folders in its folder; without any it can't come.
+        let names = root.names(&folder).unwrap_or_default();
+        let handler = names.into_iter().find(|name| root.path(&format!("{folder}/{name}")).is_dir());
+        let Some(handler) = handler else { continue };
+        let effective = root.cores(&format!("{folder}/effective_affinity_list"));
+        let cores = effective
+            .filter(|cores| !cores.is_empty())
+            .or_else(|| root.cores(&format!("{folder}/smp_affinity_list")));
+        all.push(Interrupt { number, handler, cores });
+    }
+    Some(all)
 }
 
 /// The busiest first.

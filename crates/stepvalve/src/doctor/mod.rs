@@ -46,8 +46,8 @@ pub struct Arguments {
     #[arg(long, value_name = "TIME", default_value = "10s")]
     measure: String,
     /// A network interface that carries a drive's bus; several are allowed
-    #[arg(long, value_name = "INTERFACE")]
-    bus_interface: Vec<String>,
+    #[arg(long, alias = "bus-interface", value_name = "INTERFACE")]
+    interface: Vec<String>,
     /// Print all of it as JSON
     #[arg(long)]
     json: bool,
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = Target::new(arguments.scenario.as_deref(), arguments.period.as_deref(), arguments.core)?;
     let duration = measuring_time(&arguments.measure)?;
     let root = Root::new(&arguments.root);
-    let findings = look(&root, &target, &arguments.bus_interface);
+    let findings = look(&root, &target, &arguments.interface);
     let measurement = duration.map(|duration| measure::measure(&target, duration)).transpose()?;
     let (verdict, reasons) = verdict::judge(&target, &findings, measurement.as_ref());
     let report = Report {

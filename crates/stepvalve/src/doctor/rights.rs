@@ -120,7 +120,8 @@ fn limit(root: &Root, name: &str) -> Option<u64> {
     }
 }
 
-fn capability(root: &Root, bit: u32) -> Option<bool> {
+/// Whether this process has a capability, by its bit.
+pub fn capability(root: &Root, bit: u32) -> Option<bool> {
     let status = root.text("/proc/self/status")?;
     let set = status.lines().find_map(|line| line.strip_prefix("CapEff:"))?;
     let set = u64::from_str_radix(set.trim(), 16).ok()?;
