@@ -2,49 +2,69 @@
 //! simulated drive at its far end.
 
 use crate::bench_place::machine;
-use crate::program;
-use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use crate::{TestPlace, program, repository};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use subdevice::{DriveProcess, NEAR, lay_cable};
 use test_needs::{skip_on_this_machine, skip_without};
 
 /// Set in a test that runs again inside its namespace.
 const INSIDE: &str = "STEPVALVE_TEST_NAMESPACE";
 
-/// The interface of the main device.
-pub const NEAR: &str = "bus0";
-/// The interface of the simulated drive.
-pub const FAR: &str = "bus1";
+/// A network namespace of nobody's.
+const OF_NOBODY: &[&str] = &["unshare", "-Urn"];
+/// The same with the rights that rt-config/limits.d gives, where the tests' user may give them; or root's, where root runs the tests.
+const IN_REAL_TIME: [&[&str]; 2] =
+    [&["prlimit", "--rtprio=99", "--memlock=unlimited", "unshare", "-Urn"], &["unshare", "-n"]];
 
 /// Runs `test`, which is the test function named `name`, in a user and network namespace of its own, where [`NEAR`] and
-/// [`FAR`] are connected. Skips loudly where this machine allows none.
+/// its far end are connected. Skips loudly where this machine allows none.
 ///
 /// # Panics
 /// Where the test fails.
 pub fn on_a_cable(name: &str, test: impl FnOnce()) {
+    within(name, OF_NOBODY, test);
+}
+
+/// The same with real-time priorities and locked memory, where the tests' user may have them.
+///
+/// # Panics
+/// Where the test fails.
+pub fn on_a_cable_in_real_time(name: &str, test: impl FnOnce()) {
+    let gives_priority = |way: &&&[&str]| run(way, &["chrt", "-f", "80", "true"]).is_ok();
+    let way = IN_REAL_TIME.iter().find(gives_priority);
+    if way.is_none() && std::env::var_os(INSIDE).is_none() {
+        println!("{name}: no right to real-time priorities");
+    }
+    within(name, way.unwrap_or(&OF_NOBODY), test);
+}
+
+/// Runs a command in a namespace; what it complains of.
+fn run(way: &[&str], command: &[&str]) -> Result<(), String> {
+    let [program, arguments @ ..] = way else { return Err("nothing to run".to_owned()) };
+    let output = Command::new(program).args(arguments).args(command).output();
+    let output = output.map_err(|error| format!("{program}: {error}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(String::from_utf8_lossy(&output.stderr).trim().to_owned())
+}
+
+fn within(name: &str, way: &[&str], test: impl FnOnce()) {
     if std::env::var_os(INSIDE).is_some() {
-        lay_cable();
+        lay_cable().unwrap();
         return test();
     }
     if Command::new("ip").arg("-V").output().is_err() {
         return skip_without("ip (iproute2)");
     }
-    let allowed =
-        Command::new("unshare").args(["-Urn", "ip", "link", "add", "name", NEAR, "type", "veth"]).output();
-    match allowed {
-        Ok(output) if output.status.success() => {}
-        Ok(output) => {
-            let reason = String::from_utf8_lossy(&output.stderr).trim().to_owned();
-            return skip_on_this_machine(&format!(
-                "no network namespace for nobody (unshare -Urn): {reason}"
-            ));
-        }
-        Err(error) => return skip_on_this_machine(&format!("unshare: {error}")),
+    if let Err(reason) = run(way, &["ip", "link", "add", "name", NEAR, "type", "veth"]) {
+        return skip_on_this_machine(&format!("no network namespace ({}): {reason}", way.join(" ")));
     }
     // The test inside is a program of its own, which does not see that others of this one wait.
     let _machine = machine();
-    let status = Command::new("unshare")
-        .arg("-Urn")
+    let status = Command::new(way[0])
+        .args(&way[1..])
         .arg(std::env::current_exe().unwrap())
         .args([name, "--exact", "--nocapture"])
         .env(INSIDE, "1")
@@ -53,68 +73,45 @@ pub fn on_a_cable(name: &str, test: impl FnOnce()) {
     assert!(status.success(), "{name}, in its namespace: {status}");
 }
 
-fn lay_cable() {
-    let commands: [&[&str]; 4] = [
-        &["link", "add", "name", NEAR, "type", "veth", "peer", "name", FAR],
-        &["link", "set", NEAR, "up"],
-        &["link", "set", FAR, "up"],
-        &["link", "set", "lo", "up"],
+/// The simulated drive at the far end of the cable, moving the valve of `model`.
+///
+/// # Panics
+/// Where it does not start.
+pub fn start_drive(model: &Path, arguments: &[&str]) -> DriveProcess {
+    DriveProcess::start(&program("subdevice"), model, arguments).unwrap()
+}
+
+/// Ends it; its log is written then.
+///
+/// # Panics
+/// Where it failed.
+pub fn end_drive(drive: DriveProcess) {
+    let status = drive.end().unwrap();
+    assert!(status.success(), "subdevice: {status}");
+}
+
+/// The shipped scenario of a drive, in which silence and lost frames are borne for half a second: a busy test machine stalls.
+///
+/// # Panics
+/// Where the shipped files are not what they were.
+pub fn patient_drive_scenario(place: &TestPlace) -> PathBuf {
+    drive_scenario(place, 500, &[])
+}
+
+/// The shipped scenario of a drive, with so many cycles of silence and of lost frames, and changed lines as of
+/// [`TestPlace::scenario`].
+///
+/// # Panics
+/// As [`patient_drive_scenario`].
+pub fn drive_scenario(place: &TestPlace, cycles: u64, changes: &[(&str, &str)]) -> PathBuf {
+    let drive = std::fs::read_to_string(repository().join("rt-config/drives/simulated.toml")).unwrap();
+    let drive = drive.replace("bus_lost_cycles = 3 ", &format!("bus_lost_cycles = {cycles} "));
+    let drive = place.write("drive.toml", &drive);
+    let (file, silence) = (format!("file = \"{}\"", drive.display()), format!("silence_cycles = {cycles}"));
+    let fixed = [
+        ("file =", &*file),
+        ("silence_cycles", &*silence),
+        ("max_following_error", "max_following_error = \"30deg\""),
     ];
-    for arguments in commands {
-        let status = Command::new("ip").args(arguments).status().unwrap();
-        assert!(status.success(), "ip {arguments:?}: {status}");
-    }
-}
-
-/// The simulated drive as a process at the far end of the cable.
-pub struct DriveProcess {
-    process: Child,
-    orders: Option<ChildStdin>,
-}
-
-impl DriveProcess {
-    /// Starts it, moving the valve of `model`, and waits until it answers frames.
-    ///
-    /// # Panics
-    /// Where it does not start.
-    pub fn start(model: &Path, arguments: &[&str]) -> Self {
-        let mut process = Command::new(program("subdevice"))
-            .args(["--interface", FAR, "--model"])
-            .arg(model)
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        assert_eq!(line, "ready\n");
-        let orders = process.stdin.take();
-        Self { process, orders }
-    }
-
-    /// Something goes wrong: a line that the drive's process knows.
-    ///
-    /// # Panics
-    /// Where the process has ended.
-    pub fn hurt(&mut self, line: &str) {
-        writeln!(self.orders.as_mut().unwrap(), "{line}").unwrap();
-    }
-
-    /// Ends it; its log is written then.
-    ///
-    /// # Panics
-    /// Where it failed.
-    pub fn end(mut self) {
-        drop(self.orders.take());
-        let status = self.process.wait().unwrap();
-        assert!(status.success(), "subdevice: {status}");
-    }
-}
-
-impl Drop for DriveProcess {
-    fn drop(&mut self) {
-        drop(self.orders.take());
-        let _ = self.process.wait();
-    }
+    place.scenario("drive.toml", &[&fixed, changes].concat())
 }

@@ -19,7 +19,9 @@ mod stalls;
 
 pub use bench_place::{Finished, TestPlace, program, repository, shared_memory_prefix};
 pub use blind::{count, nothing_hidden, ten_strong_effects};
-pub use cable::{DriveProcess, FAR, NEAR, on_a_cable};
+pub use cable::{
+    drive_scenario, end_drive, on_a_cable, on_a_cable_in_real_time, patient_drive_scenario, start_drive,
+};
 pub use fake_machine::FakeMachine;
 pub use instance::end_instance;
 pub use measured_data::measured_data;

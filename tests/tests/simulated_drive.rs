@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use std::process::Command;
-use stepvalve_tests::{DriveProcess, Finished, NEAR, on_a_cable, repository};
+use stepvalve_tests::{Finished, end_drive, on_a_cable, repository, start_drive};
+use subdevice::NEAR;
 use test_needs::python;
 
 const CYCLES: u64 = 3000;
@@ -11,11 +12,11 @@ const CYCLES: u64 = 3000;
 fn soem_drives_it() {
     let Some(python) = python(&["pysoem"]) else { return };
     on_a_cable("soem_drives_it", || {
-        let drive = DriveProcess::start(&repository().join("rt-config/models/rig.toml"), &[]);
+        let drive = start_drive(&repository().join("rt-config/models/rig.toml"), &[]);
         let script = repository().join("tools/soem_check.py");
         let output = Command::new(&python).arg(script).args([NEAR, &CYCLES.to_string()]).output();
         let seen = Finished::from(output.unwrap()).expect_code(0).summary();
-        drive.end();
+        end_drive(drive);
         println!("{seen}");
         assert_eq!((seen["vendor"].as_u64(), seen["product"].as_u64()), (Some(0x5356), Some(0x402)));
         assert_eq!(seen["name"], "SIM-STEPPER");

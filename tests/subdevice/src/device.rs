@@ -95,6 +95,11 @@ impl Device {
         self.objects.refuse(index, sub, abort_code);
     }
 
+    /// Accepts every write to an object, and keeps its value.
+    pub fn keep(&mut self, index: u16, sub: u8) {
+        self.objects.keep(index, sub);
+    }
+
     /// Objects that a main device wrote: index, subindex.
     pub fn written(&self) -> &[(u16, u8)] {
         &self.sdo.written

@@ -1,7 +1,7 @@
 //! The object dictionary: values in their bytes, by index and subindex, with who may write them (ETG.1000.6, clause 5.6).
 
 use crate::al::AlState;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Why an access is refused (ETG.1000.6, table 41).
 pub(crate) mod abort {
@@ -35,6 +35,8 @@ pub(crate) struct Dictionary {
     entries: BTreeMap<(u16, u8), Entry>,
     /// Refusals that a test asked for.
     refusals: BTreeMap<(u16, u8), u32>,
+    /// Entries that keep their value, whatever is written.
+    stubborn: BTreeSet<(u16, u8)>,
 }
 
 impl Dictionary {
@@ -49,6 +51,11 @@ impl Dictionary {
     /// Every access to this entry is refused from now on.
     pub(crate) fn refuse(&mut self, index: u16, sub: u8, code: u32) {
         self.refusals.insert((index, sub), code);
+    }
+
+    /// Writes to this entry are accepted from now on, and change nothing.
+    pub(crate) fn keep(&mut self, index: u16, sub: u8) {
+        self.stubborn.insert((index, sub));
     }
 
     /// What a main device reads.
@@ -70,7 +77,9 @@ impl Dictionary {
         if entry.data.len() != data.len() {
             return Err(abort::LENGTH);
         }
-        entry.data.copy_from_slice(data);
+        if !self.stubborn.contains(&(index, sub)) {
+            entry.data.copy_from_slice(data);
+        }
         Ok(())
     }
 

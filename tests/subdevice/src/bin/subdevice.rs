@@ -7,7 +7,7 @@ use std::io::{BufRead, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use subdevice::{Bus, Device, Hurt, Kind, OnMissed, Settings, SyncRow, Valve};
+use subdevice::{Bus, Device, Hurt, Kind, OnMissed, Settings, SyncRow, Valve, write_log};
 
 /// EtherType of EtherCAT.
 const ETHERTYPE: u16 = 0x88A4;
@@ -72,6 +72,9 @@ struct Arguments {
     /// An object that is not there, as INDEX:SUB.
     #[arg(long)]
     without: Vec<String>,
+    /// An object that accepts every write and keeps its value, as INDEX:SUB.
+    #[arg(long)]
+    stubborn: Vec<String>,
     /// An object whose accesses are refused, as INDEX:SUB=CODE, all hexadecimal.
     #[arg(long)]
     refuse: Vec<String>,
@@ -159,6 +162,10 @@ fn bus(arguments: &Arguments) -> anyhow::Result<Bus> {
             let (index, sub, _) = entry(text)?;
             device.without(index, sub);
         }
+        for text in &arguments.stubborn {
+            let (index, sub, _) = entry(text)?;
+            device.keep(index, sub);
+        }
         for text in &arguments.refuse {
             let (index, sub, code) = entry(text)?;
             device.refuse(
@@ -201,14 +208,4 @@ fn entry(text: &str) -> anyhow::Result<(u16, u8, Option<&str>)> {
         bail!("`{text}`, expected INDEX:SUB or INDEX:SUB=VALUE")
     };
     Ok((u16::from_str_radix(index, 16)?, u8::from_str_radix(sub, 16)?, value))
-}
-
-fn write_log(path: &PathBuf, rows: &[SyncRow]) -> std::io::Result<()> {
-    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    writeln!(file, "host_ns,start,end,fresh,age_ns,status,control,al")?;
-    for row in rows {
-        let SyncRow { host_ns, start, end, fresh, age_ns, status, control, al } = row;
-        writeln!(file, "{host_ns},{start},{end},{},{age_ns},{status},{control},{al}", u8::from(*fresh))?;
-    }
-    file.flush()
 }
