@@ -57,7 +57,7 @@ enum Bench {
     /// How many times faster than real time the three modes are, and what a cycle costs
     Sim,
     /// Round trips over the bus beside other ways, and from feedback and set-point to step command
-    Bus,
+    Bus(bus::Arguments),
     /// The real loop's wake-up latency and execution time, beside cyclictest, idle and under load
     Jitter,
     /// The shortest period that holds
@@ -90,7 +90,8 @@ enum Bench {
     All,
 }
 
-const ALL: &[Bench] = &[Bench::Sim, Bench::Bus, Bench::Jitter, Bench::Max, Bench::Peers];
+const ALL: &[Bench] =
+    &[Bench::Sim, Bench::Bus(bus::Arguments { drive: false }), Bench::Jitter, Bench::Max, Bench::Peers];
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -113,7 +114,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     let results = match bench {
         Bench::Sim => sim::run(quick),
-        Bench::Bus => bus::run(quick),
+        Bench::Bus(arguments) => bus::run(arguments, quick),
         Bench::Jitter => jitter::run(quick, arguments.turn, out),
         Bench::Max => max::run(quick),
         Bench::Peers => peers::run(quick),

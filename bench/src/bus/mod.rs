@@ -3,6 +3,7 @@
 
 mod bare;
 mod cache_line;
+mod drive;
 mod end_to_end;
 mod ours;
 mod parts;
@@ -48,6 +49,15 @@ const CARRIERS: [(Carrier, &str); 5] = [
 const THERE_WORDS: usize = signals::Message::<signals::StepCommand>::WORDS;
 const BACK_WORDS: usize = signals::Message::<signals::Feedback>::WORDS;
 
+/// What to measure.
+#[derive(clap::Args, Clone)]
+pub struct Arguments {
+    /// The bus of a drive in place of the loop's own: round trip beside a bare echo, clock, a pulled cable; in a network
+    /// namespace (`unshare -n`, or `unshare -Urn`); --docs docs/drive.md
+    #[arg(long)]
+    pub drive: bool,
+}
+
 /// The other side of a round trip, in a process of its own.
 #[derive(Subcommand)]
 pub enum Echo {
@@ -59,13 +69,20 @@ pub enum Echo {
         /// The place's root folder
         root: PathBuf,
     },
+    /// Sends frames back on the far interface
+    #[command(hide = true)]
+    EchoFrames,
 }
 
-/// Measures all carriers in turns.
+/// Measures all carriers in turns, or the bus of a drive.
 ///
 /// # Errors
 /// Where one can't be set up.
-pub fn run(quick: bool) -> Result<Results> {
+pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
+    if arguments.drive { drive::run(quick) } else { carriers(quick) }
+}
+
+fn carriers(quick: bool) -> Result<Results> {
     let (turns, trips) = if quick { (1, 20_000) } else { (5, 200_000) };
     // Before this thread binds itself to a core.
     let machine = realtime::machine_facts();
@@ -162,7 +179,8 @@ fn round_trips(carrier: Carrier, trips: u64, times: &mut Times) -> Result<()> {
 ///
 /// # Errors
 /// Where it can't join.
-pub fn echo(Echo::Echo { carrier, root }: &Echo) -> Result<()> {
+pub fn echo(echo: &Echo) -> Result<()> {
+    let Echo::Echo { carrier, root } = echo else { return drive::echo() };
     stay_on(1)?;
     match carrier {
         Carrier::CacheLine => bail!("the cache line bounces within one process"),
