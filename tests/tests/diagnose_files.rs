@@ -272,3 +272,24 @@ fn from_the_tables_of_an_instrument_to_a_cause() {
     let runs = |name: &str| run_log::read_log(&place.path(name)).unwrap().runs;
     assert_eq!(runs("next.h5"), runs("rig.h5"));
 }
+
+/// One run without its pressure, one without most of its torque: the rest is judged, and the answer says what was not used.
+#[test]
+fn what_is_missing_in_some_runs_spoils_no_other() {
+    let place = TestPlace::new();
+    let mut runs = campaign(0.02);
+    let all = runs.len();
+    runs[1].pressure_drop_pa = None;
+    runs[4].torque_nm.as_mut().unwrap()[..700].fill(f64::NAN);
+    let log = write(&place, "log.h5", runs);
+    diagnose(&place, &log, &rig(), "out").expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["causes"][0]["id"], "pressure-dependent-friction");
+    let seen: Vec<&str> =
+        found["observations"].as_array().unwrap().iter().map(|text| text.as_str().unwrap()).collect();
+    let told = |words: &str| assert!(seen.iter().any(|text| text.contains(words)), "{words}: {seen:?}");
+    told(&format!("1 of {all} runs are left out, since they have no pressure_drop: run-01"));
+    told("run run-04 is used in rows 701 to 1000 alone: 700 of its 1000 samples of torque are missing");
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    assert_eq!(residuals.runs.len(), all - 1);
+}

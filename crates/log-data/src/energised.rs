@@ -1,7 +1,6 @@
 //! What of a recording of our own the model can predict: the rows in which the motor carries its whole current.
 
-use crate::{Channel, Run};
-use std::ops::Range;
+use crate::Run;
 
 /// A stretch of fewer rows is not worth a run.
 const LEAST_ROWS: usize = 50;
@@ -30,26 +29,8 @@ pub fn cut_to_energised(run: &mut Run) {
         }
     }
     if longest.len() >= LEAST_ROWS && longest.len() < run.len() {
-        keep(run, &longest);
+        run.keep_rows(longest);
     }
-}
-
-fn keep(run: &mut Run, rows: &Range<usize>) {
-    let cut = |values: &[f64]| values.get(rows.clone()).unwrap_or_default().to_vec();
-    run.time_s = cut(&run.time_s);
-    for channel in [
-        Channel::Angle,
-        Channel::AngleCommand,
-        Channel::Torque,
-        Channel::PressureDrop,
-        Channel::Flow,
-        Channel::OilTemperature,
-    ] {
-        if let Some(values) = run.take_channel(channel) {
-            run.set_channel(channel, cut(&values));
-        }
-    }
-    run.extra.iter_mut().for_each(|extra| extra.values = cut(&extra.values));
 }
 
 #[cfg(test)]

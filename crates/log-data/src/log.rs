@@ -2,6 +2,7 @@
 
 use crate::Channel;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Whether the angles of different runs share their zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -187,6 +188,17 @@ impl Run {
             Channel::Flow => self.flow_m3_per_s = Some(values),
             Channel::OilTemperature => self.oil_temperature_c = Some(values),
         }
+    }
+
+    /// Cuts all channels to these rows.
+    pub fn keep_rows(&mut self, rows: Range<usize>) {
+        let cut = |values: &[f64]| values.get(rows.clone()).unwrap_or_default().to_vec();
+        for channel in Channel::ALL.iter().copied() {
+            if let Some(values) = self.take_channel(channel) {
+                self.set_channel(channel, cut(&values));
+            }
+        }
+        self.extra.iter_mut().for_each(|extra| extra.values = cut(&extra.values));
     }
 
     /// A signal that models do not know, by name.

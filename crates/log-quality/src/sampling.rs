@@ -214,7 +214,7 @@ fn missing_channels(log: &Log) -> Vec<Finding> {
                 severity: Severity::Note,
                 evidence: format!("{channel} is missing {}", in_runs(&without, log.runs.len())),
                 place: Place::of(&[*channel], without),
-                mend: "what depends on it is judged by the other runs alone".to_owned(),
+                mend: "diagnose leaves these runs out; where most of the log has none, it does without the channel".to_owned(),
             });
         }
     }

@@ -1,10 +1,8 @@
 //! Missing samples: bridged so that a motion goes on, and masked so that they count for nothing.
 
-use log_data::{Channel, Log, Run};
+use log_data::{Channel, Log, MOST_MISSING, Run, lacking};
 use std::borrow::Cow;
 
-/// A run whose channel lacks more than this part of its samples can't be used.
-const MOST: f64 = 0.2;
 const CHANNELS: [Channel; 5] =
     [Channel::Angle, Channel::AngleCommand, Channel::Torque, Channel::PressureDrop, Channel::OilTemperature];
 
@@ -20,15 +18,11 @@ pub fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
     (Cow::Owned(whole), masks)
 }
 
-fn lacking(run: &Run, channel: Channel) -> usize {
-    run.channel(channel).map_or(0, |values| values.iter().filter(|value| value.is_nan()).count())
-}
-
 fn bridge(run: &mut Run) -> Vec<bool> {
     let mut mask = vec![false; run.len()];
     for channel in CHANNELS {
         let missing = lacking(run, channel);
-        if missing == 0 || missing as f64 > MOST * run.len() as f64 {
+        if missing == 0 || missing as f64 > MOST_MISSING * run.len() as f64 {
             continue;
         }
         let Some(mut values) = run.take_channel(channel) else { continue };

@@ -23,6 +23,7 @@ use crate::say::say;
 use anyhow::Context;
 use diagnosis::{Diagnosis, Options, Verdict, diagnose};
 use page::Material;
+use processes::complain;
 use progress::Progress;
 use residuals::Residuals;
 use results::Results;
@@ -107,15 +108,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model_file = name(&arguments.model);
     let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
     let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
-    let log = logs::read(&arguments.logs, &arguments.exclude)?;
+    let mut log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
+    let unused =
+        logs::cut_to_known(&mut log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
+    unused.iter().for_each(complain);
     let progress = Progress::new();
     let options =
         Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance, fixed };
     let found =
         diagnose(&log, &model, &options, &Threads::new(arguments.limit), &mut |event| progress.show(event));
     let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
+    found.diagnosis.observations.extend(unused);
     progress.step("simulating the gain in the loop");
     found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
     progress.step("predicting every sample");
