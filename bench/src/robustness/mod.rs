@@ -6,7 +6,7 @@ mod variations;
 use crate::output::{Results, Sheet};
 use crate::progress::Progress;
 use anyhow::{Context, Result, anyhow};
-use closed_loop::{Level, Outcome, measure};
+use closed_loop::{Level, Outcome};
 use config::{Scenario, parse_model, parse_scenario};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -16,6 +16,9 @@ use variations::{Variation, variations};
 /// How much worse than none the compensated valve may be: what another sampling of the same friction events makes of it.
 const WORST_RMS: f64 = 1.02;
 const WORST_PEAK: f64 = 1.10;
+
+/// Reversals of the pulses in one rest from which on a valve hunts: to and fro twice.
+const HUNTS: u64 = 3;
 
 /// Cycles, ms.
 const PERIODS_MS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 10.0];
@@ -41,8 +44,13 @@ impl Pair {
         self.with.peak_rad / self.none.peak_rad
     }
 
+    /// Whether it goes to and fro at rest where it would not without compensation.
+    fn hunts(&self) -> bool {
+        self.with.reversals_at_rest >= HUNTS && self.none.reversals_at_rest < HUNTS
+    }
+
     fn worse(&self) -> bool {
-        self.rms() > WORST_RMS || self.peak() > WORST_PEAK
+        self.rms() > WORST_RMS || self.peak() > WORST_PEAK || self.hunts()
     }
 
     /// Whether the controller said that the belief does not fit.
@@ -67,8 +75,9 @@ pub fn run(quick: bool) -> Result<Results> {
         "runs",
         "RMS, worst",
         "peak, worst",
-        "fell back",
-        "restless at rest",
+        "told so",
+        "pulses at rest",
+        "hunts at rest",
         "worse than none",
         "of them unsaid",
         "where worst",
@@ -105,7 +114,7 @@ fn pairs(variation: &Variation, belief: &Model, periods: &[f64]) -> Result<Vec<(
         for period_ms in periods {
             let scenario = Scenario { period_ns: (period_ms * 1e6) as u64, ..variation.scenario(&shipped) };
             let level = Level { encoder: variation.counts.is_some(), ..Level::FULL };
-            let outcome = |level| measure(&scenario, &variation.truth, belief, level);
+            let outcome = |level| variation.measure(&scenario, belief, level);
             let pair = Pair { none: outcome(Level::NONE)?, with: outcome(level)? };
             pairs.push((format!("{name}, {period_ms} ms"), pair));
         }
@@ -123,8 +132,9 @@ fn row(name: &str, pairs: &[(String, Pair)]) -> Vec<String> {
         pairs.len().to_string(),
         format!("{:.2}", most(Pair::rms)),
         format!("{:.2}", most(Pair::peak)),
-        count(|pair| pair.with.alarms & signals::alarm::OSCILLATION != 0).to_string(),
+        count(Pair::said_so).to_string(),
         count(|pair| pair.with.restless_cycles > pair.none.restless_cycles).to_string(),
+        count(Pair::hunts).to_string(),
         worse.len().to_string(),
         worse.iter().filter(|(_, pair)| !pair.said_so()).count().to_string(),
         place.map_or("-".to_owned(), |(place, _)| place.clone()),
@@ -139,6 +149,8 @@ fn record(variation: &str, place: &str, pair: &Pair) -> Value {
             "alarms": signals::alarm::names(of.alarms).collect::<Vec<_>>(),
             "fault": of.fault.map(signals::FaultCode::name),
             "restless_cycles": of.restless_cycles,
+            "reversals_at_rest": of.reversals_at_rest,
+            "lost_teeth": of.lost_teeth,
         })
     };
     json!({"variation": variation, "place": place, "none": outcome(&pair.none), "with": outcome(&pair.with)})

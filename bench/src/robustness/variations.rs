@@ -1,6 +1,7 @@
 //! What differs between a valve and the belief that it is compensated with, one thing at a time.
 
 use anyhow::{Context, Result};
+use closed_loop::{Level, Outcome, WiringError, measure_parts, wire_level};
 use config::Scenario;
 use valve_model::{Effect, EffectValue, FrictionParams, Model};
 
@@ -13,9 +14,21 @@ pub struct Variation {
     pub truth: Model,
     /// Counts of the encoder in a turn; `None` without one.
     pub counts: Option<u64>,
+    /// What the encoder's zero is beyond that of the motor's teeth, rad.
+    pub offset_rad: f64,
 }
 
 impl Variation {
+    /// Runs a scenario on this valve.
+    ///
+    /// # Errors
+    /// A model that the scenario can't be wired with.
+    pub fn measure(&self, scenario: &Scenario, belief: &Model, level: Level) -> Result<Outcome, WiringError> {
+        let mut parts = wire_level(scenario, &self.truth, belief, level)?;
+        parts.plant.start.encoder_zero_rad += self.offset_rad;
+        Ok(measure_parts(&parts))
+    }
+
     /// A scenario with this encoder.
     pub fn scenario(&self, shipped: &Scenario) -> Scenario {
         let mut scenario = shipped.clone();
@@ -34,6 +47,8 @@ const FRICTIONS: [f64; 5] = [0.01, 0.5, 0.7, 1.3, 1.9];
 const COUPLINGS_NM_PER_RAD: [f64; 5] = [300.0, 500.0, 1000.0, 2000.0, 5000.0];
 const BACKLASHES_RAD: [f64; 2] = [5e-4, 2e-3];
 const DETENTS_NM: [f64; 2] = [0.1, 0.3];
+/// The first is within what homing's alignment leaves; the last takes most of the motor's torque.
+const OFFSETS_DEG: [f64; 4] = [0.05, 0.35, 0.7, 1.2];
 /// A micro-step error of 5 % and 20 % of a full step.
 const MICROSTEP_ERRORS_RAD: [f64; 2] = [6e-4, 2.5e-3];
 
@@ -45,7 +60,7 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
     let mut all = Vec::new();
     for counts in ENCODERS {
         let name = counts.map_or("no encoder".to_owned(), |counts| format!("encoder of {counts} counts"));
-        all.push(Variation { name, truth: belief.clone(), counts });
+        all.push(Variation { name, truth: belief.clone(), counts, offset_rad: 0.0 });
     }
     for factor in INERTIAS {
         let mut truth = belief.clone();
@@ -55,6 +70,11 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
     }
     for factor in FRICTIONS {
         all.push(with_encoder(format!("friction × {factor}"), with_friction(belief, factor)));
+    }
+    for degrees in OFFSETS_DEG {
+        let offset_rad = f64::to_radians(degrees);
+        let name = format!("encoder {degrees}° off the teeth");
+        all.push(Variation { offset_rad, ..with_encoder(name, belief.clone()) });
     }
     let number = |key, value| vec![(key, EffectValue::Number(value))];
     let first = |value| vec![("cos", EffectValue::List(vec![value]))];
@@ -90,7 +110,7 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
 }
 
 fn with_encoder(name: String, truth: Model) -> Variation {
-    Variation { name, truth, counts: Some(COUNTS) }
+    Variation { name, truth, counts: Some(COUNTS), offset_rad: 0.0 }
 }
 
 fn with_friction(belief: &Model, factor: f64) -> Model {

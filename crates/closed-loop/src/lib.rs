@@ -23,7 +23,7 @@ pub use controller::{ControllerPart, ControllerRole};
 pub use encoder::EncoderParams;
 pub use in_process::{Arrived, CycleMessages, CycleOutputs, InProcess};
 pub use marks::Marks;
-pub use measure::{Level, Outcome, measure};
+pub use measure::{Level, Outcome, measure, measure_parts, wire_level};
 pub use plant::{PlantPart, PlantRole, PlantSample};
 pub use plant_start::PlantStart;
 pub use snapshot::{Snapshot, SnapshotReader, SnapshotSender};

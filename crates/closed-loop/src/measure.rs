@@ -1,7 +1,7 @@
 //! Following error of one scenario at a chosen compensation, in one thread, and what limited it.
 
 use crate::in_process::InProcess;
-use crate::wiring::{WiringError, wire};
+use crate::wiring::{Parts, WiringError, wire};
 use config::{Compensation, Damping, Scenario};
 use signals::{ControllerState, FaultCode};
 use std::collections::VecDeque;
@@ -45,6 +45,8 @@ pub struct Outcome {
     pub alarms: u64,
     /// Cycles with pulses although the reference has rested for 0.3 s.
     pub restless_cycles: u64,
+    /// How often the pulses changed direction in one such rest, at most: a correction makes one, hunting never ends.
+    pub reversals_at_rest: u64,
     /// Cycles while running.
     pub cycles: u64,
 }
@@ -59,38 +61,80 @@ pub fn measure(
     belief: &Model,
     level: Level,
 ) -> Result<Outcome, WiringError> {
+    Ok(measure_parts(&wire_level(scenario, truth, belief, level)?))
+}
+
+/// Wires a scenario with a level in place of its own.
+///
+/// # Errors
+/// A model that the scenario can't be wired with.
+pub fn wire_level(
+    scenario: &Scenario,
+    truth: &Model,
+    belief: &Model,
+    level: Level,
+) -> Result<Parts, WiringError> {
     let mut scenario = scenario.clone();
     scenario.compensation = level.feed_forward;
     scenario.encoder.fitted = level.encoder;
     scenario.control.observer = level.encoder;
     let damps = level.encoder && scenario.period_ns <= config::LONGEST_DAMPING_PERIOD_NS;
     scenario.control.damping = if damps { Damping::Active } else { Damping::None };
-    let parts = wire(&scenario, truth, belief)?;
+    wire(&scenario, truth, belief)
+}
+
+/// Runs what is wired. The spool's angle is the encoder's without its noise: where the encoder's zero is not the motor's,
+/// that is the one that counts.
+pub fn measure_parts(parts: &Parts) -> Outcome {
     let mut outcome = Outcome::default();
+    let mut rest = Rest::default();
     // Reference k was sent in cycle k−2.
     let mut sent = VecDeque::from([None, None]);
-    let (mut squares, mut resting_s) = (0.0, 0.0);
-    for cycle in InProcess::new(&parts) {
+    let mut squares = 0.0;
+    for cycle in InProcess::new(parts) {
         sent.push_back(Some(cycle.reference.angle_rad));
         let wanted_rad = sent.pop_front().flatten();
-        let status = &cycle.status;
+        let (status, truth) = (&cycle.status, &cycle.plant.truth);
         let fault = FaultCode::from_code(status.fault).filter(|fault| *fault != FaultCode::None);
         outcome.fault = outcome.fault.or(fault);
         if status.state != ControllerState::Running.code() {
             continue;
         }
         let Some(wanted_rad) = wanted_rad else { continue };
-        let error_rad = wanted_rad - cycle.plant.truth.angle_rad;
+        let error_rad = wanted_rad - (truth.angle_rad + truth.encoder_zero_rad);
         squares += error_rad * error_rad;
         outcome.cycles += 1;
         outcome.peak_rad = outcome.peak_rad.max(error_rad.abs());
         outcome.limiting_cycles += u64::from(status.limiting != 0);
         outcome.alarms |= status.alarms;
-        resting_s = if cycle.reference.moving == 1 { 0.0 } else { resting_s + scenario.period_s() };
-        let restless = resting_s > RESTED_S && cycle.command.pulse_rate_hz != 0.0;
-        outcome.restless_cycles += u64::from(restless);
-        outcome.lost_teeth = cycle.plant.truth.lost_teeth;
+        rest.note(parts.timeline.period_s(), cycle.reference.moving == 1, truth.pulses, &mut outcome);
+        outcome.lost_teeth = truth.lost_teeth;
     }
     outcome.rms_rad = (squares / outcome.cycles.max(1) as f64).sqrt();
-    Ok(outcome)
+    outcome
+}
+
+/// How long the reference has rested, s, the direction of the last pulses there, and how often it changed.
+#[derive(Default)]
+struct Rest {
+    rested_s: f64,
+    direction: i64,
+    reversals: u64,
+}
+
+impl Rest {
+    fn note(&mut self, period_s: f64, moving: bool, pulses: i64, outcome: &mut Outcome) {
+        if moving {
+            *self = Self::default();
+            return;
+        }
+        self.rested_s += period_s;
+        if self.rested_s <= RESTED_S || pulses == 0 {
+            return;
+        }
+        outcome.restless_cycles += 1;
+        self.reversals += u64::from(pulses.signum() == -self.direction);
+        self.direction = pulses.signum();
+        outcome.reversals_at_rest = outcome.reversals_at_rest.max(self.reversals);
+    }
 }
