@@ -23,19 +23,28 @@ pub mod limiting {
 
 /// The bits of [`ControlStatus::alarms`]: what the operator has to know, and what stops nothing. Kept until the next arming.
 pub mod alarm {
-    /// The loop oscillated; the observer is off, and only the feed-forward is left.
+    /// The loop oscillated; the observer trusts the belief less since, and is slower.
     pub const OSCILLATION: u64 = 1 << 0;
     /// The observer has been at its limit for long: the belief is far from the valve.
     pub const OBSERVER_SATURATED: u64 = 1 << 1;
     /// More than a third of the commands to the drive are lost; the observer is off, since it counts on them.
     pub const COMMANDS_LOST: u64 = 1 << 2;
+    /// The valve takes clearly less torque than the belief expects; the feed-forward is reduced to the share it takes.
+    pub const LOAD_BELOW_BELIEF: u64 = 1 << 3;
+    /// The valve's inertia is clearly not the believed one; the observer trusts the belief less since, and is slower.
+    pub const INERTIA: u64 = 1 << 4;
+    /// The loop oscillated with the slower observer too; it is off, and only the feed-forward is left.
+    pub const OBSERVER_OFF: u64 = 1 << 5;
     /// The first bit that is not used.
-    pub const END: u64 = 1 << 3;
+    pub const END: u64 = 1 << 6;
     /// Each bit with its name.
-    pub const NAMES: [(u64, &str); 3] = [
-        (OSCILLATION, "the loop oscillated, observer off"),
+    pub const NAMES: [(u64, &str); 6] = [
+        (OSCILLATION, "the loop oscillated, observer slowed"),
         (OBSERVER_SATURATED, "observer at its limit"),
         (COMMANDS_LOST, "commands to the drive are lost, observer off"),
+        (LOAD_BELOW_BELIEF, "less friction than believed, feed-forward reduced"),
+        (INERTIA, "inertia other than believed, observer slowed"),
+        (OBSERVER_OFF, "the loop oscillated again, observer off"),
     ];
 
     /// The names of the bits that are set.

@@ -30,6 +30,11 @@ impl Kinematics {
         Self { angle_rad, ..Self::default() }
     }
 
+    /// Whether it neither moves nor is about to. A motion may begin and end between two such instants.
+    pub fn rests(&self) -> bool {
+        self.speed_rad_per_s == 0.0 && self.acceleration_rad_per_s2 == 0.0
+    }
+
     /// The same angle and speed, without acceleration and jerk.
     #[must_use]
     pub fn at_constant_speed(self) -> Self {

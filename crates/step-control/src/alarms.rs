@@ -1,5 +1,6 @@
 //! Alarms: what the operator has to know and what stops nothing. Kept until the next arming.
 
+use crate::load_share::LoadShare;
 use crate::oscillation::Oscillation;
 use crate::params::Params;
 use serde::{Deserialize, Serialize};
@@ -30,7 +31,8 @@ impl Alarms {
             self.raised |= alarm::OBSERVER_SATURATED;
         }
         if self.oscillation.step(params, deviation_rad) {
-            self.raised |= alarm::OSCILLATION;
+            self.raised |= if self.slowed() { alarm::OBSERVER_OFF } else { alarm::OSCILLATION };
+            self.oscillation = Oscillation::default();
         }
     }
 
@@ -42,6 +44,21 @@ impl Alarms {
         }
     }
 
+    /// Takes in which share of the believed friction the valve has.
+    pub(crate) fn note_share(&mut self, share: &LoadShare) {
+        if share.below_belief() {
+            self.raised |= alarm::LOAD_BELOW_BELIEF;
+        }
+        if share.other_inertia() {
+            self.raised |= alarm::INERTIA;
+        }
+    }
+
+    /// Whether the observer shall trust the belief less.
+    pub(crate) fn slowed(&self) -> bool {
+        self.raised & (alarm::OSCILLATION | alarm::INERTIA) != 0
+    }
+
     /// Bits of [`signals::alarm`].
     pub(crate) fn raised(&self) -> u64 {
         self.raised
@@ -49,6 +66,6 @@ impl Alarms {
 
     /// Whether only the feed-forward is left.
     pub(crate) fn fell_back(&self) -> bool {
-        self.raised & (alarm::OSCILLATION | alarm::COMMANDS_LOST) != 0
+        self.raised & (alarm::OBSERVER_OFF | alarm::COMMANDS_LOST) != 0
     }
 }

@@ -31,10 +31,16 @@ pub(crate) struct FeedForward {
 }
 
 impl FeedForward {
-    /// Leaves a part of the friction out.
-    pub(crate) fn fade(&mut self, part: f64) {
-        self.torque_nm -= part * self.friction_nm;
-        self.friction_nm -= part * self.friction_nm;
+    /// Feeds this share of sliding friction, which is `sliding_nm` at most. Less is taken off all of friction; more is
+    /// added to what slides, since a load angle measured while sliding says nothing of what holds at rest.
+    pub(crate) fn share(&mut self, share: f64, sliding_nm: f64) {
+        let more_nm = if share > 1.0 {
+            (share - 1.0) * self.friction_nm.clamp(-sliding_nm, sliding_nm)
+        } else {
+            (share - 1.0) * self.friction_nm
+        };
+        self.torque_nm += more_nm;
+        self.friction_nm += more_nm;
     }
 }
 

@@ -1,5 +1,6 @@
 //! The observer at run time: its estimate, the commands of the dead time, and the torque that it adds to the feed-forward.
 
+use crate::load_share::Expected;
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::tuning::Tuning;
@@ -16,10 +17,15 @@ const TRAIL: usize = LARGEST_ENCODER_DELAY_CYCLES as usize + 4;
 /// Time for which the reference has to rest before the command is held, s.
 const SETTLING_S: f64 = 0.02;
 
-/// Hysteresis of the hold at rest, in encoder counts: the command is held below the first deviation and released above the
-/// second, so that quantisation and noise cause no hunting.
+/// Hysteresis of the hold at rest: the command is held once the deviation is within this many encoder counts or one
+/// micro-step, and released beyond the multiple below, so that quantisation, noise and the size of a pulse cause no hunting.
 const HOLD_COUNTS: f64 = 2.0;
-const RELEASE_COUNTS: f64 = 4.0;
+const RELEASES: f64 = 2.0;
+
+/// Once the reference has rested for this time, every turn of the command after the first widens the window twofold, s: what goes
+/// to and fro then is backlash or stiction, and no correction ends it.
+const HUNTS_AFTER_S: f64 = 0.1;
+const MOST_TURNS: i32 = 8;
 
 /// Time constant with which the observer's torque fades when it is given up, s.
 const FADING_S: f64 = 0.02;
@@ -36,6 +42,8 @@ pub(crate) struct Instant {
     pub beyond_nm: f64,
     /// The angle that the command stands for, rad.
     pub command_rad: f64,
+    /// What the belief expects of the valve there.
+    pub expected: Expected,
 }
 
 /// The observer's state.
@@ -46,6 +54,9 @@ pub(crate) struct Correction {
     /// The history of commands, newest first: index 0 is the end of the cycle commanded last.
     trail: [Instant; TRAIL],
     resting_cycles: u64,
+    /// How often the command has turned in this rest, and the direction of its last way.
+    turns: i32,
+    direction: f64,
     smoothed_rad: f64,
     holds: bool,
     /// Torque beyond the feed-forward in the last cycle, N·m.
@@ -60,12 +71,23 @@ impl Default for Correction {
             estimate: Vector3::zeros(),
             trail: [Instant::default(); TRAIL],
             resting_cycles: 0,
+            turns: 0,
+            direction: 0.0,
             smoothed_rad: 0.0,
             holds: false,
             beyond_nm: 0.0,
             saturated: false,
         }
     }
+}
+
+/// What is known of the belief by now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Belief {
+    /// Whether the shaft was seen to differ from it.
+    pub shaft_is_off: bool,
+    /// Whether it still knows what friction does.
+    pub contact_is_known: bool,
 }
 
 /// What the observer asks of the next command.
@@ -159,15 +181,21 @@ impl Correction {
         tuning: &Tuning,
         angle_rad: Option<f64>,
         next: &Kinematics,
+        belief: Belief,
     ) -> Wish {
         let age = age(params, observer);
         let predicted = self.predicted(params, observer);
         let reading_rad =
             angle_rad.map_or(predicted.x, |angle_rad| angle_rad - self.instant(age).reference_rad);
-        let (filter, limit_nm) = (tuning.filter(observer), tuning.observer_limit_nm(observer));
+        let filter = if belief.shaft_is_off { observer.cautious } else { tuning.filter(observer) };
+        let limit_nm = tuning.observer_limit_nm(observer);
         self.estimate = observer.corrected(&filter, &predicted, reading_rad, limit_nm);
         self.saturated = limit_nm > 0.0 && self.estimate.z.abs() >= limit_nm;
-        self.rest(observer, next, reading_rad, params.period_s);
+        self.rest(params, observer, next, reading_rad);
+        if !observer.settings.damps && (self.holds || !belief.contact_is_known) {
+            // What stiction or ringing takes is no disturbance of the next motion.
+            self.estimate.z = predicted.z;
+        }
         if self.holds {
             return Wish::Hold;
         }
@@ -192,18 +220,62 @@ impl Correction {
         self.saturated
     }
 
+    /// The torque fed forward has become another one: the observer's disturbance is what is beyond it, so the estimate
+    /// and the history change too. `change` is the part of the believed friction by which less is fed.
+    pub(crate) fn feed_less(&mut self, reading_age_cycles: u64, change: f64) {
+        let friction_nm = self.commanded(reading_age_cycles).expected.friction_nm;
+        self.estimate.z += change * friction_nm;
+        for instant in &mut self.trail {
+            instant.beyond_nm += change * instant.expected.friction_nm;
+        }
+    }
+
     /// Decides whether the command is held: the reference has rested long enough, and the deviation is within the hysteresis.
-    fn rest(&mut self, observer: &Observer, next: &Kinematics, reading_rad: f64, period_s: f64) {
-        let rests = next.speed_rad_per_s == 0.0 && next.acceleration_rad_per_s2 == 0.0;
+    fn rest(&mut self, params: &Params, observer: &Observer, next: &Kinematics, reading_rad: f64) {
+        let rests = next.rests() && next.angle_rad == self.instant(0).reference_rad;
         self.resting_cycles = if rests { self.resting_cycles.saturating_add(1) } else { 0 };
         self.smoothed_rad += SMOOTHING * (reading_rad - self.smoothed_rad);
-        let settled = self.resting_cycles as f64 * period_s >= SETTLING_S;
-        let counts = if self.holds { RELEASE_COUNTS } else { HOLD_COUNTS };
-        self.holds = settled && self.smoothed_rad.abs() < counts * observer.settings.count_rad;
+        let rested_s = self.resting_cycles as f64 * params.period_s;
+        self.count_turns(params, rested_s);
+        let settled = rested_s >= SETTLING_S;
+        let widened = if self.holds { RELEASES } else { 1.0 } * f64::powi(2.0, (self.turns - 1).max(0));
+        let window = widened * window_rad(params, observer);
+        self.holds = settled && self.smoothed_rad.abs() < window;
     }
+}
+
+impl Correction {
+    /// Counts the turns of a command whose reference rests.
+    fn count_turns(&mut self, params: &Params, rested_s: f64) {
+        if rested_s < HUNTS_AFTER_S {
+            (self.turns, self.direction) = (0, 0.0);
+            return;
+        }
+        let way_rad = self.instant(0).command_rad - self.instant(1).command_rad;
+        if way_rad.abs() < params.drive.microstep_angle_rad / 2.0 {
+            return;
+        }
+        if way_rad * self.direction < 0.0 && self.turns < MOST_TURNS {
+            self.turns += 1;
+        }
+        self.direction = way_rad.signum();
+    }
+}
+
+/// How near to its reference a resting valve is left alone, rad.
+///
+/// An observer without damping is far slower than a slip. While it integrates at rest, friction sticks until the command
+/// has gone too far, and the rotor slips by up to (T_s − T_c)/K: it hunts for ever. So that is its window.
+fn window_rad(params: &Params, observer: &Observer) -> f64 {
+    let fine_rad = (HOLD_COUNTS * observer.settings.count_rad).max(params.drive.microstep_angle_rad);
+    if observer.settings.damps {
+        return fine_rad;
+    }
+    let excess_nm = params.friction.steady_torque(f64::MIN_POSITIVE) - params.coulomb_torque_nm;
+    fine_rad.max(excess_nm / params.stiffness_nm_per_rad())
 }
 
 /// Age of this cycle's reading, in cycles before the end of the cycle commanded last.
 fn age(params: &Params, observer: &Observer) -> usize {
-    (params.loop_delay_cycles + observer.settings.delay_cycles) as usize
+    params.age_cycles(&observer.settings)
 }

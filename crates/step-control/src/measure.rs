@@ -1,6 +1,6 @@
 //! Following error and load angle, from the encoder and from what was commanded for the time of its reading.
 
-use crate::params::Params;
+use crate::params::{Compensation, Params};
 use crate::rotor::Seen;
 use crate::state::State;
 use signals::{ControllerState, Feedback, validity};
@@ -39,7 +39,24 @@ pub(crate) fn measure(params: &Params, state: &mut State, feedback: Option<&Feed
         let saturated = observation.correction.saturated();
         observation.alarms.step(params, -observation.behind_aim_rad, saturated);
     }
+    note_load(params, state, age_cycles, feedback.angle_rad);
+    let observation = &mut state.observation;
     let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - feedback.angle_rad);
     observation.load_angle_rad = Some(lag_rad - TAU * observation.recovery.teeth as f64);
     observation.lost = observation.recovery.lost(lag_rad);
+}
+
+/// Takes the load angle of a reading as the torque that the valve takes.
+fn note_load(params: &Params, state: &mut State, age_cycles: u64, reading_rad: f64) {
+    if state.tuning.compensation(params) == Compensation::None {
+        return;
+    }
+    let observation = &mut state.observation;
+    let commanded = observation.correction.commanded(age_cycles);
+    let expected = commanded.expected;
+    let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - reading_rad);
+    let torque_nm = params.motor.available_torque_nm(expected.speed_rad_per_s) * lag_rad.sin()
+        - params.motor.damping_nm_s_per_rad * expected.speed_rad_per_s;
+    observation.load_share.step(params, &expected, torque_nm);
+    observation.alarms.note_share(&observation.load_share);
 }

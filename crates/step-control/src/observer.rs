@@ -19,6 +19,7 @@
 //! The estimate of d is the integral action. It does not wind up when the command is limited, because the filter is fed
 //! with the commands after the limits.
 
+use crate::margins::{Loop, Margins, ShaftFactors};
 use crate::riccati::{Filter, least_cost_gain};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -51,6 +52,15 @@ pub(crate) struct Shaft {
 }
 
 impl Shaft {
+    /// One that differs.
+    pub(crate) fn times(self, factors: ShaftFactors) -> Self {
+        Self {
+            inertia_kg_m2: self.inertia_kg_m2 * factors.inertia,
+            stiffness_nm_per_rad: self.stiffness_nm_per_rad * factors.stiffness,
+            ..self
+        }
+    }
+
     /// The largest bandwidth of an observer without damping, Hz, so that it does not excite the resonance: the loop gain
     /// there, raised by the quality factor 1/(2ζ), is a quarter.
     fn quiet_hz(&self) -> f64 {
@@ -78,6 +88,8 @@ pub struct Observer {
     by_end: Vector3<f64>,
     /// The Kalman filter.
     pub(crate) filter: Filter,
+    /// One that trusts the model of the shaft least, for a shaft that is not as believed.
+    pub(crate) cautious: Filter,
     /// Variance of a reading, rad².
     reading_variance: f64,
     /// Process noise of d per cycle, for each Hz² of bandwidth, N²·m²/Hz².
@@ -88,18 +100,63 @@ pub struct Observer {
     feedback: Vector3<f64>,
 }
 
+/// An observer's coefficients, for the transfer function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ObserverParts {
+    pub transition: Matrix3<f64>,
+    pub by_start: Vector3<f64>,
+    pub by_end: Vector3<f64>,
+    pub gain: Vector3<f64>,
+    pub feedback: Vector3<f64>,
+}
+
 /// Process noise of the speed, which stands for unmodelled dynamics: a torque per cycle, in parts of K times the reading's
-/// standard deviation.
-const TORQUE_NOISE_COUNTS: f64 = 1.0;
+/// standard deviation. The more of it, the less the filter trusts its model of the shaft, and the larger are the margins;
+/// disturbances are found later. The first with which the loop has the margins below is taken, or else the last.
+const TORQUE_NOISES_COUNTS: [f64; 9] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0, 16.0, MOST_NOISE_COUNTS];
+const MOST_NOISE_COUNTS: f64 = 32.0;
+
+/// What the loop of a damping observer has to spare: a factor on its gain (6 dB), and phase (45°).
+const GAIN_MARGIN: f64 = 2.0;
+const PHASE_MARGIN_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Shafts with which it has to be stable: inertia 30 % off, and a spring that is weak at a load angle of 45°.
+const OTHER_SHAFTS: [ShaftFactors; 3] = [
+    ShaftFactors { inertia: 0.7, stiffness: 1.0 },
+    ShaftFactors { inertia: 1.3, stiffness: 1.0 },
+    ShaftFactors { inertia: 1.0, stiffness: std::f64::consts::FRAC_1_SQRT_2 },
+];
 
 impl Observer {
-    pub(crate) fn design(shaft: &Shaft, settings: ObserverSettings) -> Self {
+    /// The quickest observer that has the margins wanted, with a dead time of `age_cycles` from a reading to the end of the
+    /// newest command.
+    pub(crate) fn design(shaft: &Shaft, settings: ObserverSettings, age_cycles: usize) -> Self {
+        let [first, more @ ..] = TORQUE_NOISES_COUNTS;
+        let mut observer = Self::with_noise(shaft, settings, first);
+        for noise in more {
+            if !settings.damps || observer.has_margins(shaft, age_cycles) {
+                break;
+            }
+            observer = Self::with_noise(shaft, settings, noise);
+        }
+        observer.cautious = Self::with_noise(shaft, settings, MOST_NOISE_COUNTS).filter;
+        observer
+    }
+
+    fn has_margins(&self, shaft: &Shaft, age_cycles: usize) -> bool {
+        let with = |factors: ShaftFactors| Loop { observer: self, shaft: shaft.times(factors), age_cycles };
+        let enough = |margins: Margins| margins.gain >= GAIN_MARGIN && margins.phase_rad >= PHASE_MARGIN_RAD;
+        with(ShaftFactors::BELIEVED).margins().is_some_and(enough)
+            && OTHER_SHAFTS.iter().all(|factors| with(*factors).spectral_radius() < 1.0)
+    }
+
+    fn with_noise(shaft: &Shaft, settings: ObserverSettings, noise_counts: f64) -> Self {
         let stiffness = shaft.stiffness_nm_per_rad;
         let (transition, by_start, by_end) = discrete(shaft, settings.damps);
         let reading_variance =
             settings.count_rad * settings.count_rad / 12.0 + settings.noise_rad * settings.noise_rad;
         let reading_nm = stiffness * reading_variance.sqrt();
-        let kick = TORQUE_NOISE_COUNTS * reading_nm * shaft.period_s / shaft.inertia_kg_m2;
+        let kick = noise_counts * reading_nm * shaft.period_s / shaft.inertia_kg_m2;
         let per_hz = TAU * shaft.period_s * reading_nm;
         let largest_hz = if settings.damps { LARGEST_HZ } else { shaft.quiet_hz() };
         let change_variance_per_hz2 = per_hz * per_hz;
@@ -121,6 +178,7 @@ impl Observer {
             by_start,
             by_end,
             filter,
+            cautious: filter,
             reading_variance,
             change_variance_per_hz2,
             largest_hz,
@@ -158,6 +216,17 @@ impl Observer {
         corrected
     }
 
+    /// What the transfer function is made of.
+    pub(crate) fn parts(&self) -> ObserverParts {
+        ObserverParts {
+            transition: self.transition,
+            by_start: self.by_start,
+            by_end: self.by_end,
+            gain: self.filter.gain,
+            feedback: self.feedback,
+        }
+    }
+
     /// The w to command at the end of the next cycle, from the state and w predicted for its beginning.
     pub(crate) fn torque_nm(&self, estimate: &Vector3<f64>, present_nm: f64) -> f64 {
         let (disturbance_nm, feedback) = (estimate.z, &self.feedback);
@@ -169,7 +238,7 @@ impl Observer {
 }
 
 /// The shaft discretised over one cycle. Without damping the resonance is left out: x follows the torque at once.
-fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix3<f64>, Vector3<f64>, Vector3<f64>) {
+pub(crate) fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix3<f64>, Vector3<f64>, Vector3<f64>) {
     let Shaft { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping, period_s, .. } = *shaft;
     let free = if resonant { free_motion(shaft) } else { Matrix2::zeros() };
     // The forced response to w − d = start + slope·t is x = (start + slope·(t − D/K))/K; the rest decays freely.
@@ -259,8 +328,10 @@ mod tests {
 
     #[test]
     fn a_changed_bandwidth_converges_to_the_design_for_it() {
-        let (slow, fast) =
-            (Observer::design(&SHAFT, settings(2.0, true)), Observer::design(&SHAFT, settings(200.0, true)));
+        let (slow, fast) = (
+            Observer::with_noise(&SHAFT, settings(2.0, true), 1.0),
+            Observer::with_noise(&SHAFT, settings(200.0, true), 1.0),
+        );
         let mut filter = slow.retuned(slow.filter, 200.0);
         (0..3000).for_each(|_| slow.settle(&mut filter));
         for (gain, designed) in filter.gain.iter().zip(&fast.filter.gain) {
@@ -281,7 +352,7 @@ mod tests {
 
     #[test]
     fn an_observer_without_damping_is_slow_and_has_no_state_feedback() {
-        let observer = Observer::design(&SHAFT, settings(200.0, false));
+        let observer = Observer::design(&SHAFT, settings(200.0, false), 1);
         assert!(observer.largest_hz < 2.0, "{} Hz", observer.largest_hz);
         assert_eq!(observer.torque_nm(&Vector3::new(1e-3, 1.0, 0.7), 0.1), 0.7);
     }

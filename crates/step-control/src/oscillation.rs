@@ -17,6 +17,10 @@ const HALF_WAVES: usize = 10;
 const GROWING_WAVES: usize = 4;
 const GROWS: f64 = 1.05;
 
+/// One less is enough where the newest is as large as this, electrical rad: 45°, which nothing but the loop itself reaches
+/// again and again.
+const LARGE_RAD: f64 = PI / 4.0;
+
 /// The longest half-wave, in half periods of the believed resonance: six times the believed inertia.
 const LONGEST: f64 = 2.5;
 
@@ -52,7 +56,7 @@ impl Oscillation {
         self.close(params);
         self.swing_rad = change_rad;
         self.cycles = 0;
-        self.count >= HALF_WAVES && self.keeps() || self.count >= GROWING_WAVES && self.grows()
+        self.count >= HALF_WAVES && self.keeps() || self.grows()
     }
 
     /// Ends a half-wave: it continues the ones before, or begins anew.
@@ -73,8 +77,11 @@ impl Oscillation {
 
     /// Whether each of the last half-waves is larger than the one before: a loop that does not oscillate by itself has a decay.
     fn grows(&self) -> bool {
-        let newest = self.past_rad.iter().take(GROWING_WAVES);
-        newest.clone().zip(newest.skip(1)).all(|(later, earlier)| *later > GROWS * earlier)
+        let large = self.past_rad.first().is_some_and(|newest_rad| *newest_rad > LARGE_RAD);
+        let waves = GROWING_WAVES - usize::from(large);
+        let newest = self.past_rad.iter().take(waves);
+        self.count >= waves
+            && newest.clone().zip(newest.skip(1)).all(|(later, earlier)| *later > GROWS * earlier)
     }
 
     fn keeps(&self) -> bool {

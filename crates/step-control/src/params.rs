@@ -213,20 +213,30 @@ impl Params {
     /// These settings with an observer designed for them.
     #[must_use]
     pub fn with_observer(self, settings: ObserverSettings) -> Self {
-        let shaft = Shaft {
+        let observer = Observer::design(&self.shaft(), settings, self.age_cycles(&settings));
+        Self { observer: Some(observer), ..self }
+    }
+
+    /// Cycles from a reading to the end of the newest command.
+    pub(crate) fn age_cycles(&self, settings: &ObserverSettings) -> usize {
+        (self.loop_delay_cycles + settings.delay_cycles) as usize
+    }
+
+    /// Motor and load as believed, sliding on the motor's spring.
+    pub(crate) fn shaft(&self) -> Shaft {
+        Shaft {
             inertia_kg_m2: self.inertia_kg_m2,
-            stiffness_nm_per_rad: self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth),
+            stiffness_nm_per_rad: self.stiffness_nm_per_rad(),
             damping_nm_s_per_rad: self.motor.damping_nm_s_per_rad,
             period_s: self.period_s,
-        };
-        Self { observer: Some(Observer::design(&shaft, settings)), ..self }
+        }
     }
 
     /// These settings with an input shaper for the believed resonance of motor and load in sliding; without one where
     /// there is no such resonance, or half its period is longer than the shaper remembers.
     #[must_use]
     pub fn with_shaper(self) -> Self {
-        let stiffness = self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth);
+        let stiffness = self.stiffness_nm_per_rad();
         let frequency = (stiffness / self.inertia_kg_m2).sqrt();
         let damping = self.motor.damping_nm_s_per_rad + self.viscous_nm_s_per_rad;
         let ratio = damping / (2.0 * (stiffness * self.inertia_kg_m2).sqrt());
@@ -235,8 +245,12 @@ impl Params {
 
     /// Half a period of the believed resonance of motor and load, s.
     pub(crate) fn half_period_s(&self) -> f64 {
-        let stiffness = self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth);
-        PI * (self.inertia_kg_m2 / stiffness).sqrt()
+        PI * (self.inertia_kg_m2 / self.stiffness_nm_per_rad()).sqrt()
+    }
+
+    /// The motor's torque by load angle K, about zero, N·m/rad.
+    pub(crate) fn stiffness_nm_per_rad(&self) -> f64 {
+        self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth)
     }
 
     /// What a re-entry ramp keeps to.
@@ -268,5 +282,56 @@ impl Params {
             return Err(ControlError::Number { key: "loop_delay_cycles", found, expected: "1 or 2" });
         }
         Ok(self.drive.validate()?)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use valve_model::{LuGreParams, Model};
+
+    /// A controller of the bench rig without observer.
+    pub(crate) fn params() -> Params {
+        let (belief, friction, motor) = (Model::bench_rig(), LuGreParams::BENCH_RIG, MotorParams::BENCH_RIG);
+        Params {
+            period_s: 1e-3,
+            loop_delay_cycles: 1,
+            motor,
+            inertia_kg_m2: 5e-4,
+            friction: FrictionLaw::new(&belief.friction),
+            with_effects: MotionParams::new(&belief).unwrap(),
+            coulomb_torque_nm: friction.coulomb_torque_nm,
+            viscous_nm_s_per_rad: friction.viscous_nm_s_per_rad,
+            compensation: Compensation::Full,
+            observer: None,
+            shaper: None,
+            encoder_delay_cycles: 0,
+            lost_steps: LostSteps::Fault,
+            homing: None,
+            holds_when_disarmed: false,
+            drive: drive::Params {
+                period_s: 1e-3,
+                microstep_angle_rad: motor.microstep_angle_rad(),
+                max_pulse_rate_hz: 600e3,
+                max_pulse_acceleration_hz_per_s: 400e6,
+                quick_stop_deceleration_hz_per_s: 10e6,
+                after_stop: drive::AfterStop::Hold,
+                silence_cycles: 3,
+                energise_cycles: 0,
+                lowest_angle_rad: None,
+                highest_angle_rad: None,
+                standstill_rad: 1e-4,
+            },
+            reference_limits: ReferenceLimits {
+                min_angle_rad: None,
+                max_angle_rad: None,
+                max_speed_rad_per_s: 10.0,
+                unhomed_speed_rad_per_s: 0.2,
+            },
+            max_following_error_rad: 0.05,
+            following_error_per_speed_s: 0.0,
+            arm_at_cycle: None,
+            disarm_at_cycle: None,
+        }
     }
 }

@@ -4,10 +4,12 @@ use crate::alarms::Alarms;
 use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
 use crate::correction::{Correction, Instant};
 use crate::homing_state::HomingState;
+use crate::load_share::{Expected, LoadShare};
 use crate::params::Params;
 use crate::partner::Partner;
 use crate::re_entry::ReEntry;
 use crate::recovery::Recovery;
+use crate::ringing::Ringing;
 use crate::rotor::Seen;
 use crate::shaper::Shaped;
 use crate::tuning::Tuning;
@@ -122,8 +124,11 @@ pub(crate) struct Steering {
     pub aim: Kinematics,
     /// The believed contact at the end of the cycle commanded last.
     pub contact: Contact,
-    /// The part of the contact's friction that is still believed after a stop, in long cycles.
-    pub friction_held: f64,
+    /// The part of the believed friction that is fed forward while it moves.
+    pub fed_part: f64,
+    /// What long cycles set ringing, and whether the belief still knows the contact.
+    pub ringing: Ringing,
+    pub contact_known: bool,
     pub wanted: Wanted,
     /// How fast the trajectory's time shall run.
     pub time_scale: f64,
@@ -151,7 +156,9 @@ impl Steering {
             shaped: Shaped::at(reference),
             aim: reference,
             contact: Contact::relaxed(),
-            friction_held: 1.0,
+            fed_part: 1.0,
+            ringing: Ringing::default(),
+            contact_known: true,
             wanted: Wanted::default(),
             time_scale: 1.0,
             offset_rad: 0.0,
@@ -190,6 +197,8 @@ pub(crate) struct Observation {
     /// Electrical lead of the command over the rotor at the last reading, lost teeth aside, rad.
     pub load_angle_rad: Option<f64>,
     pub alarms: Alarms,
+    /// Which share of the believed friction the valve has.
+    pub load_share: LoadShare,
     /// Commands since arming that the drive did not have in time.
     pub missed_commands: u64,
     /// Whether this cycle's reading says that steps are lost.
@@ -207,7 +216,12 @@ impl Observation {
         let seen = feedback.validity & validity::ENCODER != 0;
         let lag_rad = f64::from(params.motor.rotor_teeth) * (command_rad - feedback.angle_rad);
         let beyond_nm = torque_beyond_nm(params, command_rad, &steering.led, &FeedForward::default());
-        let instant = Instant { reference_rad: steering.led.angle_rad, beyond_nm, command_rad };
+        let instant = Instant {
+            reference_rad: steering.led.angle_rad,
+            beyond_nm,
+            command_rad,
+            expected: Expected::default(),
+        };
         Self {
             surroundings: self.surroundings,
             correction: Correction::at_rest(instant),

@@ -3,10 +3,11 @@
 use crate::compensation::{
     Contact, FeedForward, Wanted, command_rad, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
 };
-use crate::correction::{Instant, Wish};
+use crate::correction::{Belief, Instant, Wish};
+use crate::load_share::Expected;
 use crate::params::{LostSteps, Params};
 use crate::rotor::Seen;
-use crate::state::{State, Steering};
+use crate::state::State;
 use crate::time_scale::next_time_scale;
 use drive::Microsteps;
 use signals::{Kinematics, limiting};
@@ -14,9 +15,6 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// While the target is further than this part of a tooth pitch behind the reference, the reference waits for it.
 const WAITS_BEYOND: f64 = 0.5;
-
-/// Time constant with which the friction of a relaxing contact leaves the feed-forward, s: some periods of the resonance.
-const RELAXING_S: f64 = 0.05;
 
 /// One cycle of it.
 pub(crate) fn track(params: &Params, state: &mut State) {
@@ -28,10 +26,21 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     let level = state.tuning.compensation(params);
     let around = state.observation.surroundings;
     let steering = &mut state.steering;
-    relax_at_rest(params, steering, &target);
-    let mut fed = feed_forward(params, level, &mut steering.contact, &around, &steering.aim, &target);
-    fed.fade(1.0 - steering.friction_held);
-    steering.aim = target;
+    let (before, after) = motion_of_cycle(params, &steering.aim, &target);
+    let mut fed = feed_forward(params, level, &mut steering.contact, &around, &before, &after);
+    let expected = if contact_is_known(params, state, &target) {
+        let quiet = state.steering.ringing.is_quiet(params);
+        let expected = if quiet { Expected::of(params, &target, &fed) } else { Expected::default() };
+        let sliding_nm =
+            params.coulomb_torque_nm + params.viscous_nm_s_per_rad * target.speed_rad_per_s.abs();
+        fed.share(fed_part(params, state), sliding_nm);
+        expected
+    } else {
+        state.steering.contact = Contact::relaxed();
+        fed = FeedForward::default();
+        Expected::default()
+    };
+    state.steering.aim = target;
     let cut = aim(params, state, &target, &fed);
     let steering = &mut state.steering;
     let own_way = steering.target - steering.target_before;
@@ -46,23 +55,45 @@ pub(crate) fn track(params: &Params, state: &mut State) {
         reference_rad: target.angle_rad,
         beyond_nm: torque_beyond_nm(params, command_rad, &target, &fed),
         command_rad,
+        expected,
     });
     state.steering.time_scale = time_scale(params, state);
 }
 
-/// Keeps account of how much of the friction at rest is still believed. A cycle longer than half a period of the resonance
-/// excites it: the rotor rings where the reference stops, and its bristles relax while the belief's stay bent.
-fn relax_at_rest(params: &Params, steering: &mut Steering, target: &Kinematics) {
+/// The motion that friction sees in a cycle. In cycles longer than half a period of the resonance it is the command's,
+/// which is linear: a reference may set out and arrive within one, and rest at both its ends.
+fn motion_of_cycle(params: &Params, before: &Kinematics, after: &Kinematics) -> (Kinematics, Kinematics) {
     if params.period_s <= params.half_period_s() {
-        return;
+        return (*before, *after);
     }
-    let rests = target.speed_rad_per_s == 0.0 && target.acceleration_rad_per_s2 == 0.0;
-    if rests {
-        steering.friction_held *= (-params.period_s / RELAXING_S).exp();
-    } else if steering.friction_held < 1.0 {
-        steering.friction_held = 1.0;
-        steering.contact = Contact::relaxed();
+    let speed_rad_per_s = (after.angle_rad - before.angle_rad) / params.period_s;
+    (Kinematics { speed_rad_per_s, ..*before }, Kinematics { speed_rad_per_s, ..*after })
+}
+
+/// Whether the belief can tell what friction does: not while long cycles set the rotor ringing, and not at rest after that,
+/// with bristles that relaxed on the way. The feed-forward would be one more thing that excites it.
+fn contact_is_known(params: &Params, state: &mut State, target: &Kinematics) -> bool {
+    let State { steering, observation, .. } = state;
+    let rests = target.rests() && target.angle_rad == steering.aim.angle_rad;
+    let (now, before) = (observation.correction.commanded(0), observation.correction.commanded(1));
+    let turn_rad = target.angle_rad - 2.0 * now.reference_rad + before.reference_rad;
+    steering.ringing = steering.ringing.next(params, turn_rad, target, rests);
+    let rings = steering.ringing.relaxes(params);
+    steering.contact_known = !rings && (steering.contact_known || !rests);
+    steering.contact_known
+}
+
+/// The part of the believed friction that is fed forward.
+fn fed_part(params: &Params, state: &mut State) -> f64 {
+    let State { steering, observation, .. } = state;
+    let doubts = params.period_s > params.half_period_s() && observation.seen.is_some();
+    let part = observation.load_share.used(params, doubts);
+    if part != steering.fed_part {
+        let reading_age = params.loop_delay_cycles + params.encoder_delay_cycles;
+        observation.correction.feed_less(reading_age, steering.fed_part - part);
+        steering.fed_part = part;
     }
+    part
 }
 
 /// The motion to aim at: the reference or the re-entry ramp towards it, shaped where there is a shaper.
@@ -97,6 +128,8 @@ pub(crate) fn coast(params: &Params, state: &mut State) {
         reference_rad: last.reference_rad + way_rad,
         beyond_nm: last.beyond_nm + freed_nm,
         command_rad: steering.angle_rad(params, Microsteps::from(steering.position.round())),
+        // Nothing is expected of a cycle that was not commanded.
+        expected: Expected::default(),
     };
     state.observation.correction.coast(params, instant);
     state.observation.seen = state.observation.seen.map(Seen::passed_over);
@@ -119,7 +152,18 @@ fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForwar
         Some(_) if observation.alarms.fell_back() => observation.correction.fall_back(params.period_s),
         Some(observer) => {
             state.tuning.settle(observer);
-            observation.correction.step(params, observer, &state.tuning, observation.reading_rad, target)
+            let belief = Belief {
+                shaft_is_off: observation.alarms.slowed(),
+                contact_is_known: state.steering.contact_known,
+            };
+            observation.correction.step(
+                params,
+                observer,
+                &state.tuning,
+                observation.reading_rad,
+                target,
+                belief,
+            )
         }
         None => Wish::More { beyond_nm: 0.0 },
     };
