@@ -7,6 +7,7 @@ mod data_quality;
 mod diagnosis;
 mod integrator;
 mod jitter;
+mod margins;
 mod max;
 mod output;
 mod peers;
@@ -84,6 +85,8 @@ enum Bench {
     Predict,
     /// What friction compensation is worth, over scenarios, levels and beliefs; --file docs/compensation.md
     Compensation(compensation::Arguments),
+    /// How far the loop of encoder, observer and motor is from instability; --docs docs/robustness.md
+    Margins,
     /// Whether compensation is ever worse than none, over valves unlike the belief; --docs docs/robustness.md
     Robustness,
     /// Sim, bus, jitter, max and peers, one after the other
@@ -127,6 +130,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Soak(arguments) => safety::run_soak(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
+        Bench::Margins => margins::run(quick),
         Bench::Robustness => robustness::run(quick),
         Bench::Compensation(arguments) => return compensation::run(arguments),
         Bench::All => return Ok(()),
