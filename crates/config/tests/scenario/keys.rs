@@ -9,19 +9,37 @@ fn repository() -> PathBuf {
 }
 
 /// What may stand before a key in a reader's source.
-const READERS: [&str; 10] =
-    ["find", "require", "quantity", "integer_or", "text", "section", "ramp", "angle", "optional", "list"];
+const READERS: [&str; 14] = [
+    "find",
+    "require",
+    "quantity",
+    "integer_or",
+    "text",
+    "section",
+    "ramp",
+    "angle",
+    "optional",
+    "list",
+    "number",
+    "optional_number",
+    "count",
+    "optional_section",
+];
 
 /// The keys that a source names: a text in small letters, first in the arguments of a reader or in a list of keys.
 fn keys_of(source: &str) -> BTreeSet<String> {
-    let is_key = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+    let is_key = |text: &str| {
+        text.starts_with(|c: char| c.is_ascii_lowercase())
+            && text.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+    };
     let mut keys = BTreeSet::new();
     for (at, _) in source.match_indices('"') {
         let (before, after) = (source[..at].trim_end(), &source[at + 1..]);
         let Some(key) = after.split('"').next().filter(|key| is_key(key)) else { continue };
-        let call = before.trim_end_matches("&root,").trim_end();
+        let call = before.trim_end_matches("&root,").trim_end_matches("friction,").trim_end();
         let read = READERS.iter().any(|reader| call.ends_with(&format!("{reader}(")))
-            || call.ends_with("read_profile(");
+            || call.ends_with("read_profile(")
+            || call.ends_with("either(");
         let listed = before
             .rsplit(';')
             .next()
@@ -33,12 +51,16 @@ fn keys_of(source: &str) -> BTreeSet<String> {
     keys
 }
 
-fn keys() -> BTreeSet<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scenario");
+/// The keys that the readers of a folder of the sources ask for.
+fn keys_in(folder: &str) -> BTreeSet<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(folder);
     let sources = std::fs::read_dir(folder).unwrap().flatten().map(|entry| entry.path());
     let readers = sources.filter(|path| path.file_name().unwrap().to_str().unwrap().starts_with("read"));
-    let found: BTreeSet<String> =
-        readers.flat_map(|path| keys_of(&std::fs::read_to_string(path).unwrap())).collect();
+    readers.flat_map(|path| keys_of(&std::fs::read_to_string(path).unwrap())).collect()
+}
+
+fn keys() -> BTreeSet<String> {
+    let found = keys_in("scenario");
     assert!(found.len() > 60 && found.contains("unhomed_speed") && found.contains("pulse_rate"), "{found:?}");
     found
 }
@@ -58,14 +80,18 @@ fn every_key_is_in_the_fuzz_corpus() {
 }
 
 #[test]
-fn every_key_is_in_the_document() {
-    let text = std::fs::read_to_string(repository().join("docs/scenario.md")).unwrap();
-    let told: BTreeSet<&str> = text
-        .split('`')
-        .skip(1)
-        .step_by(2)
-        .flat_map(|code| code.split(|c: char| !c.is_alphanumeric() && c != '_'))
-        .collect();
-    let missing: Vec<String> = keys().into_iter().filter(|key| !told.contains(key.as_str())).collect();
-    assert!(missing.is_empty(), "not in docs/scenario.md: {missing:?}");
+fn every_key_is_in_the_documents() {
+    let model = keys_in("model");
+    assert!(model.len() > 45 && model.contains("maxwell_elements"), "{} keys: {model:?}", model.len());
+    for (document, keys) in [("docs/scenario.md", keys()), ("docs/model.md", model)] {
+        let text = std::fs::read_to_string(repository().join(document)).unwrap();
+        let told: BTreeSet<&str> = text
+            .split('`')
+            .skip(1)
+            .step_by(2)
+            .flat_map(|code| code.split(|c: char| !c.is_alphanumeric() && c != '_'))
+            .collect();
+        let missing: Vec<String> = keys.into_iter().filter(|key| !told.contains(key.as_str())).collect();
+        assert!(missing.is_empty(), "not in {document}: {missing:?}");
+    }
 }
