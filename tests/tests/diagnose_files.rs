@@ -293,3 +293,26 @@ fn what_is_missing_in_some_runs_spoils_no_other() {
     let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
     assert_eq!(residuals.runs.len(), all - 1);
 }
+
+/// A zero that is off within its tolerance, where the given model has a zero of its own.
+#[test]
+fn a_given_offset_is_corrected_and_not_doubled() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", campaign(0.0));
+    let given = std::fs::read_to_string(rig()).unwrap();
+    let model =
+        place.write("model.toml", &(given + "\n[[effect]]\nid = \"torque-offset\"\noffset_nm = 0.02\n"));
+    diagnose(&place, &log, &model, "out").expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "no-discrepancy");
+    let corrected = &found["within_tolerance"][0];
+    assert_eq!((&corrected["id"], &corrected["at_bound"]), (&"torque-offset".into(), &false.into()));
+    let extended = std::fs::read_to_string(place.path("out/model-extended.toml")).unwrap();
+    assert!(
+        extended.contains("# Of the transducer") && extended.contains("# offset_nm = -0.0"),
+        "{extended}"
+    );
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    let of = |name: &str| residuals.runs[0].extra(name).unwrap().values.clone();
+    assert!(rms(&of("measured"), &of("predicted_after")) < 1.2 * NOISE_NM);
+}

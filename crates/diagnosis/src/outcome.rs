@@ -289,6 +289,8 @@ pub struct Corrected {
     pub id: EffectId,
     /// "factor", or "offset_nm".
     pub key: String,
+    /// Whether the tolerance keeps it from going further.
+    pub at_bound: bool,
     /// By how much.
     #[serde(flatten)]
     pub found: ParameterFound,

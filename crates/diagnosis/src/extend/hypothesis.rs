@@ -61,6 +61,11 @@ impl Correction {
         (value - self.neutral).abs() <= Self::MOST * self.deviation
     }
 
+    /// Whether the tolerance keeps it from going further.
+    pub fn is_at_bound(&self) -> bool {
+        (self.value - self.neutral).abs() >= 0.999 * Self::MOST * self.deviation
+    }
+
     fn set(&mut self, value: f64) {
         let most = Self::MOST * self.deviation;
         self.value = value.clamp(self.neutral - most, self.neutral + most);

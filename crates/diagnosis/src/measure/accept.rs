@@ -188,7 +188,7 @@ fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected>
             unit: Candidate::unit(of.key, of.id).to_owned(),
         };
         let clear = (of.value - of.neutral).abs() > (CLEAR * std_error).min(MOVED * of.deviation);
-        clear.then(|| Corrected { id: of.id, key: of.key.to_owned(), found })
+        clear.then(|| Corrected { id: of.id, key: of.key.to_owned(), at_bound: of.is_at_bound(), found })
     });
     each.collect()
 }

@@ -2,10 +2,10 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{BestOfGroup, Cause, Evidence, Found, ParameterFound, Parameters};
-use valve_model::{Effect, Model};
+use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found, ParameterFound, Parameters};
+use valve_model::{Effect, EffectId, Model};
 
-use super::words::{short, unit};
+use super::words::{corrected as corrected_words, short, unit};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {
@@ -29,7 +29,32 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
     for (section, causes) in corrected(causes) {
         comments = comments.with_section(section, causes);
     }
-    write_model(&extended, &comments) + &alternatives(found, given) + &offered(found, given)
+    write_model(&extended, &comments)
+        + &alternatives(found, given)
+        + &offered(found, given)
+        + &transducer(found)
+}
+
+/// Whether a correction is of what the transducer reads, which is no part of the valve.
+pub fn is_of_transducer(of: &Corrected) -> bool {
+    matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset)
+}
+
+/// What the transducer reads too much, in comments: it is no part of the valve, but of this log.
+fn transducer(found: &Found) -> String {
+    let mut text = String::new();
+    for of in found.diagnosis.within_tolerance.iter().filter(|of| is_of_transducer(of)) {
+        let value = of.found.value;
+        text.push_str(&format!(
+            "\n# Of the transducer, within its tolerance, and therefore left out: {}.\n\
+             # To predict this log as the report does, take the \"# \" off (or correct the effect, if the model has it above).\n\
+             # [[effect]]\n# id = \"{}\"\n# {} = {value}\n",
+            corrected_words(of),
+            of.id,
+            of.key
+        ));
+    }
+    text
 }
 
 /// The best of each group that can't be told apart, in comments: whoever wants it takes the marks away.

@@ -2,6 +2,7 @@
 //!
 //! The diagnosis looks at blocks of long logs. Here whole runs are predicted, as `stepvalve predict` does it.
 
+use super::extended;
 use crate::predict::runs::{Done, predict_all, tasks};
 use anyhow::Context;
 use diagnosis::{Covariance, Found};
@@ -118,11 +119,20 @@ impl Sampled {
 /// The extended model with what the transducer reads too much within its tolerance: that is no part of the model file.
 fn with_transducer(found: &Found) -> Model {
     let mut model = found.extended.clone();
-    for of in &found.diagnosis.within_tolerance {
-        if matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset) {
-            let effect = Effect::new(of.id, &[(of.key.as_str(), EffectValue::Number(of.found.value))]);
-            model.effects.extend(effect);
-        }
+    for of in found.diagnosis.within_tolerance.iter().filter(|of| extended::is_of_transducer(of)) {
+        let present = model.effects.iter().position(|effect| effect.id() == of.id);
+        let own = present.and_then(|place| model.effects.get(place)).map(|effect| effect.number(&of.key));
+        // On top of what the given model says itself.
+        let value = match own {
+            Some(own) if of.id == EffectId::TorqueGain => own * of.found.value,
+            Some(own) => own + of.found.value,
+            None => of.found.value,
+        };
+        let Ok(effect) = Effect::new(of.id, &[(of.key.as_str(), EffectValue::Number(value))]) else {
+            continue;
+        };
+        model.effects.retain(|present| present.id() != of.id);
+        model.effects.push(effect);
     }
     model
 }

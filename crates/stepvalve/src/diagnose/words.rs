@@ -107,10 +107,16 @@ pub fn headline(found: &Found) -> String {
 /// A number that is corrected within its tolerance.
 pub fn corrected(number: &Corrected) -> String {
     let of = &number.found;
-    if number.key == "offset_nm" {
-        return format!("{} {} N·m", number.id.name(), short(of.value));
-    }
     let percent = |value: f64| format!("{:+.1}", 100.0 * (value - 1.0));
+    let bound =
+        ", as far as the tolerance goes: these data want more of it, or can't tell it from something else";
+    if number.key == "offset_nm" {
+        let bound = if number.at_bound { bound } else { "" };
+        return format!("{} {} N·m{bound}", number.id.name(), short(of.value));
+    }
+    if number.at_bound {
+        return format!("{} {} %{bound}", number.id.name(), percent(of.value));
+    }
     let [from, to] = of.ci95;
     format!("{} {} % ({} to {} %)", number.id.name(), percent(of.value), percent(from), percent(to))
 }
