@@ -16,7 +16,6 @@
 //! dependent: one per half period of the resonance counts. Slow sliding is left out, where stick and slip decide the
 //! load angle, and so is rest, where friction takes any torque up to break-away.
 
-use crate::compensation::FeedForward;
 use crate::params::Params;
 use serde::{Deserialize, Serialize};
 use signals::Kinematics;
@@ -58,11 +57,11 @@ pub(crate) struct Expected {
 }
 
 impl Expected {
-    /// Of a motion, and what is fed forward for it with all of the believed friction.
-    pub(crate) fn of(params: &Params, target: &Kinematics, fed: &FeedForward) -> Self {
+    /// Of a motion, and of the friction torque that the belief expects for it.
+    pub(crate) fn of(params: &Params, target: &Kinematics, friction_nm: f64) -> Self {
         Self {
             speed_rad_per_s: target.speed_rad_per_s,
-            friction_nm: fed.friction_nm,
+            friction_nm,
             inertia_nm: params.inertia_kg_m2 * target.acceleration_rad_per_s2,
         }
     }

@@ -13,8 +13,8 @@
 //! motor's spring K = T_hold·N_r about a small load angle. Friction that opposes the motion damps it further; a load angle
 //! γ weakens the spring to K·cos γ.
 
-use crate::observer::{Observer, Shaft, discrete};
-use crate::params::Params;
+use crate::observer::Observer;
+use crate::shaft::{Shaft, discrete};
 use nalgebra::{Complex, DMatrix, DVector, Matrix3, RowVector3, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -134,48 +134,6 @@ fn vector(vector: &Vector3<f64>) -> Vector3<Cplx> {
     vector.map(Cplx::from)
 }
 
-/// How a valve's shaft differs from the believed one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShaftFactors {
-    /// Of the inertia of motor and load.
-    pub inertia: f64,
-    /// Of the motor's torque by load angle: a wrong holding torque, or the cosine of the load angle.
-    pub stiffness: f64,
-}
-
-impl ShaftFactors {
-    /// The shaft as believed.
-    pub const BELIEVED: Self = Self { inertia: 1.0, stiffness: 1.0 };
-}
-
-impl Params {
-    /// The loop of encoder, observer and motor at a frequency (Hz): gain and phase (rad) of the loop transfer L. `None`
-    /// without an observer, or where L has a pole.
-    pub fn loop_response(&self, shaft: ShaftFactors, frequency_hz: f64) -> Option<(f64, f64)> {
-        let transfer = self.observed_loop(shaft)?.at(frequency_hz)?;
-        Some((transfer.norm(), transfer.arg()))
-    }
-
-    /// How far that loop is from instability. Margins mean nothing where [`Params::loop_is_stable`] is false.
-    pub fn margins(&self, shaft: ShaftFactors) -> Option<Margins> {
-        self.observed_loop(shaft)?.margins()
-    }
-
-    /// Whether all motions of that loop die out; `None` without an observer.
-    pub fn loop_is_stable(&self, shaft: ShaftFactors) -> Option<bool> {
-        Some(self.observed_loop(shaft)?.spectral_radius() < 1.0)
-    }
-
-    fn observed_loop(&self, factors: ShaftFactors) -> Option<Loop<'_>> {
-        let observer = self.observer.as_ref()?;
-        Some(Loop {
-            observer,
-            shaft: self.shaft().times(factors),
-            age_cycles: self.age_cycles(&observer.settings),
-        })
-    }
-}
-
 impl Loop<'_> {
     /// The largest magnitude of the closed loop's poles: below 1 all motions die out.
     pub(crate) fn spectral_radius(&self) -> f64 {
@@ -227,71 +185,3 @@ impl Loop<'_> {
 
 /// Of the closed loop's state, beside the commands.
 const FIXED_STATES: usize = 5;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::observer::ObserverSettings;
-    use approx::assert_relative_eq;
-
-    fn shaft(period_s: f64) -> Shaft {
-        Shaft { inertia_kg_m2: 5e-4, stiffness_nm_per_rad: 300.0, damping_nm_s_per_rad: 0.02, period_s }
-    }
-
-    fn designed(shaft: &Shaft, age_cycles: usize, damps: bool) -> Observer {
-        let settings = ObserverSettings {
-            bandwidth_hz: 320.0,
-            torque_limit_nm: 3.0,
-            count_rad: TAU / 131_072.0,
-            noise_rad: 1e-5,
-            delay_cycles: age_cycles as u64 - 1,
-            damps,
-        };
-        Observer::design(shaft, settings, age_cycles)
-    }
-
-    #[test]
-    fn every_observer_has_the_margins_that_are_stated() {
-        for (period_s, damps) in
-            [(2.5e-4, true), (5e-4, true), (1e-3, true), (2e-3, false), (4e-3, false), (1e-2, false)]
-        {
-            for age_cycles in 1..=2 {
-                let shaft = shaft(period_s);
-                let observer = designed(&shaft, age_cycles, damps);
-                let designed = Loop { observer: &observer, shaft, age_cycles };
-                let found = designed.margins().unwrap();
-                let what = format!("{period_s} s, {age_cycles} cycles: {found:?}");
-                assert!(found.gain >= 2.0 && found.phase_rad.to_degrees() >= 45.0, "{what}");
-                assert!(found.delay_s > 0.5e-3, "{what}");
-                for (inertia, stiffness) in [(1.0, 1.0), (0.7, 1.0), (1.3, 1.0), (1.0, 0.71)] {
-                    let other = Loop { shaft: shaft.times(ShaftFactors { inertia, stiffness }), ..designed };
-                    assert!(other.spectral_radius() < 1.0, "{what}, inertia × {inertia}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn where_a_pole_leaves_the_circle_the_loop_transfer_is_minus_one() {
-        let shaft = shaft(1e-3);
-        let observer = designed(&shaft, 1, true);
-        let with = |inertia: f64| Loop {
-            observer: &observer,
-            shaft: shaft.times(ShaftFactors { inertia, stiffness: 1.0 }),
-            age_cycles: 1,
-        };
-        let (mut unstable, mut stable) = (0.2, 1.0);
-        assert!(with(unstable).spectral_radius() > 1.0 && with(stable).spectral_radius() < 1.0);
-        for _ in 0..50 {
-            let middle = 0.5 * (unstable + stable);
-            if with(middle).spectral_radius() < 1.0 { stable = middle } else { unstable = middle }
-        }
-        let edge = with(stable);
-        let distance = |frequency_hz: f64| (Cplx::from(1.0) + edge.at(frequency_hz).unwrap()).norm();
-        let nearest = (1..5000).map(|index| distance(0.1 * f64::from(index))).fold(f64::INFINITY, f64::min);
-        assert!(nearest < 0.01, "{nearest}");
-        let margins = edge.margins().unwrap();
-        assert_relative_eq!(margins.gain, 1.0, epsilon = 0.02);
-        assert!(margins.phase_rad.to_degrees() < 3.0, "{margins:?}");
-    }
-}

@@ -19,9 +19,9 @@
 //! The estimate of d is the integral action. It does not wind up when the command is limited, because the filter is fed
 //! with the commands after the limits.
 
-use crate::margins::{Loop, Margins, ShaftFactors};
 use crate::riccati::{Filter, least_cost_gain};
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use crate::shaft::{Shaft, discrete};
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -42,39 +42,19 @@ pub struct ObserverSettings {
     pub damps: bool,
 }
 
-/// The shaft as believed, for the observer's design.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Shaft {
-    pub inertia_kg_m2: f64,
-    pub stiffness_nm_per_rad: f64,
-    pub damping_nm_s_per_rad: f64,
-    pub period_s: f64,
-}
-
-impl Shaft {
-    /// One that differs.
-    pub(crate) fn times(self, factors: ShaftFactors) -> Self {
-        Self {
-            inertia_kg_m2: self.inertia_kg_m2 * factors.inertia,
-            stiffness_nm_per_rad: self.stiffness_nm_per_rad * factors.stiffness,
-            ..self
-        }
-    }
-
-    /// The largest bandwidth of an observer without damping, Hz, so that it does not excite the resonance: the loop gain
-    /// there, raised by the quality factor 1/(2ζ), is a quarter.
-    fn quiet_hz(&self) -> f64 {
-        let frequency = (self.stiffness_nm_per_rad / self.inertia_kg_m2).sqrt();
-        let damping_ratio = self.damping_nm_s_per_rad / (2.0 * self.inertia_kg_m2 * frequency);
-        (damping_ratio * frequency / (2.0 * TAU)).max(SLOWEST_HZ)
-    }
-}
-
 /// Upper bound of the bandwidth, Hz.
 pub const LARGEST_HZ: f64 = 1000.0;
 
 /// Lower bound of the bandwidth, Hz: a slower observer would have no effect.
 pub const SLOWEST_HZ: f64 = 0.1;
+
+/// The largest bandwidth of an observer without damping, Hz, so that it does not excite the resonance: the loop gain
+/// there, raised by the quality factor 1/(2ζ), is a quarter.
+fn quiet_hz(shaft: &Shaft) -> f64 {
+    let frequency = (shaft.stiffness_nm_per_rad / shaft.inertia_kg_m2).sqrt();
+    let damping_ratio = shaft.damping_nm_s_per_rad / (2.0 * shaft.inertia_kg_m2 * frequency);
+    (damping_ratio * frequency / (2.0 * TAU)).max(SLOWEST_HZ)
+}
 
 /// A designed observer: constant coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -113,44 +93,13 @@ pub(crate) struct ObserverParts {
 /// Process noise of the speed, which stands for unmodelled dynamics: a torque per cycle, in parts of K times the reading's
 /// standard deviation. The more of it, the less the filter trusts its model of the shaft, and the larger are the margins;
 /// disturbances are found later. The first with which the loop has the margins below is taken, or else the last.
-const TORQUE_NOISES_COUNTS: [f64; 9] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0, 16.0, MOST_NOISE_COUNTS];
-const MOST_NOISE_COUNTS: f64 = 32.0;
-
-/// What the loop of a damping observer has to spare: a factor on its gain (6 dB), and phase (45°).
-const GAIN_MARGIN: f64 = 2.0;
-const PHASE_MARGIN_RAD: f64 = std::f64::consts::FRAC_PI_4;
-
-/// Shafts with which it has to be stable: inertia 30 % off, and a spring that is weak at a load angle of 45°.
-const OTHER_SHAFTS: [ShaftFactors; 3] = [
-    ShaftFactors { inertia: 0.7, stiffness: 1.0 },
-    ShaftFactors { inertia: 1.3, stiffness: 1.0 },
-    ShaftFactors { inertia: 1.0, stiffness: std::f64::consts::FRAC_1_SQRT_2 },
-];
+pub(crate) const TORQUE_NOISES_COUNTS: [f64; 9] =
+    [1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0, 16.0, MOST_NOISE_COUNTS];
+pub(crate) const MOST_NOISE_COUNTS: f64 = 32.0;
 
 impl Observer {
-    /// The quickest observer that has the margins wanted, with a dead time of `age_cycles` from a reading to the end of the
-    /// newest command.
-    pub(crate) fn design(shaft: &Shaft, settings: ObserverSettings, age_cycles: usize) -> Self {
-        let [first, more @ ..] = TORQUE_NOISES_COUNTS;
-        let mut observer = Self::with_noise(shaft, settings, first);
-        for noise in more {
-            if !settings.damps || observer.has_margins(shaft, age_cycles) {
-                break;
-            }
-            observer = Self::with_noise(shaft, settings, noise);
-        }
-        observer.cautious = Self::with_noise(shaft, settings, MOST_NOISE_COUNTS).filter;
-        observer
-    }
-
-    fn has_margins(&self, shaft: &Shaft, age_cycles: usize) -> bool {
-        let with = |factors: ShaftFactors| Loop { observer: self, shaft: shaft.times(factors), age_cycles };
-        let enough = |margins: Margins| margins.gain >= GAIN_MARGIN && margins.phase_rad >= PHASE_MARGIN_RAD;
-        with(ShaftFactors::BELIEVED).margins().is_some_and(enough)
-            && OTHER_SHAFTS.iter().all(|factors| with(*factors).spectral_radius() < 1.0)
-    }
-
-    fn with_noise(shaft: &Shaft, settings: ObserverSettings, noise_counts: f64) -> Self {
+    /// One whose filter takes this much for unmodelled, see [`TORQUE_NOISES_COUNTS`].
+    pub(crate) fn with_noise(shaft: &Shaft, settings: ObserverSettings, noise_counts: f64) -> Self {
         let stiffness = shaft.stiffness_nm_per_rad;
         let (transition, by_start, by_end) = discrete(shaft, settings.damps);
         let reading_variance =
@@ -158,7 +107,7 @@ impl Observer {
         let reading_nm = stiffness * reading_variance.sqrt();
         let kick = noise_counts * reading_nm * shaft.period_s / shaft.inertia_kg_m2;
         let per_hz = TAU * shaft.period_s * reading_nm;
-        let largest_hz = if settings.damps { LARGEST_HZ } else { shaft.quiet_hz() };
+        let largest_hz = if settings.damps { LARGEST_HZ } else { quiet_hz(shaft) };
         let change_variance_per_hz2 = per_hz * per_hz;
         let bandwidth_hz = settings.bandwidth_hz.min(largest_hz);
         let noise = Matrix3::from_diagonal(&Vector3::new(
@@ -235,42 +184,6 @@ impl Observer {
             - feedback.y * estimate.y
             - feedback.z * (present_nm - disturbance_nm)
     }
-}
-
-/// The shaft discretised over one cycle. Without damping the resonance is left out: x follows the torque at once.
-pub(crate) fn discrete(shaft: &Shaft, resonant: bool) -> (Matrix3<f64>, Vector3<f64>, Vector3<f64>) {
-    let Shaft { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping, period_s, .. } = *shaft;
-    let free = if resonant { free_motion(shaft) } else { Matrix2::zeros() };
-    // The forced response to w − d = start + slope·t is x = (start + slope·(t − D/K))/K; the rest decays freely.
-    let behind_s = if resonant { damping / stiffness } else { 0.0 };
-    let response = |start: f64, end: f64| {
-        let slope = (end - start) / (stiffness * period_s);
-        let moved = free * Vector2::new(-(start / stiffness - slope * behind_s), -slope);
-        let speed = if resonant { slope + moved.y } else { 0.0 };
-        Vector3::new(end / stiffness - slope * behind_s + moved.x, speed, 0.0)
-    };
-    let (by_start, by_end) = (response(1.0, 0.0), response(0.0, 1.0));
-    let held = response(1.0, 1.0);
-    let transition = Matrix3::new(free.m11, free.m12, -held.x, free.m21, free.m22, -held.y, 0.0, 0.0, 1.0);
-    (transition, by_start, by_end)
-}
-
-/// exp(A·T) of (x, ẋ) without torque: scaling and squaring, with a Taylor series of third order.
-fn free_motion(shaft: &Shaft) -> Matrix2<f64> {
-    const SQUARINGS: u32 = 12;
-    let dt = shaft.period_s / f64::from(1_u32 << SQUARINGS);
-    let (a, b) = (
-        -shaft.stiffness_nm_per_rad / shaft.inertia_kg_m2,
-        -shaft.damping_nm_s_per_rad / shaft.inertia_kg_m2,
-    );
-    let first = Matrix2::new(0.0, 1.0, a, b);
-    let square = Matrix2::new(a, b, a * b, a + b * b);
-    let cube = Matrix2::new(a * b, a + b * b, a * (a + b * b), a * b + b * (a + b * b));
-    let mut free = Matrix2::identity() + (first + (square / 2.0 + cube * dt / 6.0) * dt) * dt;
-    for _ in 0..SQUARINGS {
-        free = free * free;
-    }
-    free
 }
 
 /// Weights of the quadratic cost: of K·x, of √(K·J)·ẋ and of w − d, each in N·m, and of the change of w in a cycle. The
@@ -352,7 +265,7 @@ mod tests {
 
     #[test]
     fn an_observer_without_damping_is_slow_and_has_no_state_feedback() {
-        let observer = Observer::design(&SHAFT, settings(200.0, false), 1);
+        let observer = Observer::with_noise(&SHAFT, settings(200.0, false), 1.0);
         assert!(observer.largest_hz < 2.0, "{} Hz", observer.largest_hz);
         assert_eq!(observer.torque_nm(&Vector3::new(1e-3, 1.0, 0.7), 0.1), 0.7);
     }

@@ -1,8 +1,10 @@
 //! What the controller is set to: its belief of the valve, its limits, its reactions.
 
+use crate::design::design;
 use crate::homing_params::Homing;
-use crate::observer::{Observer, ObserverSettings, Shaft};
+use crate::observer::{Observer, ObserverSettings};
 use crate::re_entry::ReEntryLimits;
+use crate::shaft::Shaft;
 use crate::shaper::Shaper;
 use serde::{Deserialize, Serialize};
 use signals::Reference;
@@ -213,7 +215,7 @@ impl Params {
     /// These settings with an observer designed for them.
     #[must_use]
     pub fn with_observer(self, settings: ObserverSettings) -> Self {
-        let observer = Observer::design(&self.shaft(), settings, self.age_cycles(&settings));
+        let observer = design(&self.shaft(), settings, self.age_cycles(&settings));
         Self { observer: Some(observer), ..self }
     }
 

@@ -30,7 +30,8 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     let mut fed = feed_forward(params, level, &mut steering.contact, &around, &before, &after);
     let expected = if contact_is_known(params, state, &target) {
         let quiet = state.steering.ringing.is_quiet(params);
-        let expected = if quiet { Expected::of(params, &target, &fed) } else { Expected::default() };
+        let expected =
+            if quiet { Expected::of(params, &target, fed.friction_nm) } else { Expected::default() };
         let sliding_nm =
             params.coulomb_torque_nm + params.viscous_nm_s_per_rad * target.speed_rad_per_s.abs();
         fed.share(fed_part(params, state), sliding_nm);
