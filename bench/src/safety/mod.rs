@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Trials; without, as many as docs/safety.md tells of
     #[arg(long)]
     trials: Option<u64>,
+    /// Of `safety`: trials between processes in lockstep [default: a twentieth]
+    #[arg(long)]
+    lockstep: Option<u64>,
 }
 
 /// How long.
@@ -49,7 +52,8 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
     let mut one_thread = Tally::default();
     in_process::campaign(arguments.seed, trials, &mut one_thread)?;
     let mut processes = Tally::default();
-    lockstep::campaign(arguments.seed, if quick { 20 } else { trials / 20 }, &mut processes)?;
+    let between = arguments.lockstep.unwrap_or(if quick { 20 } else { trials / 20 });
+    lockstep::campaign(arguments.seed, between, &mut processes)?;
     let mut inputs = Tally::default();
     files::campaign(arguments.seed, trials, &mut inputs)?;
     Ok(Results {
