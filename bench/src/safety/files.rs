@@ -183,6 +183,7 @@ fn record(path: &Path) -> Result<u64> {
         period_ns: ground.parts.timeline.period_ns,
         microstep_rad: None,
         started_unix_ns: None,
+        unix_offset_ns: None,
         texts: Texts { scenario: ground.text, truth: String::new(), belief: String::new() },
         machine: BTreeMap::new(),
     };

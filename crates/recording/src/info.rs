@@ -36,6 +36,8 @@ pub struct RecordInfo {
     pub microstep_rad: Option<f64>,
     /// Wall-clock time at the segment's beginning in ns since 1970, UTC; absent in lockstep.
     pub started_unix_ns: Option<u64>,
+    /// Wall-clock time less the loop's clock, ns: what messages' log times are shifted by. Absent in lockstep.
+    pub unix_offset_ns: Option<u64>,
     /// Scenario and models.
     pub texts: Texts,
     /// Facts of the machine by name: kernel, processor, scheduling rights and the like.
@@ -71,6 +73,9 @@ impl RecordInfo {
         }
         if let Some(started) = self.started_unix_ns {
             general.insert("started_unix_ns".to_owned(), started.to_string());
+        }
+        if let Some(offset) = self.unix_offset_ns {
+            general.insert("unix_offset_ns".to_owned(), offset.to_string());
         }
         if let Some(microstep) = self.microstep_rad {
             // Debug gives the shortest text that reads back to the same bits.
@@ -109,6 +114,7 @@ impl RecordInfo {
             period_ns,
             microstep_rad: optional_number(general, "microstep_rad")?,
             started_unix_ns: optional_number(general, "started_unix_ns")?,
+            unix_offset_ns: optional_number(general, "unix_offset_ns")?,
             texts: Texts {
                 scenario: text(texts, "scenario")?,
                 truth: text(texts, "truth")?,

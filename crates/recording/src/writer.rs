@@ -33,7 +33,9 @@ pub struct Writer {
     channels: BTreeMap<Topic, u16>,
     gaps_channel: u16,
     notes_channel: u16,
-    /// The newest log time, for what has no time of its own: so a lockstep record knows no clock.
+    /// From the loop's clock to the wall's, which viewers show.
+    unix_offset_ns: u64,
+    /// The newest time on the loop's clock, for what has no time of its own: so a lockstep record knows no clock.
     newest_ns: u64,
     notes: u32,
     payload: Vec<u8>,
@@ -78,6 +80,7 @@ impl Writer {
                 channels,
                 gaps_channel,
                 notes_channel,
+                unix_offset_ns: info.unix_offset_ns.unwrap_or(0),
                 newest_ns: 0,
                 notes: 0,
                 payload: Vec::with_capacity(512),
@@ -161,7 +164,8 @@ impl Writer {
     }
 
     fn put(&mut self, channel_id: u16, sequence: u32, time_ns: u64) -> Result<(), RecordingError> {
-        let header = MessageHeader { channel_id, sequence, log_time: time_ns, publish_time: time_ns };
+        let log_time = time_ns.saturating_add(self.unix_offset_ns);
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: time_ns };
         let written = self.inner.write_to_known_channel(&header, &self.payload);
         written.map_err(|source| write_error(&self.path, source))
     }

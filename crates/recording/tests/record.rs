@@ -230,3 +230,24 @@ fn files_of_other_kinds_are_refused() {
     assert!(foreign.is_ok());
     assert!(matches!(read_info(&path), Err(RecordingError::NotARecord { .. })));
 }
+
+/// Viewers show the wall's time; the loop's own stays beside it, and in each message's header.
+#[test]
+fn log_times_are_the_walls_and_publish_times_the_loops() {
+    const OFFSET_NS: u64 = 1_790_000_000_000_000_000;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run-0001.mcap");
+    let info = RecordInfo { unix_offset_ns: Some(OFFSET_NS), ..info() };
+    let mut writer = Writer::create(&path, &info).unwrap();
+    let mut dice = Dice(1);
+    for k in 0..3 {
+        writer.write(Source::Plant, &dice.message::<Feedback>(Source::Plant, k, k)).unwrap();
+    }
+    writer.finish().unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let all = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let times: Vec<_> = all.map(|m| (m.log_time, m.publish_time)).collect();
+    let expected: Vec<_> = (0..3).map(|k| (OFFSET_NS + k * PERIOD_NS, k * PERIOD_NS)).collect();
+    assert_eq!(times, expected);
+    assert_eq!(read(&[&path]).1.info, info);
+}

@@ -32,7 +32,8 @@ impl Mode {
 pub fn record_info(loaded: &Loaded, mode: Mode, instance: &str) -> RecordInfo {
     // In lockstep and in process nothing may differ between two runs of one scenario.
     let live = mode == Mode::Realtime;
-    let started = SystemTime::now().duration_since(UNIX_EPOCH).map(|since| since.as_nanos() as u64);
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).ok().filter(|_| live);
+    let started = since.map(|since| since.as_nanos() as u64);
     RecordInfo {
         operated: false,
         title: loaded.scenario.name.clone(),
@@ -43,7 +44,8 @@ pub fn record_info(loaded: &Loaded, mode: Mode, instance: &str) -> RecordInfo {
         generation: u64::from(live),
         period_ns: loaded.scenario.period_ns,
         microstep_rad: Some(loaded.microstep_rad),
-        started_unix_ns: started.ok().filter(|_| live),
+        started_unix_ns: started,
+        unix_offset_ns: started.map(|started| started.saturating_sub(realtime::now_ns())),
         texts: loaded.texts.clone(),
         machine: realtime::machine_facts().into_iter().collect(),
     }

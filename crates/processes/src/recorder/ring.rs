@@ -30,10 +30,11 @@ impl Ring {
         }
     }
 
-    /// Removes the oldest segments until the rest fits. Those kept for a fault have as many bytes of their own.
+    /// Removes the oldest segments until the rest fits. Those kept for a fault may fill half of the ring.
     pub(crate) fn trim(&self, current: u32) {
         let Keep::Ring { bytes } = self.keep else { return };
-        for fault in [false, true] {
+        let mut left = bytes.saturating_sub(self.segment_bytes());
+        for (fault, most) in [(true, bytes / 2), (false, bytes)] {
             let ours = segments_in(&self.folder)
                 .into_iter()
                 .filter(|name| name.fault == fault && name.number != current);
@@ -43,9 +44,9 @@ impl Ring {
                     (name, size)
                 })
                 .collect();
-            let mut total: u64 = sized.iter().map(|(_, size)| size).sum::<u64>() + self.segment_bytes();
+            let mut total: u64 = sized.iter().map(|(_, size)| size).sum();
             for (name, size) in sized {
-                if total <= bytes {
+                if total <= most.min(left) {
                     break;
                 }
                 // One that can't be removed is tried again next time.
@@ -53,6 +54,7 @@ impl Ring {
                     total -= size;
                 }
             }
+            left = left.saturating_sub(total);
         }
     }
 
@@ -88,6 +90,11 @@ mod tests {
         ring.mark_fault(2);
         ring.trim(8);
         let left: Vec<_> = segments_in(folder.path()).iter().map(|name| (name.number, name.fault)).collect();
-        assert_eq!(left, [(2, true), (4, false), (5, false), (6, false), (7, false), (8, false)]);
+        // Ten in all: the current one's two, two for the fault, and six more.
+        assert_eq!(left, [(2, true), (5, false), (6, false), (7, false), (8, false)]);
+        (4..=7).for_each(|number| ring.mark_fault(number));
+        ring.trim(8);
+        let left: Vec<_> = segments_in(folder.path()).iter().map(|name| (name.number, name.fault)).collect();
+        assert_eq!(left, [(6, true), (7, true), (8, false)], "faults fill half of the ring at most");
     }
 }

@@ -50,6 +50,7 @@ pub fn info() -> RecordInfo {
         period_ns: PERIOD_NS,
         microstep_rad: Some(0.1 + 0.2),
         started_unix_ns: None,
+        unix_offset_ns: None,
         texts: Texts { scenario: "name = \"µ\"\n".into(), truth: "t".repeat(1000), belief: String::new() },
         machine: [("kernel".to_owned(), "6.18".to_owned())].into(),
     }
