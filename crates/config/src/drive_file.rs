@@ -65,7 +65,7 @@ fn read(root: Section<'_>) -> DriveFile {
             ENABLE_TIMEOUT,
             DEFAULT_ENABLE_TIMEOUT_S,
         ),
-        homing: root.optional_section("homing").map_or(Homing::None, read_homing),
+        homing: root.optional_section("homing").map_or(Homing::None, |section| read_homing(section, profile)),
         absent: root.list("absent").iter().filter_map(read_object).collect(),
         sdos: root.list("sdo").iter().filter_map(read_sdo).collect(),
     };
@@ -80,15 +80,36 @@ fn nanoseconds(section: Option<&Section<'_>>, key: &str, bounds: Bounds, default
     (time_s.unwrap_or(default_s) * 1e9).round() as u64
 }
 
-fn read_homing(section: Section<'_>) -> Homing {
-    let absolute = section
-        .require("kind", "\"none\" or \"absolute\"")
-        .and_then(|field| field.choice(("none", false), &[("absolute", true)]))
-        .unwrap_or(false);
-    let offset =
-        section.find("offset").map_or(0, |field| whole(&field, i64::from(i32::MIN)..=i64::from(i32::MAX)));
+/// The kinds of homing by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    None,
+    Absolute,
+    Drive,
+}
+
+fn read_homing(section: Section<'_>, profile: Option<Profile>) -> Homing {
+    const EXPECTED: &str = "\"none\", \"absolute\" or \"drive\"";
+    const OTHERS: [(&str, Kind); 2] = [("absolute", Kind::Absolute), ("drive", Kind::Drive)];
+    let field = section.require("kind", EXPECTED);
+    let kind = field.as_ref().and_then(|field| field.choice(("none", Kind::None), &OTHERS));
+    let homing = match kind.unwrap_or(Kind::None) {
+        Kind::None => Homing::None,
+        Kind::Absolute => {
+            let range = i64::from(i32::MIN)..=i64::from(i32::MAX);
+            Homing::Absolute { offset: section.find("offset").map_or(0, |field| whole(&field, range)) }
+        }
+        Kind::Drive => {
+            let method = section.require("method", "a homing method as 0x6098 takes it, such as 37");
+            // In the range of the object.
+            Homing::Drive { method: method.map_or(0, |field| whole(&field, -128..=127)) as i8 }
+        }
+    };
+    if let (Homing::Drive { .. }, Some(Profile::El2522), Some(field)) = (homing, profile, &field) {
+        field.refuse("\"none\" or \"absolute\": a terminal has no homing");
+    }
     section.finish();
-    if absolute { Homing::Absolute { offset } } else { Homing::None }
+    homing
 }
 
 /// A whole number that may be negative; 0 if refused.
@@ -172,6 +193,8 @@ value = -3
             ("0x10F1:02", "10F1", "10:11: absent[0]"),
             ("value = -3", "value = 40000", "17:9: sdo[0].value"),
             ("units_per_rev = 112500", "units = 1", "units"),
+            ("kind = \"absolute\"\noffset = -5", "kind = \"drive\"", "homing"),
+            ("kind = \"absolute\"\noffset = -5", "kind = \"drive\"\nmethod = 200", "13:10: homing.method"),
         ];
         for (good, bad, place) in rows {
             let errors = parse_drive(&GOOD.replace(good, bad), "drive.toml").unwrap_err().to_string();

@@ -22,7 +22,7 @@ const LOCK_LIMIT_NS: u64 = 10_000_000_000;
 const START_LIMIT_NS: u64 = 3_000_000_000;
 /// A bring-up takes no longer, ns; after a failure it is tried again after this time.
 const BRING_UP_LIMIT_NS: u64 = 10_000_000_000;
-const RETRY_NS: u64 = 1_000_000_000;
+const RETRY_NS: u64 = 500_000_000;
 /// OP, with the acknowledgement of an error.
 const OP: u16 = 0x08;
 
@@ -121,6 +121,11 @@ impl<L: Link> Bridge<L> {
         self.axis.enabled()
     }
 
+    /// The operator orders the drive to find its zero, where it is the drive that does.
+    pub fn home(&mut self) {
+        self.axis.home();
+    }
+
     /// The link.
     pub fn link(&mut self) -> &mut L {
         &mut self.link
@@ -175,7 +180,9 @@ impl<L: Link> Bridge<L> {
     fn begin(&mut self, origin_ns: u64) -> BringUp {
         self.status.bring_ups += 1;
         let period_ns = self.params.period_ns;
-        let silence_ns = (self.params.file.bus_lost_cycles + 2) * u64::from(period_ns);
+        // The device brakes within so many cycles and one more, as the guard does. The longest gap that is no fault is of one frame
+        // less, and a frame may come as late as a reply.
+        let silence_ns = (self.params.file.bus_lost_cycles + 1) * u64::from(period_ns);
         let wanted = Wanted {
             file: self.params.file.clone(),
             plan: self.plan.clone(),

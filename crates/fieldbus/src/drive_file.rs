@@ -86,6 +86,11 @@ pub enum Homing {
         /// Units on the bus at the valve's zero.
         offset: i64,
     },
+    /// By the drive itself (CiA 402, mode 6), when an operator orders it; what it counts from is the valve's zero.
+    Drive {
+        /// 0x6098: 37 or 35 takes the present position; others move.
+        method: i8,
+    },
 }
 
 /// A drive, as its file describes it.

@@ -1,6 +1,6 @@
 //! The bring-up in PRE-OP: every object that is written, read back, or must have a value, in order.
 
-use crate::drive_file::{DriveFile, Profile, SdoValue};
+use crate::drive_file::{DriveFile, Homing, Profile, SdoValue};
 use crate::objects::{self, Object};
 use crate::process_data::Mapping;
 use thiserror::Error;
@@ -187,7 +187,13 @@ fn units(requests: &mut Vec<Request>, units_per_rev: u32) {
 fn drive(requests: &mut Vec<Request>, file: &DriveFile, period_ns: u32, limits: OwnLimits) {
     /// Bit 7 of 0x6502: cyclic synchronous position.
     const CSP: u32 = 1 << 7;
+    /// Bit 5: homing.
+    const HOMING: u32 = 1 << 5;
     requests.push(Request::expect(objects::SUPPORTED_MODES, SdoValue::U32(CSP), Check::HasBits));
+    if let Homing::Drive { method } = file.homing {
+        requests.push(Request::expect(objects::SUPPORTED_MODES, SdoValue::U32(HOMING), Check::HasBits));
+        requests.push(Request::write(objects::HOMING_METHOD, SdoValue::I8(method)));
+    }
     requests.push(Request::write(objects::MODE, SdoValue::I8(8)));
     let (value, exponent) = interpolation_time(period_ns);
     let writes = [
@@ -237,7 +243,7 @@ pub fn watchdog_registers(limit_ns: u64) -> (u16, u16) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive_file::{Homing, Sdo};
+    use crate::drive_file::Sdo;
 
     const LIMITS: OwnLimits = OwnLimits { quick_stop_units_per_s2: 1000, max_speed_rpm: 320 };
 

@@ -10,7 +10,10 @@ use crate::part::{BridgePart, ChildSummary};
 use ethercat_link::{Bridge, BringUpError, PacketLink};
 use injection::Injection;
 use signal_bus::Writer;
-use signals::{BusPhase, BusStatus, ControlStatus, ControllerState, Feedback, Source, StepCommand, validity};
+use signals::{
+    BusPhase, BusStatus, ControlStatus, ControllerState, Feedback, OperatorCommand, OperatorKind, Source,
+    StepCommand, validity,
+};
 
 struct ValveBridge {
     bridge: Bridge<PacketLink>,
@@ -21,6 +24,9 @@ struct ValveBridge {
     bus_status: Writer<BusStatus>,
     commands: Inbox<StepCommand>,
     status: Inbox<ControlStatus>,
+    orders: Inbox<OperatorCommand>,
+    /// The id of the newest order.
+    newest_order: u64,
     was_in_fault: bool,
     standstill_told: bool,
     /// Bus state last reported on stderr.
@@ -43,6 +49,8 @@ pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary
         bus_status: child.bus.writer(Source::Plant)?,
         commands: Inbox::open(child, Source::Controller)?,
         status: Inbox::open(child, Source::Controller)?,
+        orders: Inbox::open(child, Source::Supervisor)?,
+        newest_order: 0,
         was_in_fault: false,
         standstill_told: true,
         told: (BusPhase::Wait, None),
@@ -58,6 +66,17 @@ impl ValveBridge {
         };
         let in_fault = status.state == ControllerState::Fault.code();
         std::mem::replace(&mut self.was_in_fault, in_fault) && !in_fault
+    }
+
+    /// An order to home goes to the drive too; whether it is obeyed the controller says, by asking for current.
+    fn hear_orders(&mut self, cycle: u64) {
+        while let Some(order) = self.orders.in_order() {
+            let new = order.id > self.newest_order && cycle <= order.valid_until_cycle;
+            self.newest_order = self.newest_order.max(order.id);
+            if new && order.kind == OperatorKind::Home.code() {
+                self.bridge.home();
+            }
+        }
     }
 
     /// Says what changed on the bus, on stderr; a healthy bus says nothing in a cycle.
@@ -91,6 +110,7 @@ impl Cyclic for ValveBridge {
         }
         let command = if cycle == 0 { None } else { self.commands.of_cycle(cycle) };
         let reset = self.reset(cycle);
+        self.hear_orders(cycle);
         stamp.has_read();
         let begin_ns = stamp.deadline_ns().saturating_sub(self.phase_ns);
         let feedback = self.bridge.cycle(cycle, begin_ns, command.as_ref(), reset);
@@ -126,7 +146,7 @@ impl Cyclic for ValveBridge {
     }
 
     fn missed(&self) -> u64 {
-        self.commands.missed() + self.status.missed()
+        self.commands.missed() + self.status.missed() + self.orders.missed()
     }
 
     fn published(&self) -> (u64, u64) {

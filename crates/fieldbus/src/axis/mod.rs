@@ -6,6 +6,8 @@
 //! ```text
 //!            energise 1                 0x27, mode 8, bit 12
 //!  Off ────────────────▶ Enabling ───────────────────────────▶ Enabled
+//!   │                       ▲ homed                               │
+//!   ├── the same, home ──▶ Homing ──too long, bit 13──▶ Failed    │
 //!   ▲  ◀───────────────     │                                     │
 //!   │     energise 0        │ too long, fault, bus lost           │ left 0x27, fault, bus lost
 //!   │                       ▼                                     ▼
@@ -27,6 +29,14 @@ use signals::{FaultCode, Feedback, StepCommand};
 /// Bit 12 of the status word in cyclic synchronous position: the drive follows the command value.
 const FOLLOWS: u16 = 1 << 12;
 const CSP: i8 = 8;
+const HOMING: i8 = 6;
+/// In homing: bit 12 is attained, bit 10 at the target, bit 13 an error.
+const ATTAINED: u16 = 1 << 12 | 1 << 10;
+const HOMING_ERROR: u16 = 1 << 13;
+/// Cycles after the start of homing in which the status word may still tell of an earlier one.
+const STALE_CYCLES: u64 = 2;
+/// An order to home is forgotten where no current is asked for within so many cycles: the controller refused it.
+const ORDER_CYCLES: u64 = 20;
 
 /// What an axis is set to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -50,9 +60,34 @@ pub struct AxisParams {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Off,
-    Enabling { cycles: u64 },
+    Enabling {
+        cycles: u64,
+    },
+    /// The drive finds its zero; so many cycles since the start, and since it was told to begin.
+    Homing {
+        cycles: u64,
+        begun: u64,
+    },
     Enabled,
-    Failed { at_cycle: u64 },
+    Failed {
+        at_cycle: u64,
+    },
+}
+
+/// A zero that the controller found: what it adds to the counts of the command, and to the encoder's angle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Zero {
+    id: u64,
+    microsteps: i64,
+    encoder_rad: f64,
+}
+
+/// What is taken back where a frame is not confirmed, and the motion that it carries.
+#[derive(Debug, Clone)]
+struct Unconfirmed {
+    guard: drive::State,
+    zero: Zero,
+    moved: Moved,
 }
 
 /// What a cycle's frame carries.
@@ -82,8 +117,13 @@ pub struct Axis {
     phase: Phase,
     fault: FaultCode,
     guard: drive::State,
-    /// The guard before this cycle's frame, until the frame is confirmed.
-    unconfirmed: Option<(drive::State, Moved)>,
+    /// What was before this cycle's frame, until the frame is confirmed.
+    unconfirmed: Option<Unconfirmed>,
+    zero: Zero,
+    /// The drive found its zero since its last bring-up, or the controller one.
+    found_zero: bool,
+    /// Cycles for which an order to home still counts.
+    home_order: u64,
     /// Motions under way: of the frame before, and of the one before that.
     moved: [Moved; 2],
     /// The position on the bus; `None` until the first inputs.
@@ -113,7 +153,10 @@ impl Axis {
             fault: FaultCode::None,
             guard: drive::State::at_rest(0),
             unconfirmed: None,
-            moved: [Moved::at_rest(0); 2],
+            zero: Zero::default(),
+            found_zero: false,
+            home_order: 0,
+            moved: [Moved::at_rest(0, Zero::default()); 2],
             counter: None,
             inputs: Inputs::default(),
             al: (0, 0),
@@ -132,7 +175,12 @@ impl Axis {
     pub fn brought_up(&mut self) {
         let latched = (self.phase, self.fault);
         let lost = self.judge;
-        *self = Self { judge: lost, moved: self.moved, ..Self::new(self.params) };
+        // A zero lasts where the position on the bus is absolute. An old one is never taken again.
+        let lasts = matches!(self.params.homing, Homing::Absolute { .. });
+        let zero = if lasts { self.zero } else { Zero { id: self.zero.id, ..Zero::default() } };
+        let found_zero = lasts && self.found_zero;
+        let guard = drive::State::at_rest(0).with_zero(zero.id, zero.microsteps);
+        *self = Self { judge: lost, moved: self.moved, zero, found_zero, guard, ..Self::new(self.params) };
         self.judge.clear();
         if matches!(latched.0, Phase::Failed { .. }) {
             (self.phase, self.fault) = latched;
@@ -154,24 +202,33 @@ impl Axis {
         self.judge.lost_frames()
     }
 
+    /// The operator wants the drive to find its zero: it does so when the controller asks for current next.
+    pub fn home(&mut self) {
+        if matches!(self.params.homing, Homing::Drive { .. }) {
+            self.home_order = ORDER_CYCLES;
+        }
+    }
+
     /// Makes the process data of cycle `cycle` with StepCommand `cycle`. `reset` is the operator's, once.
     pub fn send(&mut self, cycle: u64, command: Option<&StepCommand>, reset: bool) -> Sent {
         self.pass_over_skipped(cycle);
         self.hear(command, reset);
-        let before = self.guard;
+        self.home_order = self.home_order.saturating_sub(1);
+        let (guard, zero) = (self.guard, self.zero);
         let sensors = self.sensors();
         let output = if self.phase == Phase::Enabled {
             drive::step(&self.params.drive, &mut self.guard, cycle + 1, command, &sensors)
         } else {
             // It moves nothing, but it goes on hearing commands, and stands where the drive stands.
             let idle = command.map(|command| StepCommand { follow: 0, energise: 0, ..*command });
-            self.guard.rebase(self.count(), false);
+            self.guard.rebase(self.command_count(), false);
             drive::step(&self.params.drive, &mut self.guard, cycle + 1, idle.as_ref(), &sensors)
         };
-        let moved = Moved::new(output, self.guard.command_cycle());
-        self.unconfirmed = Some((before, moved));
-        let target =
-            if self.phase == Phase::Enabled { self.guard.accepted_microsteps() } else { self.count() };
+        self.take_zero(command);
+        let moved = Moved::new(output, &self.guard, self.zero);
+        self.unconfirmed = Some(Unconfirmed { guard, zero, moved });
+        let enabled = self.phase == Phase::Enabled;
+        let target = if enabled { self.guard.accepted_microsteps() } else { self.command_count() };
         self.last_target = target;
         let control = self.control(self.guard.energised());
         Sent { outputs: self.outputs(control, target, output.pulse_rate_hz) }
@@ -216,6 +273,22 @@ impl Axis {
     /// The count of the position on the bus, in the valve's direction.
     fn count(&self) -> i64 {
         self.counter.map_or(0, |counter| counter.count())
+    }
+
+    /// The same as commands count, from the zero that the controller found.
+    fn command_count(&self) -> i64 {
+        self.count() + self.zero.microsteps
+    }
+
+    /// A zero that the guard took from the command: the bus goes on counting from its own.
+    fn take_zero(&mut self, command: Option<&StepCommand>) {
+        let Some(command) = command.filter(|_| self.guard.zero_id() != self.zero.id) else { return };
+        self.zero = Zero {
+            id: self.guard.zero_id(),
+            microsteps: self.zero.microsteps + command.zero_shift_microsteps,
+            encoder_rad: self.zero.encoder_rad + command.zero_shift_rad,
+        };
+        self.found_zero = true;
     }
 
     /// Cycles that did not run since the last one: to the drive they are frames that were lost.
@@ -266,16 +339,20 @@ impl Axis {
             Phase::Failed { .. } => {}
             _ if self.release => self.release = false,
             Phase::Off if self.energise && self.counter.is_some() => {
-                self.phase = Phase::Enabling { cycles: 0 }
+                let homes = std::mem::take(&mut self.home_order) > 0;
+                self.phase = match homes {
+                    true => Phase::Homing { cycles: 0, begun: 0 },
+                    false => Phase::Enabling { cycles: 0 },
+                };
             }
-            Phase::Enabling { .. } if !self.energise => self.phase = Phase::Off,
+            Phase::Enabling { .. } | Phase::Homing { .. } if !self.energise => self.phase = Phase::Off,
             _ => {}
         }
     }
 
     fn control(&mut self, guard_energised: bool) -> u16 {
         let order = match self.phase {
-            Phase::Enabling { .. } => Order::On,
+            Phase::Enabling { .. } | Phase::Homing { .. } => Order::On,
             Phase::Enabled if guard_energised => Order::On,
             Phase::Failed { .. } => Order::QuickStop,
             Phase::Enabled | Phase::Off => Order::Off,
@@ -287,17 +364,27 @@ impl Axis {
         if self.counter.is_none() {
             return control::SHUTDOWN;
         }
-        self.cia402.control(DriveState::of(self.inputs.status), order)
+        let state = DriveState::of(self.inputs.status);
+        let word = self.cia402.control(state, order);
+        match &mut self.phase {
+            Phase::Homing { begun, .. }
+                if state == DriveState::OperationEnabled && self.inputs.mode == HOMING =>
+            {
+                *begun += 1;
+                control::START_HOMING
+            }
+            _ => word,
+        }
     }
 
     fn outputs(&self, control: u16, target: i64, pulse_rate_hz: f64) -> Outputs {
-        let wire = self.counter.map_or(0, |counter| counter.to_wire(target));
+        let wire = self.counter.map_or(0, |counter| counter.to_wire(target - self.zero.microsteps));
         let enabled = self.phase == Phase::Enabled;
         let rate = if enabled { pulse_rate_hz * self.params.direction as f64 } else { 0.0 };
         Outputs {
             control,
             target: self.bus_sign(wire),
-            mode: CSP,
+            mode: if matches!(self.phase, Phase::Homing { .. }) { HOMING } else { CSP },
             // `as` saturates.
             velocity_offset: rate.round() as i32,
         }
@@ -311,12 +398,12 @@ impl Axis {
     fn settle(&mut self, confirmed: bool) -> Moved {
         let [newer, arrived] = self.moved;
         let next = match self.unconfirmed.take() {
-            Some((_, moved)) if confirmed => moved,
-            Some((before, moved)) => {
-                self.guard = before;
-                moved.not_done(before.accepted_microsteps())
+            Some(Unconfirmed { moved, .. }) if confirmed => moved,
+            Some(Unconfirmed { guard, zero, moved }) => {
+                (self.guard, self.zero) = (guard, zero);
+                moved.not_done(guard.accepted_microsteps(), zero)
             }
-            None => newer.not_done(newer.end()),
+            None => newer.not_done(newer.end(), newer.zero()),
         };
         self.moved = [next, newer];
         arrived
@@ -326,18 +413,38 @@ impl Axis {
         let wire = self.bus_sign(inputs.position);
         match &mut self.counter {
             Some(counter) => _ = counter.follow(wire),
-            None => {
-                let zero = match self.params.homing {
-                    Homing::Absolute { offset } => offset * self.params.direction,
-                    Homing::None => 0,
-                };
-                let counter = Counter::begin(wire, i64::from(wire) - zero);
-                self.guard.rebase(counter.count(), false);
-                self.moved = [Moved::at_rest(counter.count()); 2];
-                self.counter = Some(counter);
-            }
+            None => self.begin_to_count(wire),
         }
         self.inputs = inputs;
+    }
+
+    /// From the position on the bus as it is.
+    fn begin_to_count(&mut self, wire: i32) {
+        let zero = match self.params.homing {
+            Homing::Absolute { offset } => offset * self.params.direction,
+            Homing::None | Homing::Drive { .. } => 0,
+        };
+        self.counter = Some(Counter::begin(wire, i64::from(wire) - zero));
+        self.guard.rebase(self.command_count(), false);
+        self.moved = [Moved::at_rest(self.command_count(), self.zero); 2];
+    }
+
+    /// A cycle in which the drive looks for its zero.
+    fn note_homing(&mut self, cycle: u64, (cycles, begun): (u64, u64)) {
+        let Inputs { status, mode, position, .. } = self.inputs;
+        let told = mode == HOMING && begun > STALE_CYCLES;
+        if told && status & HOMING_ERROR != 0 || cycles >= self.params.enable_cycles {
+            return self.fail(cycle, FaultCode::Homing);
+        }
+        if told && status & ATTAINED == ATTAINED {
+            // It counts from its new zero; so do we, and a zero of the controller's is of the past.
+            self.zero = Zero { id: self.zero.id, ..Zero::default() };
+            self.begin_to_count(self.bus_sign(position));
+            self.found_zero = true;
+            self.phase = Phase::Enabling { cycles: 0 };
+            return;
+        }
+        self.phase = Phase::Homing { cycles: cycles + 1, begun };
     }
 
     fn note_state(&mut self, cycle: u64) {
@@ -354,6 +461,7 @@ impl Axis {
         match self.phase {
             Phase::Failed { .. } => {}
             _ if state.faulty() => self.fail(cycle, FaultCode::Drive),
+            Phase::Homing { cycles, begun } => self.note_homing(cycle, (cycles, begun)),
             Phase::Enabling { .. } if follows => self.enable(),
             Phase::Enabling { cycles } if cycles >= self.params.enable_cycles => {
                 self.fail(cycle, FaultCode::DriveLeftOperation);

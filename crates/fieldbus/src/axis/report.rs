@@ -1,10 +1,13 @@
 //! What the axis says of itself: Feedback, and the motions under way that it speaks of.
 
-use super::{Axis, Phase};
+use super::{Axis, Phase, Zero};
 use crate::cia402::DriveState;
 use crate::drive_file::Homing;
 use drive::Sensors;
 use signals::{FaultCode, Feedback, validity};
+
+/// The home switch in 0x60FD.
+const HOME_SWITCH: u32 = 1 << 2;
 
 /// A cycle's motion of the guard, on its way through the bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,43 +17,50 @@ pub(super) struct Moved {
     flags: u64,
     fault: FaultCode,
     command_cycle: u64,
+    zero: Zero,
 }
 
 impl Moved {
-    pub(super) fn new(output: drive::Output, command_cycle: u64) -> Self {
+    pub(super) fn new(output: drive::Output, guard: &drive::State, zero: Zero) -> Self {
         Self {
             end: output.end_microsteps as i64,
             pulse_rate_hz: output.pulse_rate_hz,
             flags: output.flags,
             fault: output.fault,
-            command_cycle,
+            command_cycle: guard.command_cycle(),
+            zero,
         }
     }
 
-    pub(super) fn at_rest(count: i64) -> Self {
+    pub(super) fn at_rest(count: i64, zero: Zero) -> Self {
         Self {
             end: count,
             pulse_rate_hz: 0.0,
             flags: validity::STANDSTILL,
             fault: FaultCode::None,
             command_cycle: 0,
+            zero,
         }
     }
 
     /// The same after a frame that nobody confirmed: the drive stays where it was.
-    pub(super) fn not_done(self, end: i64) -> Self {
-        Self { end, pulse_rate_hz: 0.0, flags: self.flags | validity::COMMAND_MISSED, ..self }
+    pub(super) fn not_done(self, end: i64, zero: Zero) -> Self {
+        Self { end, zero, pulse_rate_hz: 0.0, flags: self.flags | validity::COMMAND_MISSED, ..self }
     }
 
     pub(super) fn end(&self) -> i64 {
         self.end
+    }
+
+    pub(super) fn zero(&self) -> Zero {
+        self.zero
     }
 }
 
 impl Axis {
     /// What the guard is told of the valve.
     pub(super) fn sensors(&self) -> Sensors {
-        let angle_rad = self.count() as f64 * self.params.drive.microstep_angle_rad;
+        let angle_rad = self.encoder_angle_rad(self.zero);
         let encoder_rad = (self.measured() && !self.needs_bring_up()).then_some(angle_rad);
         Sensors { encoder_rad, homed: self.homed() }
     }
@@ -61,14 +71,20 @@ impl Axis {
     }
 
     fn homed(&self) -> bool {
-        self.counter.is_some() && !self.needs_bring_up() && self.params.homing != Homing::None
+        let absolute = matches!(self.params.homing, Homing::Absolute { .. });
+        self.counter.is_some() && !self.needs_bring_up() && (absolute || self.found_zero)
+    }
+
+    /// What the encoder reads, from a zero.
+    fn encoder_angle_rad(&self, zero: Zero) -> f64 {
+        self.count() as f64 * self.params.drive.microstep_angle_rad + zero.encoder_rad
     }
 
     /// Feedback k, with the motion that ended at t_k.
     pub(super) fn feedback(&self, cycle: u64, arrived: &Moved) -> Feedback {
         let failed = matches!(self.phase, Phase::Failed { .. });
         let enabled = self.phase == Phase::Enabled;
-        let accepted = if enabled { arrived.end } else { self.count() };
+        let accepted = if enabled { arrived.end } else { self.count() + arrived.zero.microsteps };
         let measured = self.measured();
         let microstep_rad = self.params.drive.microstep_angle_rad;
         let own = arrived.flags & !(validity::ENERGISED | validity::STANDSTILL);
@@ -78,11 +94,17 @@ impl Axis {
             (validity::ENERGISED, enabled && arrived.flags & validity::ENERGISED != 0),
             (validity::STANDSTILL, self.stands(cycle, arrived)),
             (validity::STOPPED_ITSELF, failed),
+            (validity::HOME_SWITCH, self.inputs.digital_inputs & HOME_SWITCH != 0),
         ];
         let flags = bits.iter().filter(|(_, set)| *set).fold(own, |flags, (bit, _)| flags | bit);
         Feedback {
             encoder_counts: if measured { self.count() } else { 0 },
-            angle_rad: if measured { self.count() } else { accepted } as f64 * microstep_rad,
+            angle_rad: if measured {
+                self.encoder_angle_rad(arrived.zero)
+            } else {
+                accepted as f64 * microstep_rad
+            },
+            zero_id: arrived.zero.id,
             accepted_microsteps: accepted,
             pulse_rate_hz: if enabled { arrived.pulse_rate_hz } else { 0.0 },
             validity: flags,
@@ -120,6 +142,8 @@ impl Axis {
                 cycle.saturating_sub(at_cycle) > ramp || !ramps && self.judge.missing_cycles() == 0
             }
             Phase::Enabled => arrived.flags & validity::STANDSTILL != 0,
+            // In homing the drive moves by itself, where its method says so.
+            Phase::Homing { .. } => false,
             Phase::Off | Phase::Enabling { .. } => true,
         }
     }
