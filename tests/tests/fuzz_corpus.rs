@@ -38,6 +38,11 @@ fn configuration() {
 }
 
 #[test]
+fn bus_replies() {
+    briefly("bus_replies", fuzz::bus_replies, 300);
+}
+
+#[test]
 fn message_check() {
     briefly("message_check", fuzz::message_check, 20_000);
 }
