@@ -18,6 +18,7 @@ mod robustness;
 mod safety;
 mod scenario;
 mod sim;
+mod stalls;
 mod timing;
 
 use anyhow::{Context, Result};
@@ -77,6 +78,8 @@ enum Bench {
     Safety(safety::Arguments),
     /// Faults by the thousand in real time: processes killed, stopped, starved; --docs docs/safety.md
     SafetyLive(safety::Arguments),
+    /// Faults of a drive's bus on a running instance, in a network namespace (`unshare -n`); --docs docs/safety.md
+    SafetyBus(safety::Arguments),
     /// A valve that turns for half an hour beside stress-ng; --docs docs/safety.md
     Soak(safety::SoakArguments),
     /// The valve's integrator beside SUNDIALS CVODE: error and cost by law, parameters and motion
@@ -127,6 +130,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
         Bench::Safety(arguments) => safety::run(arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),
+        Bench::SafetyBus(arguments) => safety::run_bus(arguments, quick),
         Bench::Soak(arguments) => safety::run_soak(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),

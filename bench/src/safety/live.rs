@@ -119,7 +119,7 @@ pub fn over_instances<T: Trials>(campaign: &mut T, trials: u64) -> Result<()> {
     let mut done = 0;
     while done < trials {
         let place = Workplace::new()?;
-        let mut session = Session::start(&place, &ground, &[])?;
+        let mut session = Session::start(&place, &ground.text, &[])?;
         let mut all = Vec::new();
         while (all.len() as u64) < T::PER_INSTANCE.min(trials - done) && session.alive()? {
             match campaign.trial(&mut session, &place)? {
@@ -188,9 +188,9 @@ impl Session {
     ///
     /// # Errors
     /// Where it does not.
-    pub fn start(place: &Workplace, ground: &Ground, environment: &[(&str, String)]) -> Result<Self> {
+    pub fn start(place: &Workplace, text: &str, environment: &[(&str, String)]) -> Result<Self> {
         let scenario = place.path("scenario.toml");
-        std::fs::write(&scenario, &ground.text)?;
+        std::fs::write(&scenario, text)?;
         let complaints = place.path("complaints");
         let mut command = place.stepvalve()?;
         command.args(["run", "--instance", "fault", "--allow-injection", "--record", "all", "--out"]);

@@ -4,6 +4,7 @@
 //! real time: processes killed, stopped and starved on a running instance. Both print their seed; every trial's seed
 //! and fault are in the JSON where something was found.
 
+mod bus;
 mod files;
 mod ground;
 mod in_process;
@@ -101,6 +102,24 @@ pub fn run_live(arguments: &Arguments, quick: bool) -> Result<Results> {
             "violations": running.violations() + around.violations() + orders.violations(),
             "found": [running.found(), around.found(), orders.found()],
         }),
+    })
+}
+
+/// Faults of a drive's bus, in real time.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_bus(arguments: &Arguments, quick: bool) -> Result<Results> {
+    let trials = arguments.trials.unwrap_or(if quick { 10 } else { 300 });
+    let mut tally = Tally::default();
+    bus::campaign(arguments.seed, trials, &mut tally)?;
+    Ok(Results {
+        command: "safety-bus",
+        quick,
+        machine: realtime::machine_facts(),
+        scheduling: "as the scenario asks; what was refused is in each run's output".to_owned(),
+        sheets: vec![tally.sheet("safety-bus", "Faults of a drive's bus, by kind; times in cycles of 1 ms, without those in which the machine stood still")],
+        data: json!({"seed": arguments.seed, "violations": tally.violations(), "found": tally.found()}),
     })
 }
 

@@ -138,7 +138,7 @@ fn supervisor_killed(
     details: &mut SplitSeed,
     violations: &mut Vec<String>,
 ) -> Result<String> {
-    let mut session = Session::start(place, ground, &[])?;
+    let mut session = Session::start(place, &ground.text, &[])?;
     session.turn()?;
     let after = Duration::from_micros(details.whole(0, 60_000));
     std::thread::sleep(after);
@@ -221,7 +221,7 @@ fn on_running(
         "wall clock jumps" => vec![("LD_PRELOAD", clock_shim(place)?.display().to_string())],
         _ => Vec::new(),
     };
-    let mut session = Session::start(place, ground, &environment)?;
+    let mut session = Session::start(place, &ground.text, &environment)?;
     session.turn()?;
     let wait = match kind {
         "second instance" => {

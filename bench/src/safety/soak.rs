@@ -21,7 +21,7 @@ pub fn run(minutes: f64, quick: bool) -> Result<Results> {
     let place = Workplace::new()?;
     let load = LOADS.iter().find(|load| load.name == "cpu").context("a load")?;
     let _running = load.start(&place)?;
-    let mut session = Session::start(&place, &ground, &[])?;
+    let mut session = Session::start(&place, &ground.text, &[])?;
     let begun = Instant::now();
     let mut faults = 0_u64;
     while begun.elapsed().as_secs_f64() < minutes * 60.0 {

@@ -1,10 +1,10 @@
 //! The bus's clock: how long until our cycle is on it, where the frame lies before SYNC0, and which SYNC0 find no fresh outputs.
 
 use super::ride::{PERIOD_NS, PLACE_NS, Ride, drive};
-use super::stalls::Stalls;
 use crate::output::{Sheet, us};
 use crate::programs::Workplace;
 use crate::progress::Progress;
+use crate::stalls::{Stalls, within};
 use crate::timing::Times;
 use anyhow::Result;
 use realtime::now_ns;
@@ -16,6 +16,8 @@ use subdevice::read_log;
 const DRIFTS_PPB: [i64; 3] = [-100_000, 0, 100_000];
 /// OP, in a row's AL status.
 const OP: u16 = 8;
+/// What a stall may still disturb before and after, ns: two cycles.
+const AROUND_NS: u64 = 2_000_000;
 /// A bus that is lost only after so many cycles: a stall of the machine shall not end a ride.
 const PATIENT_CYCLES: u64 = 1000;
 
@@ -104,7 +106,8 @@ fn ride(drift_ppb: i64, cycles: u64) -> Result<Seen> {
             continue;
         }
         seen.stale += 1;
-        seen.stale_outside += u64::from(!stalls.iter().any(|stall| stall.contains(&row.host_ns)));
+        seen.stale_outside +=
+            u64::from(within(&stalls, row.host_ns - AROUND_NS, row.host_ns + AROUND_NS) == 0);
     }
     Ok(seen)
 }

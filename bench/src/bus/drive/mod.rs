@@ -6,7 +6,6 @@ mod clock;
 mod echo;
 mod ride;
 mod round_trip;
-mod stalls;
 
 use crate::output::{Results, Sheet};
 use crate::progress::Progress;
