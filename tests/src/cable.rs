@@ -95,16 +95,17 @@ pub fn end_drive(drive: DriveProcess) {
 /// # Panics
 /// Where the shipped files are not what they were.
 pub fn patient_drive_scenario(place: &TestPlace) -> PathBuf {
-    drive_scenario(place, 500, &[])
+    drive_scenario(place, "simulated", 500, &[])
 }
 
-/// The shipped scenario of a drive, with so many cycles of silence and of lost frames, and changed lines as of
+/// The shipped scenario of a drive with a shipped drive file, with so many cycles of silence and of lost frames, and changed lines as of
 /// [`TestPlace::scenario`].
 ///
 /// # Panics
 /// As [`patient_drive_scenario`].
-pub fn drive_scenario(place: &TestPlace, cycles: u64, changes: &[(&str, &str)]) -> PathBuf {
-    let drive = std::fs::read_to_string(repository().join("rt-config/drives/simulated.toml")).unwrap();
+pub fn drive_scenario(place: &TestPlace, drive: &str, cycles: u64, changes: &[(&str, &str)]) -> PathBuf {
+    let path = repository().join(format!("rt-config/drives/{drive}.toml"));
+    let drive = std::fs::read_to_string(path).unwrap();
     let drive = drive.replace("bus_lost_cycles = 3 ", &format!("bus_lost_cycles = {cycles} "));
     let drive = place.write("drive.toml", &drive);
     let (file, silence) = (format!("file = \"{}\"", drive.display()), format!("silence_cycles = {cycles}"));

@@ -8,8 +8,8 @@ use signals::{BusPhase, BusStatus};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use stepvalve_tests::{
-    Finished, TestPlace, despite_stalls, end_drive, end_instance, on_a_cable, patient_drive_scenario,
-    repository, start_drive,
+    Finished, TestPlace, despite_stalls, drive_scenario, end_drive, end_instance, on_a_cable,
+    patient_drive_scenario, repository, start_drive,
 };
 use subdevice::{NEAR, read_log};
 use test_needs::skip_without;
@@ -121,6 +121,64 @@ const WRONG: [(&[&str], &str); 15] = [
     (&["--set", "6092:1=10000"], "0x6092:01 is 10000, expected 112500"),
     (&["--set", "6091:2=5"], "0x6091:02 is 5, expected 1"),
 ];
+
+/// The terminal has no encoder and one bit that says go; its driver always carries current.
+#[test]
+fn an_instance_turns_a_valve_through_a_pulse_train_terminal() {
+    on_a_cable("an_instance_turns_a_valve_through_a_pulse_train_terminal", || {
+        despite_stalls(|place| {
+            let changes = [("fitted = true", "fitted = false")];
+            let scenario = drive_scenario(place, "el2522", 500, &changes);
+            let log = place.path("drive.csv");
+            let drive = start_drive(&model(), &["--log", log.to_str().unwrap(), "--pulse-train"]);
+            let run = place.start_instance("bus", &["--json"], &scenario, &place.path("out"));
+            turn_to_17_degrees(place);
+            let bus = place.status().unwrap()["bus"].clone();
+            assert_eq!((&bus["al_state"], &bus["working_counter"]), (&"OP".into(), &3.into()), "{bus}");
+            place.stepvalve(&["disarm"]).expect_code(0);
+            println!("{}", end_instance(run, Signal::SIGTERM).stderr);
+            end_drive(drive);
+            let rows = read_log(&log).unwrap();
+            let end = rows.iter().rev().find(|row| row.al == 8).unwrap().end;
+            // Pulses of 0.0032 degrees.
+            let wanted = (17.0_f64 / 360.0 * 112_500.0).round() as i64;
+            assert!((end - wanted).abs() < 200, "{end} pulses, expected some {wanted}");
+            assert!(rows.iter().all(|row| (row.end - row.start).abs() <= 600));
+        });
+    });
+}
+
+/// The drive's own homing makes the place where it stands the zero; the controller then aligns encoder and teeth.
+#[test]
+fn a_drive_finds_its_zero_when_ordered_to() {
+    on_a_cable("a_drive_finds_its_zero_when_ordered_to", || {
+        despite_stalls(|place| {
+            let homing = "counts_per_turn = 112500\nabsolute = true\n\n[homing]\nbegins_homed = false\nmethod = \"absolute\"\n\
+                          largest_spread = \"1deg\"\n";
+            let scenario = drive_scenario(place, "simulated", 500, &[("counts_per_turn", homing)]);
+            let file = std::fs::read_to_string(place.path("drive.toml")).unwrap();
+            let (before, _) = file.split_once("[homing]").unwrap();
+            place.write("drive.toml", &format!("{before}[homing]\nkind = \"drive\"\nmethod = 37\n"));
+            let drive = start_drive(&model(), &["--zero-offset", "54321"]);
+            let run = place.start_instance("bus", &["--json"], &scenario, &place.path("out"));
+            place.wait_for("the drive", || (place.status()?["bus"]["phase"] == "in operation").then_some(()));
+            let before = place.status().unwrap();
+            assert_eq!(before["homed"], false, "{before}");
+            assert!(
+                (before["angle_rad"].as_f64().unwrap() - 54321.0 / 112_500.0 * std::f64::consts::TAU).abs()
+                    < 0.2
+            );
+            let homed = place.stepvalve(&["home"]).expect_code(0);
+            println!("{}", homed.stdout);
+            let after = place.status().unwrap();
+            assert_eq!((&after["homed"], &after["homing"]), (&true.into(), &"done".into()), "{after}");
+            assert!(after["angle_rad"].as_f64().unwrap().abs() < 0.2, "{after}");
+            turn_to_17_degrees(place);
+            println!("{}", end_instance(run, Signal::SIGTERM).stderr);
+            end_drive(drive);
+        });
+    });
+}
 
 #[test]
 fn a_wrong_drive_is_refused_before_anything_runs() {

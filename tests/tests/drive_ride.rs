@@ -32,7 +32,7 @@ fn model() -> PathBuf {
 /// With the three processes a third of the cycle apart, so that each may wake as late as the others.
 fn scenario(place: &TestPlace) -> PathBuf {
     let phases = [("phase = \"400us\"", "phase = \"430us\""), ("phase = \"600us\"", "phase = \"760us\"")];
-    drive_scenario(place, PATIENCE_CYCLES, &phases)
+    drive_scenario(place, "simulated", PATIENCE_CYCLES, &phases)
 }
 
 /// Arms, asks for an angle each second for `seconds`, and lets go; what the instance said.

@@ -161,6 +161,7 @@ impl Bus {
 
 fn hurt_device(device: &mut Device, hurt: Hurt, now_ns: u64) {
     match hurt {
+        Hurt::Enabling(cycles) => device.settings.enable_cycles = cycles,
         Hurt::AlFall(code) => device.fall(AlState::SafeOp, code),
         Hurt::ClockJump(ns) => device.esc.clock.jump(ns),
         Hurt::Drift(ppb) => device.esc.clock.set_drift(now_ns, ppb),

@@ -36,7 +36,7 @@ pub struct SyncRow {
 /// A simulated drive on the bus.
 #[derive(Debug)]
 pub struct Device {
-    settings: Settings,
+    pub(crate) settings: Settings,
     pub(crate) esc: Esc,
     pub(crate) objects: Dictionary,
     sdo: SdoServer,

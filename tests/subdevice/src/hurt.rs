@@ -43,6 +43,8 @@ pub enum Hurt {
     NoFollowing(u32),
     /// So many cycles with another mode in 0x6061.
     Mode(i8, u32),
+    /// From now on it takes so many cycles from switched on to operation enabled.
+    Enabling(u32),
     /// The clock leaps, ns.
     ClockJump(i64),
     /// The crystal runs differently, parts per billion.
@@ -59,7 +61,7 @@ pub struct HurtParseError {
 
 const EXPECTED: &str = "drop-request N | drop-reply N | delay NS N | duplicate N | reorder N | truncate N | garbage N | \
     foreign N | working-counter N | cable NS | power NS | al-fall CODE | drive-fault CODE | no-following CYCLES | \
-    mode MODE CYCLES | clock-jump NS | drift PPB";
+    mode MODE CYCLES | enabling CYCLES | clock-jump NS | drift PPB";
 
 impl FromStr for Hurt {
     type Err = HurtParseError;
@@ -90,6 +92,7 @@ fn parse(text: &str) -> Option<Hurt> {
         ("drive-fault", [code]) => Some(Hurt::DriveFault((*code).try_into().ok()?)),
         ("no-following", [cycles]) => Some(Hurt::NoFollowing((*cycles).try_into().ok()?)),
         ("mode", [mode, cycles]) => Some(Hurt::Mode((*mode).try_into().ok()?, (*cycles).try_into().ok()?)),
+        ("enabling", [cycles]) => Some(Hurt::Enabling((*cycles).try_into().ok()?)),
         ("clock-jump", [ns]) => Some(Hurt::ClockJump(*ns)),
         ("drift", [ppb]) => Some(Hurt::Drift(*ppb)),
         _ => None,
