@@ -1,7 +1,7 @@
 //! The clients of the control socket: a bounded number of them, of this user alone.
 
+use crate::journal::Peer;
 use nix::sys::socket::{getsockopt, sockopt::PeerCredentials};
-use nix::unistd::{Uid, User};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::Write;
 use std::net::Shutdown;
@@ -25,12 +25,10 @@ impl Client {
         self.spoke.store(true, Ordering::Relaxed);
     }
 
-    /// Who it is: user and process.
-    pub(crate) fn who(&self) -> String {
-        let Ok(peer) = getsockopt(&self.stream, PeerCredentials) else { return "unknown".to_owned() };
-        let user = User::from_uid(Uid::from_raw(peer.uid())).ok().flatten();
-        let user = user.map_or_else(|| peer.uid().to_string(), |user| user.name);
-        format!("user {user}, process {}", peer.pid())
+    /// Who it is.
+    pub(crate) fn peer(&self) -> Option<Peer> {
+        let peer = getsockopt(&self.stream, PeerCredentials).ok()?;
+        Some(Peer { uid: peer.uid(), pid: peer.pid() })
     }
 
     /// Whether nobody waits for an answer any more.

@@ -86,7 +86,7 @@ impl Generation<'_> {
             (_, true) => (EventKind::Order, answer.text.clone()),
             (request, false) => (EventKind::Refused, format!("{}: {}", request.name(), answer.text)),
         };
-        self.note_by(event, Some(asked.client.who()), text);
+        self.note_by(event, asked.client.peer(), text);
     }
 
     fn carry_out(&mut self, request: &Request) -> Answer {

@@ -7,7 +7,7 @@ mod events;
 use crate::child::Child;
 use crate::instance::{Instance, Whereabouts};
 use crate::interruption::Interruption;
-use crate::journal::{At, EventKind, Journal, Transitions};
+use crate::journal::{At, EventKind, Journal, Peer, Transitions};
 use crate::mission::Mission;
 use crate::news::{Asked, Channel};
 use crate::notify::Pulse;
@@ -185,7 +185,7 @@ impl<'a> Generation<'a> {
     }
 
     /// The same, with whose order it was.
-    pub fn note_by(&self, event: EventKind, by: Option<String>, text: impl Into<String>) {
+    pub fn note_by(&self, event: EventKind, by: Option<Peer>, text: impl Into<String>) {
         let at = At { generation: self.setup.generation, cycle: self.watch.newest_cycle() };
         self.setup.journal.note_by(at, event, by, text);
     }

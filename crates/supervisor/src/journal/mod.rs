@@ -14,6 +14,7 @@ pub(crate) use transitions::{Seen, Transitions};
 
 use file::JournalFile;
 use jiff::Timestamp;
+use nix::unistd::{Uid, User};
 use processes::complain;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -34,7 +35,7 @@ pub(crate) struct Journal {
 }
 
 struct Writer {
-    entries: SyncSender<Entry>,
+    entries: SyncSender<(Entry, Option<Peer>)>,
     ended: Receiver<()>,
 }
 
@@ -68,7 +69,7 @@ impl Journal {
     }
 
     /// The same, with whose order it was.
-    pub(crate) fn note_by(&self, at: At, event: EventKind, by: Option<String>, text: impl Into<String>) {
+    pub(crate) fn note_by(&self, at: At, event: EventKind, by: Option<Peer>, text: impl Into<String>) {
         let Some(writer) = &self.writer else { return complain(text.into()) };
         let lost = self.lost.swap(0, Ordering::Relaxed);
         let mut text = text.into();
@@ -83,10 +84,10 @@ impl Journal {
             generation: at.generation,
             cycle: at.cycle,
             event,
-            by,
+            by: None,
             text,
         };
-        if writer.entries.try_send(entry).is_err() {
+        if writer.entries.try_send((entry, by)).is_err() {
             self.lost.fetch_add(lost + 1, Ordering::Relaxed);
         }
     }
@@ -101,6 +102,24 @@ impl Drop for Journal {
     }
 }
 
+/// Whose order it was.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Peer {
+    /// The user.
+    pub(crate) uid: u32,
+    /// The process.
+    pub(crate) pid: i32,
+}
+
+impl Peer {
+    /// In words.
+    fn name(self) -> String {
+        let user = User::from_uid(Uid::from_raw(self.uid)).ok().flatten();
+        let user = user.map_or_else(|| self.uid.to_string(), |user| user.name);
+        format!("user {user}, process {}", self.pid)
+    }
+}
+
 /// When in a run something happens.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct At {
@@ -110,8 +129,10 @@ pub(crate) struct At {
     pub(crate) cycle: u64,
 }
 
-fn write_all(mut file: Option<JournalFile>, entries: &Receiver<Entry>) {
-    for entry in entries {
+fn write_all(mut file: Option<JournalFile>, entries: &Receiver<(Entry, Option<Peer>)>) {
+    for (entry, by) in entries {
+        // Looking a name up may wait for a server.
+        let entry = Entry { by: by.map(|by| by.name()), ..entry };
         complain(&entry);
         if let Some(open) = &mut file
             && let Err(error) = open.append(&entry)
