@@ -162,6 +162,24 @@ fn a_quick_stop_ramps_down_and_ends_when_the_drive_stands() {
 }
 
 #[test]
+fn a_quick_stop_does_not_end_before_its_own_ramp() {
+    let mut bench = Bench::running(params());
+    for cycle in 0..100 {
+        bench.refer(0.002 * f64::from(cycle), 2.0, 0.0);
+        bench.step(None);
+    }
+    // This drive says that it stands all the while.
+    bench.step(Some(order(2, OperatorKind::Disarm)));
+    let mut cycles = 0;
+    while bench.machine() == ControllerState::QuickStop {
+        bench.step(None);
+        cycles += 1;
+    }
+    assert!((3..20).contains(&cycles), "{cycles} cycles");
+    assert_eq!(bench.machine(), ControllerState::Disarmed);
+}
+
+#[test]
 fn a_drive_that_is_silent_counts_as_still_once_it_stops_by_itself() {
     let mut bench = Bench::running(params());
     bench.validity &= !validity::STANDSTILL;
