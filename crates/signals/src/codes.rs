@@ -134,6 +134,8 @@ codes! {
         Homing = 13, "homing failed";
         /// The valve left the limits of angle (found by the plant side).
         AngleLimit = 14, "angle beyond limits";
+        /// A quick stop is over, but the drive, or the encoder, does not come to rest.
+        NeverRests = 15, "valve does not come to rest";
     }
 }
 

@@ -133,13 +133,28 @@ fn begin(params: &Params, state: &mut State, cycle: u64, feedback: &Feedback) {
 }
 
 /// Ends a quick stop once command and drive stand still; a drive that is silent counts as still, since it stops by
-/// itself.
+/// itself. One that does not come to rest in time is a fault: nobody shall wait for ever.
 pub(crate) fn settle(params: &Params, state: &mut State, cycle: u64, feedback: Option<&Feedback>) {
+    if state.supervision.machine != ControllerState::QuickStop
+        || state.steering.travel != MicrostepsPerCycle::ZERO
+    {
+        return;
+    }
     let silent = state.reception.feedback.silent(params.drive.silence_cycles);
     let still = feedback.map_or(silent, |feedback| feedback.validity & validity::STANDSTILL != 0);
-    let stands = state.steering.travel == MicrostepsPerCycle::ZERO && still;
-    if state.supervision.machine == ControllerState::QuickStop && stands {
+    let late = !still && cycle.saturating_sub(state.supervision.since_cycle) > latest_rest_cycles(params);
+    if late && state.supervision.fault == FaultCode::None {
+        state.supervision.fault = FaultCode::NeverRests;
+        state.supervision.fault_cycle = cycle;
+    }
+    if still || late {
         let disarmed = state.supervision.fault == FaultCode::None;
         state.enter(if disarmed { ControllerState::Disarmed } else { ControllerState::Fault }, cycle);
     }
+}
+
+/// The longest quick stop, in cycles: the drive's own stop, and the time that a rotor may take to rest on the motor.
+fn latest_rest_cycles(params: &Params) -> u64 {
+    let resting = (ARMING_S / params.period_s).ceil() as u64;
+    drive::stop_cycles_bound(&params.drive).saturating_add(resting)
 }

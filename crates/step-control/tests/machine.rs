@@ -162,6 +162,21 @@ fn a_quick_stop_ramps_down_and_ends_when_the_drive_stands() {
 }
 
 #[test]
+fn a_drive_that_never_rests_after_a_stop_is_a_fault_in_time() {
+    let mut bench = Bench::running(params());
+    bench.validity &= !validity::STANDSTILL;
+    bench.step(Some(order(2, OperatorKind::Disarm)));
+    let mut cycles = 0;
+    while bench.machine() == ControllerState::QuickStop {
+        assert_eq!(bench.step(None).command.pulse_rate_hz, 0.0);
+        cycles += 1;
+    }
+    let most = drive::stop_cycles_bound(&bench.params.drive) + 2000;
+    assert_eq!(cycles, most + 1);
+    assert_eq!((bench.machine(), bench.state.fault()), (ControllerState::Fault, FaultCode::NeverRests));
+}
+
+#[test]
 fn a_quick_stop_does_not_end_before_its_own_ramp() {
     let mut bench = Bench::running(params());
     for cycle in 0..100 {

@@ -51,6 +51,9 @@ pub fn advice(fault: FaultCode) -> &'static str {
         FaultCode::AngleLimit => {
             "the valve left the scenario's limits of angle: check its zero before it moves again"
         }
+        FaultCode::NeverRests => {
+            "the pulses have stopped, but the encoder still moves: look for a load that drives the valve, or a noisy encoder"
+        }
     }
 }
 
