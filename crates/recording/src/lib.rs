@@ -9,6 +9,7 @@
 
 mod any_message;
 mod cdr;
+mod codes;
 mod error;
 mod gap;
 mod info;
@@ -20,6 +21,7 @@ mod topic;
 mod writer;
 
 pub use any_message::AnyMessage;
+pub use codes::{Codes, codes};
 pub use error::RecordingError;
 pub use gap::{Gap, GapOrigin, KnownGap};
 pub use info::{RecordInfo, Texts};

@@ -6,7 +6,6 @@
 
 mod atomic;
 mod blocks;
-mod codes;
 mod columns;
 mod convert;
 mod cycles;

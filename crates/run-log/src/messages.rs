@@ -1,9 +1,9 @@
 //! `/messages`: every message of a record with all its bits, a dataset for each field.
 
-use crate::{codes, h5};
+use crate::h5;
 use hdf5::{Dataset, Group, Result};
 use recording::{AnyMessage, Topic};
-use signals::{Field, Header, Kind};
+use signals::{Field, Header, Kind, SetPointKind};
 use std::collections::BTreeMap;
 
 /// Streams messages into the file: a block of rows of each topic is in memory, whatever the record's length.
@@ -112,10 +112,21 @@ pub(crate) fn path(topic: Topic) -> &'static str {
 
 /// Says what a column's codes or flags mean, where it carries such.
 pub(crate) fn explain(dataset: &Dataset, topic: Topic, field: &str) -> Result<()> {
-    match codes::meaning(topic, field) {
+    let meaning = match (topic, field) {
+        (Topic::SetPoint, "value") => Some(format!("unit by kind: {}", units_by_kind())),
+        _ => recording::codes(topic, field).map(|codes| codes.to_string()),
+    };
+    match meaning {
         Some(meaning) => h5::put_text(dataset, "codes", &meaning),
         None => Ok(()),
     }
+}
+
+/// `0 hold 1, 1 angle rad, ...`: a set-point's value has the unit of its kind.
+fn units_by_kind() -> String {
+    let parts: Vec<_> =
+        SetPointKind::ALL.iter().map(|kind| format!("{} {kind} {}", kind.code(), kind.unit())).collect();
+    parts.join(", ")
 }
 
 fn signed(words: impl Iterator<Item = u64>) -> Vec<i64> {
