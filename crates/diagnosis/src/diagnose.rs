@@ -3,6 +3,7 @@
 use crate::DiagnosisError;
 use crate::conclude::verdict::conclude;
 use crate::error::if_possible;
+use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::candidates;
 use crate::extend::hypothesis::{Correction, Free, Hypothesis};
 use crate::extend::tolerance::corrections;
@@ -17,20 +18,26 @@ use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use crate::measure::doubt::{is_noise, misfit};
 use crate::measure::judgement::Judgement;
-use crate::name::refine::fewer_orders;
+use crate::name::refine::{fewer_orders, refine};
+use crate::name::round::next_cause;
+use crate::name::screen::screen;
 use crate::name::select::{nothing_yet, select};
 use crate::name::selection::Selection;
 use crate::name::tried::{EQUAL, Tried};
 use crate::options::Options;
+use crate::show::colour::colour;
+use crate::show::mains::{Mains, mains};
 use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Log};
-use valve_model::Model;
+use valve_model::{EffectId, Model};
 
 /// Steps of a fit of the corrections within their tolerance.
 const CORRECTING: usize = 6;
+/// Causes that are looked for beside corrections.
+const FEW: usize = 2;
 /// A correction is clear from so many of its standard errors on.
 const CLEAR: f64 = 2.0;
 /// Where a residual is below this part of the noise, the noise was that of a worse model: its motion's errors are estimated once more
@@ -88,7 +95,12 @@ pub fn diagnose(
     let first = begin(&campaign, &ready);
     check_finite(&campaign, &ready, &first, workers)?;
     tell(Event::Step("estimating the noise"));
-    let noise = estimate(&mut campaign, &ready, &first.starts, options, workers);
+    let mut noise = estimate(&mut campaign, &ready, &first.starts, options, workers);
+    let hum = hum_of_first(&campaign, model, &first, workers)?;
+    if let Some(hum) = hum {
+        campaign.take_out_hum(hum.hums, &hum.by_piece);
+        noise = estimate(&mut campaign, &ready, &first.starts, options, workers);
+    }
     campaign.facts.excitation = excitation(&campaign, noise.channel);
     let (able, unable) = candidates(&campaign.facts, model, &options.fixed);
     let nuisances = Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) };
@@ -124,6 +136,20 @@ pub fn diagnose(
     if judged.setting.is_over() {
         return conclude(&judged, &able, &unable);
     }
+    let (_, left_by_all) = judged.everywhere(&judged.selection.fitted)?;
+    let (judged, noise) = match mains(&judged.setting, &left_by_all) {
+        None => (judged, noise),
+        Some(hum) => {
+            tell(Event::Step("once more, without the mains' hum"));
+            let earlier = judged.selection;
+            let found = earlier.fitted.point.clone();
+            let ready = judged.setting.ready(&found.hypothesis)?;
+            campaign.take_out_hum(hum.hums, &hum.by_piece);
+            let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
+            let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+            (judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?, noise)
+        }
+    };
     if let Some(misfit) = misfit(&judged)? {
         tell(Event::Step("once more, with what the causes leave as an error of every sample"));
         let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
@@ -134,7 +160,7 @@ pub fn diagnose(
     let Some(colour) = judged.colour()? else { return conclude(&judged, &able, &unable) };
     tell(Event::Step("once more, with noise whose neighbours are alike"));
     let earlier = judged.selection;
-    let noise = with_colour(&mut campaign, noise, colour);
+    let noise = with_colour(&mut campaign, noise, colour.louder, colour.per_independent);
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
     let judged = judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?;
     conclude(&judged, &able, &unable)
@@ -146,7 +172,7 @@ fn judge<'a>(
     noise: NoiseLevel,
     (first, corrections): &(Point, Vec<Correction>),
     earlier: Option<&Selection>,
-    able: &[crate::extend::candidate::Candidate],
+    able: &[Candidate],
     seed: u64,
     tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Judgement<'a>, DiagnosisError> {
@@ -157,10 +183,17 @@ fn judge<'a>(
     tell(Event::Step("screening causes"));
     let corrected = within_tolerance(&setting, &given, corrections)?;
     let enough = corrected.as_ref().map(|corrected| leaves_noise(&setting, corrected)).transpose()?;
-    let selection = if enough == Some(true) {
-        nothing_yet(&setting, given)
-    } else {
-        select(&setting, able, given, earlier, &mut |ranking| tell(Event::Ranking(ranking)))?
+    let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
+    let few = match &corrected {
+        Some(corrected) if enough == Some(false) => {
+            few_beside_corrections(&setting, able, (&given, corrected), &mut ranked)?
+        }
+        _ => None,
+    };
+    let selection = match few {
+        Some(few) => few,
+        None if enough == Some(true) => nothing_yet(&setting, given),
+        None => select(&setting, able, given, earlier, &mut ranked)?,
     };
     let selection = with_corrections(&setting, selection, corrected, corrections)?;
     tell(Event::Step("measuring the gain"));
@@ -186,10 +219,53 @@ fn within_tolerance(
     fit(setting, begin, &Piece::is_fitted, CORRECTING).map(Some)
 }
 
-/// Whether a fit leaves no more than noise.
+/// Whether a fit leaves no more than noise, coloured or not.
 fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
     let left = left(setting, &fitted.point)?;
-    Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)))
+    Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)) || colour(setting, &left).is_some())
+}
+
+/// One cause or two that leave no more than noise together with corrections of the model's numbers; `None` where it takes more.
+///
+/// Asked first: against numbers that are off by their tolerance, a search without corrections finds causes for those too.
+fn few_beside_corrections(
+    setting: &Setting<'_>,
+    able: &[Candidate],
+    (given, corrected): (&Fitted, &Fitted),
+    ranked: &mut dyn FnMut(&[(EffectId, f64)]),
+) -> Result<Option<Selection>, DiagnosisError> {
+    let first = nothing_yet(setting, given.clone());
+    let mut state = nothing_yet(setting, corrected.clone());
+    for causes in 0..FEW {
+        if setting.is_over() {
+            return Ok(None);
+        }
+        let screening = screen(setting, able, &state.fitted)?;
+        if causes == 0 {
+            state.first_ranking = screening.ranking();
+            ranked(&state.first_ranking);
+        }
+        if !next_cause(setting, &screening.ranked, &mut state)? {
+            return Ok(None);
+        }
+        refine(setting, &mut state)?;
+        if leaves_noise(setting, &state.fitted)? {
+            (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
+            return Ok(Some(state));
+        }
+    }
+    Ok(None)
+}
+
+/// The mains' hum in what the given model leaves.
+fn hum_of_first(
+    campaign: &Campaign,
+    given: &Model,
+    first: &Point,
+    workers: &dyn Workers,
+) -> Result<Option<Mains>, DiagnosisError> {
+    let setting = Setting { campaign, given, nuisances: Nuisances::default(), workers };
+    Ok(mains(&setting, &left(&setting, first)?))
 }
 
 /// Refits the selected causes together with corrections of the model's parameters, so that their intervals include

@@ -59,7 +59,7 @@ pub(crate) fn predict(
         }
         *angle = last;
     }
-    delay(&run.time_s, angle_rad, params.sensor_delay_s());
+    delay(&run.time_s, angle_rad, params.sensor_delay());
     let end = state.friction.past();
     Ok(Predicted {
         channel: Channel::Angle,

@@ -52,7 +52,7 @@ pub(crate) fn predict(
         }
         before = end;
     }
-    delay(&run.time_s, torque_nm, params.sensor_delay_s());
+    delay(&run.time_s, torque_nm, params.sensor_delay());
     let end = state.friction.past();
     Ok(Predicted {
         channel: Channel::Torque,

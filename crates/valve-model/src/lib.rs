@@ -34,7 +34,7 @@ pub use oil::OilParams;
 pub use orifice::{OrificeError, OrificeParams};
 pub use seals::SealParams;
 pub use valve::{
-    MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, ValveInput, ValveOutput, ValveParams,
-    ValveState, motion_step, step,
+    MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, SensorDelay, ValveInput, ValveOutput,
+    ValveParams, ValveState, motion_step, step,
 };
 pub use window::{Window, WindowTable};

@@ -117,7 +117,7 @@ fn every_effect_shows() {
         assert!(told.iter().flatten().all(|value| value.is_finite()), "{}", spec.id);
         // The delay is for who samples.
         if spec.id == EffectId::SensorDelay {
-            assert_eq!(ValveParams::new(&with(vec![telling(spec)])).unwrap().sensor_delay_s(), 0.01);
+            assert_eq!(ValveParams::new(&with(vec![telling(spec)])).unwrap().sensor_delay().delay_s, 0.01);
             continue;
         }
         let apart = difference(&plain, &told);

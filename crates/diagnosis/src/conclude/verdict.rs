@@ -283,8 +283,8 @@ fn shown(judged: &Judgement<'_>, piece: &Piece, before: &PieceResidual, after: &
         speed_rad_per_s: (0..piece.len()).map(|index| piece.kinematics(index).1).collect(),
         pressure_pa: piece.driven.pressure_pa().to_vec(),
         temperature_c: piece.driven.temperature_c().to_vec(),
-        measured: piece.measured.clone(),
-        before: before.predicted.clone(),
-        after: after.predicted.clone(),
+        measured: piece.with_hum(&piece.measured),
+        before: piece.with_hum(&before.predicted),
+        after: piece.with_hum(&after.predicted),
     }
 }

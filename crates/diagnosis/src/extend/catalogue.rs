@@ -206,9 +206,7 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::PressureTorque => {
             simple(id, parameter("gain", Map::Plain, 0.0, (-1e9, 1e9), 0.01 * facts.coulomb_nm / pressure))
         }
-        EffectId::SensorDelay => {
-            simple(id, parameter("delay_s", Map::Plain, 0.0, (-0.2, 0.2), 0.5 * facts.step_s))
-        }
+        EffectId::SensorDelay => late(facts),
         EffectId::FrictionLag => lag(facts),
         EffectId::TemperatureDependentViscosity => {
             simple(id, parameter("beta_per_k", Map::Plain, 0.0, (0.0, 0.3), 2e-3))
@@ -286,6 +284,22 @@ pub(crate) fn look_for_orders(candidate: &mut Candidate, orders: &[usize]) {
 pub(crate) fn high_orders(facts: &Facts) -> (usize, usize) {
     let teeth = facts.motor.filter(|_| !facts.kind.motion_is_measured).map(|(_, teeth)| teeth as usize);
     (LOW_ORDERS + 1, teeth.unwrap_or(POSITION_ORDERS + 1))
+}
+
+/// A late sensor: all frequencies alike, or as a low-pass is; how much of it a low-pass is, is freed if that gains.
+fn late(facts: &Facts) -> Candidate {
+    let delay = parameter("delay_s", Map::Plain, 0.0, (-0.2, 0.2), 0.5 * facts.step_s);
+    let share = parameter("low_pass_share", Map::Plain, 0.0, (0.0, 1.0), 0.1);
+    let probe =
+        |share: f64| Probe { shape: vec![0.0, share], columns: vec![(0, 0.5 * facts.step_s)], jump: false };
+    Candidate {
+        id: EffectId::SensorDelay,
+        parameters: vec![delay, share],
+        probes: [0.0, 1.0].map(probe).to_vec(),
+        free: vec![0],
+        optional: vec![1],
+        series: false,
+    }
 }
 
 fn lag(facts: &Facts) -> Candidate {

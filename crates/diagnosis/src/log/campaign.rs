@@ -6,6 +6,7 @@ use crate::log::course::WholeRun;
 use crate::log::driven::{Driven, lead_of};
 use crate::log::facts::Facts;
 use crate::log::gaps::bridged;
+use crate::log::hum::Hum;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::lost_steps;
@@ -62,6 +63,8 @@ pub(crate) struct Campaign {
     pub angle_zero: Option<AngleZero>,
     /// Whether what causes leave counts as an error of every sample: neighbours are alike in it, and no test of whiteness sees it.
     pub has_misfit: bool,
+    /// Tones of the mains that were taken out of the measured channel.
+    pub hums: Vec<Hum>,
     /// Samples of the log, chosen or not.
     pub samples: usize,
     /// What all predictions add to.
@@ -143,6 +146,7 @@ impl Campaign {
             fold_of,
             angle_zero: (!kind.motion_is_measured).then_some(log.angle_zero),
             has_misfit: false,
+            hums: Vec::new(),
             samples: log.runs.iter().map(Run::len).sum(),
             work,
             angle_error_rad,
@@ -152,6 +156,18 @@ impl Campaign {
     /// Whether as much was simulated as a diagnosis may: it then concludes from what it has.
     pub fn is_worn_out(&self) -> bool {
         self.work.samples() > self.kind.most_simulated
+    }
+
+    /// Takes hum out of what was measured: its tones, and what they are in each piece.
+    pub fn take_out_hum(&mut self, hums: Vec<Hum>, by_piece: &[Vec<f64>]) {
+        self.pieces.iter_mut().zip(by_piece).for_each(|(piece, hum)| piece.take_out(hum));
+        for hum in hums {
+            // What is left of a tone that was taken out before adds to it.
+            match self.hums.iter_mut().find(|of| (of.hz - hum.hz).abs() < 0.5) {
+                Some(of) => of.amplitude = of.amplitude.max(hum.amplitude),
+                None => self.hums.push(hum),
+            }
+        }
     }
 
     /// Refuses a model that can't predict.

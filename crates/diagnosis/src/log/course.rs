@@ -80,6 +80,6 @@ pub(crate) fn angle_rad(
         let dt_s = times.iter().fold(0.0, |before, after| after - before);
         angle.push(prediction::encoder_angle_after(params, &mut state, &input(index), dt_s));
     }
-    prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay_s());
+    prediction::delay(driven.all_times_s(), &mut angle, params.sensor_delay());
     angle
 }

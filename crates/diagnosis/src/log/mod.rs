@@ -9,6 +9,7 @@ pub(crate) mod excitation;
 pub(crate) mod facts;
 pub(crate) mod gaps;
 pub(crate) mod holds;
+pub(crate) mod hum;
 pub(crate) mod initial_state;
 pub(crate) mod kind;
 pub(crate) mod lost_steps;

@@ -115,7 +115,8 @@ pub(crate) fn estimate(
 pub(crate) fn with_colour(
     campaign: &mut Campaign,
     noise: NoiseLevel,
-    (louder, per_independent): (f64, f64),
+    louder: f64,
+    per_independent: f64,
 ) -> NoiseLevel {
     for piece in &mut campaign.pieces {
         piece.weights.iter_mut().for_each(|weight| *weight /= louder * per_independent.sqrt());

@@ -35,8 +35,10 @@ pub(crate) struct Piece {
     pub driven: Driven,
     /// The motion of each sample; of an angle log that of the lead's first alone.
     pub motions: Vec<MotionSample>,
-    /// What the model is to predict.
+    /// What the model is to predict, less the hum.
     pub measured: Vec<f64>,
+    /// Hum of the mains that was taken out of it; none where it is empty.
+    pub hum: Vec<f64>,
     /// Before its lead.
     pub past: Before,
     /// √information / σ, σ the standard deviation of measured minus predicted; 0 for a sample that is left out.
@@ -81,6 +83,7 @@ impl Piece {
             driven: Driven::new(run, lead_row, &rows, reference_temperature_c),
             motions,
             measured: measured.to_vec(),
+            hum: Vec::new(),
             past,
             weights: vec![1.0; rows.len()],
             mask: Vec::new(),
@@ -100,6 +103,21 @@ impl Piece {
 
     pub fn len(&self) -> usize {
         self.measured.len()
+    }
+
+    /// Takes more hum out of what was measured.
+    pub fn take_out(&mut self, hum: &[f64]) {
+        self.measured.iter_mut().zip(hum).for_each(|(measured, hum)| *measured -= hum);
+        if self.hum.is_empty() {
+            self.hum = vec![0.0; self.measured.len()];
+        }
+        self.hum.iter_mut().zip(hum).for_each(|(all, hum)| *all += hum);
+    }
+
+    /// Values of the channel as it was recorded: with the hum.
+    pub fn with_hum(&self, values: &[f64]) -> Vec<f64> {
+        let hums = self.hum.iter().copied().chain(std::iter::repeat(0.0));
+        values.iter().zip(hums).map(|(value, hum)| value + hum).collect()
     }
 
     /// Effective number of independent samples: the sum of `information` over samples of non-zero weight.

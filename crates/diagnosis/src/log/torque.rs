@@ -43,7 +43,7 @@ pub(crate) fn torque_nm(
         torque.push(motion_step(params, &mut state, &input, dt_s).measured_torque_nm);
         (before, before_s) = (*motion, *time_s);
     }
-    prediction::delay(times_s, &mut torque, params.sensor_delay_s());
+    prediction::delay(times_s, &mut torque, params.sensor_delay());
     torque
 }
 

@@ -11,19 +11,12 @@ use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
+use crate::show::colour::{Colour, colour};
 use crate::show::observe::shows_zeros;
 use crate::show::residual::{PieceResidual, left, rms_left, settled};
 use crate::show::structure::{Structure, structure};
-use crate::show::tone::tone;
-use crate::show::whiteness::is_white;
 use std::collections::BTreeMap;
 use valve_model::EffectId;
-
-/// A residual counts as coloured noise if `ALIKE` to `MOST_ALIKE` samples carry the information of one (more is a
-/// drift) and its RMS is below `LOUDEST` times the noise; a larger one may be an unmodelled effect.
-const ALIKE: f64 = 1.2;
-const MOST_ALIKE: f64 = 200.0;
-const LOUDEST: f64 = 1.5;
 
 /// Everything that the conclusion rests on.
 pub(crate) struct Judgement<'a> {
@@ -94,18 +87,10 @@ impl Judgement<'_> {
         if square > 0.0 { f64::sqrt(count / square) } else { self.noise.total }
     }
 
-    /// If the residual is coloured noise: its RMS over the estimated noise, and how many samples carry the
-    /// information of one independent sample. `None` if it is white, holds a tone or depends on a covariate.
-    pub fn colour(&self) -> Result<Option<(f64, f64)>, DiagnosisError> {
+    /// The noise's colour, if the residual is coloured noise.
+    pub fn colour(&self) -> Result<Option<Colour>, DiagnosisError> {
         let (_, left) = self.everywhere(&self.selection.fitted)?;
-        if is_white(&self.setting, &left) || tone(&self.setting, &left).is_some() {
-            return Ok(None);
-        }
-        let structure = structure(&self.setting, &left);
-        let depends = structure.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
-        let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < LOUDEST;
-        let colour = (structure.rms.max(1.0), structure.per_independent);
-        Ok((coloured && !depends).then_some(colour))
+        Ok(colour(&self.setting, &left))
     }
 
     /// What differs from run to run by itself.
@@ -123,6 +108,16 @@ impl Judgement<'_> {
             found.push(format!(
                 "the noise is coloured: neighbours within about {:.1} ms are alike",
                 1e3 * alike_s
+            ));
+        }
+        let channel = self.setting.campaign.kind.channel;
+        for hum in &self.setting.campaign.hums {
+            found.push(format!(
+                "a hum of {:.1} Hz, amplitude {:.2e} {}, is in the {} throughout",
+                hum.hz,
+                hum.amplitude,
+                channel.unit(),
+                channel.name()
             ));
         }
         if nuisances.angle_zero {

@@ -1,6 +1,8 @@
 //! What a residual shows: size, dependences, spectrum, whiteness, and observations in words.
 
+pub(crate) mod colour;
 pub(crate) mod geared;
+pub(crate) mod mains;
 pub(crate) mod observe;
 pub(crate) mod orders;
 pub(crate) mod residual;

@@ -12,8 +12,17 @@ pub(super) struct Measurement {
     eccentricity_phase_rad: f64,
     torque_gain: f64,
     torque_offset_nm: f64,
-    pub delay_s: f64,
+    pub delay: SensorDelay,
     missed: [MissedSteps; MAX_MISSED],
+}
+
+/// How late a channel is (effect `sensor-delay`).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct SensorDelay {
+    /// In all, s.
+    pub delay_s: f64,
+    /// The share of it that is the delay of a low-pass of order 2, damped at 1/√2; the rest delays all frequencies alike.
+    pub low_pass_share: f64,
 }
 
 /// Tooth pitches that the rotor jumps by at one time of the run.
@@ -33,7 +42,7 @@ impl Measurement {
             eccentricity_phase_rad: 0.0,
             torque_gain: 1.0,
             torque_offset_nm: 0.0,
-            delay_s: 0.0,
+            delay: SensorDelay::default(),
             missed: [MissedSteps::default(); MAX_MISSED],
         };
         for effect in &model.effects {
@@ -45,7 +54,10 @@ impl Measurement {
                 }
                 EffectId::TorqueGain => measurement.torque_gain = effect.number("factor"),
                 EffectId::TorqueOffset => measurement.torque_offset_nm = effect.number("offset_nm"),
-                EffectId::SensorDelay => measurement.delay_s = effect.number("delay_s"),
+                EffectId::SensorDelay => {
+                    let low_pass_share = effect.number("low_pass_share");
+                    measurement.delay = SensorDelay { delay_s: effect.number("delay_s"), low_pass_share };
+                }
                 EffectId::MissedSteps => {
                     let steps = effect.list("time_s").iter().zip(effect.list("teeth"));
                     for (slot, (time_s, teeth)) in measurement.missed.iter_mut().zip(steps) {

@@ -17,6 +17,7 @@ mod substeps;
 mod tolerance;
 
 pub use input::ValveInput;
+pub use measurement::SensorDelay;
 pub use motion::{MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, motion_step};
 pub use params::ValveParams;
 pub use step::{ValveOutput, ValveState, step};

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::Effects;
 use super::input::ValveInput;
-use super::measurement::Measurement;
+use super::measurement::{Measurement, SensorDelay};
 use super::params::ValveParams;
 use super::step::{ValveState, step};
 use crate::friction::{Contact, FrictionLaw, Levels, Sweep};
@@ -97,9 +97,9 @@ impl MotionParams {
         })
     }
 
-    /// How late the torque is against the angle (effect `sensor-delay`), s.
-    pub fn sensor_delay_s(&self) -> f64 {
-        self.measurement.delay_s
+    /// How late the torque is against the angle (effect `sensor-delay`).
+    pub fn sensor_delay(&self) -> SensorDelay {
+        self.measurement.delay
     }
 
     /// Whether a spring lies between encoder and spool: its torque asks for speeds more exact than friction's.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::effects::{Coupling, Effects};
-use super::measurement::Measurement;
+use super::measurement::{Measurement, SensorDelay};
 use super::tolerance::ANGLE_TOLERANCE;
 use crate::error::positive;
 use crate::friction::FrictionLaw;
@@ -142,10 +142,10 @@ impl ValveParams {
         self.holding_torque_nm * part
     }
 
-    /// How late the measured angle is against the command (effect `sensor-delay`), s. [`step`](crate::step) gives the
+    /// How late the measured angle is against the command (effect `sensor-delay`). [`step`](crate::step) gives the
     /// angle of the moment; who samples it delays it.
-    pub fn sensor_delay_s(&self) -> f64 {
-        self.measurement.delay_s
+    pub fn sensor_delay(&self) -> SensorDelay {
+        self.measurement.delay
     }
 
     /// The friction law with the effects that change its numbers.

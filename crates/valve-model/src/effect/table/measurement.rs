@@ -52,9 +52,20 @@ pub(super) const SENSOR_DELAY: EffectSpec = EffectSpec {
     folded_into: None,
     seen_in: SeenIn::AnyLog,
     needs: None,
-    formula: "torque late against angle (torque logs), angle late against command (angle logs)",
-    keys: "`delay_s`",
-    parameters: &[number("delay_s", "s", (-1.0, 1.0), 0.0, "a number, -1 to 1", "0: no delay")],
+    formula: "torque late against angle (torque logs), angle late against command (angle logs); the low-pass is of order 2, \
+                  damped at 1/√2, and late by its share of the delay",
+    keys: "`delay_s`, `low_pass_share`",
+    parameters: &[
+        number("delay_s", "s", (-1.0, 1.0), 0.0, "a number, -1 to 1", "0: no delay"),
+        number(
+            "low_pass_share",
+            "1",
+            (0.0, 1.0),
+            0.0,
+            "a number, 0 to 1",
+            "share of the delay that is a low-pass's; of a negative delay none",
+        ),
+    ],
 };
 
 pub(super) const ENCODER_ECCENTRICITY: EffectSpec = EffectSpec {

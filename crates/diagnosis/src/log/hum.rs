@@ -1,0 +1,9 @@
+//! Tones of the mains that were found in the measured channel.
+
+/// A tone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hum {
+    pub hz: f64,
+    /// Root of the mean square of its amplitude, in the channel's unit.
+    pub amplitude: f64,
+}

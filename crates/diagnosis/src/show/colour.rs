@@ -1,0 +1,91 @@
+//! Whether a residual is coloured noise: correlated from sample to sample, but with nothing that was recorded.
+
+use crate::fit::equations::Setting;
+use crate::log::piece::Piece;
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
+use crate::show::residual::PieceResidual;
+use crate::show::structure::structure;
+use crate::show::tone::tone;
+use crate::show::whiteness::is_white;
+
+/// A residual counts as coloured noise if `ALIKE` to `MOST_ALIKE` samples carry the information of one (more is a
+/// drift) and its RMS is below `LOUDEST` times the noise; below `LOUDEST_STEADY` if it is as loud in every motion. A larger one may
+/// be an unmodelled effect, which hardly ever is.
+const ALIKE: f64 = 1.2;
+const MOST_ALIKE: f64 = 400.0;
+const LOUDEST: f64 = 1.5;
+const LOUDEST_STEADY: f64 = 6.0;
+/// Classes of speed, and of acceleration, in which it is compared; and the ratio of variances that is no difference, beside what
+/// chance does (three of its standard deviations).
+const CLASSES: usize = 4;
+const RATIO: f64 = 1.3;
+const DEVIATIONS: f64 = 3.0;
+
+/// The noise's colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Colour {
+    /// RMS of the residual over the noise that was estimated.
+    pub louder: f64,
+    /// How many samples carry the information of one.
+    pub per_independent: f64,
+}
+
+/// The colour of a residual; `None` if it is white, holds a tone or depends on a covariate.
+pub(crate) fn colour(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Colour> {
+    if is_white(setting, left) || tone(setting, left).is_some() {
+        return None;
+    }
+    let structure = structure(setting, left);
+    let depends = structure.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
+    let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < LOUDEST_STEADY;
+    if !coloured || depends {
+        return None;
+    }
+    let quiet = structure.rms < LOUDEST;
+    (quiet || is_steady(setting, left, structure.per_independent))
+        .then_some(Colour { louder: structure.rms.max(1.0), per_independent: structure.per_independent })
+}
+
+/// Whether a residual is as loud in all classes of speed and of acceleration.
+fn is_steady(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> bool {
+    let by = |covariate: fn(&Piece, usize) -> f64| -> Vec<(f64, f64)> {
+        let pieces = setting.campaign.pieces.iter().zip(left);
+        let samples = pieces.flat_map(|(piece, left)| {
+            let values = piece.in_deviations(&left.residual).into_iter().enumerate();
+            values.map(move |(index, value)| (covariate(piece, index), value)).collect::<Vec<_>>()
+        });
+        samples.filter(|(covariate, value)| covariate.is_finite() && *value != 0.0).collect()
+    };
+    let speed = |piece: &Piece, index: usize| piece.kinematics(index).1.abs();
+    let acceleration = |piece: &Piece, index: usize| piece.kinematics(index).2.abs();
+    is_even(by(speed), per_independent) && is_even(by(acceleration), per_independent)
+}
+
+/// Whether values, by classes of a covariate with as many samples each, have one variance.
+fn is_even(mut samples: Vec<(f64, f64)>, per_independent: f64) -> bool {
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let size = samples.len().div_ceil(CLASSES).max(1);
+    let squares = samples.chunks(size).map(|class| {
+        let square: f64 = class.iter().map(|(_, value)| value * value).sum();
+        square / class.len() as f64
+    });
+    let (least, most) =
+        squares.fold((f64::INFINITY, 0.0), |(least, most), of| (f64::min(least, of), f64::max(most, of)));
+    let independent = (size as f64 / per_independent).max(1.0);
+    let by_chance = (1.0 + DEVIATIONS * (2.0 / independent).sqrt()).powi(2);
+    most < RATIO * by_chance * least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_even_and_an_error_that_grows_with_speed_is_not() {
+        let alternating = |index: usize| if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let even: Vec<(f64, f64)> = (0..4000).map(|index| (index as f64, alternating(index))).collect();
+        let grows = even.iter().map(|(speed, value)| (*speed, value * speed)).collect();
+        assert!(is_even(even, 10.0));
+        assert!(!is_even(grows, 10.0));
+    }
+}

@@ -1,0 +1,224 @@
+//! Mains hum: tones of 50 or 60 Hz and their harmonics in what was measured, found in a residual.
+//!
+//! A tone is fitted to stretches of at most [`STRETCH_S`], each with an amplitude and a phase of its own, since the mains' frequency
+//! wanders. It is hum if its power stands out of that of the frequencies beside it, and if the motion has no line there: a sine of
+//! 10 Hz makes friction swing at 50 Hz, and a ripple five times a turn does at 10 turns a second.
+#![allow(clippy::indexing_slicing, reason = "arrays of fixed size")]
+
+use crate::fit::equations::Setting;
+use crate::log::hum::Hum;
+use crate::log::piece::Piece;
+use crate::show::residual::PieceResidual;
+use crate::workers::map;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use std::f64::consts::TAU;
+
+/// The mains of the world, and how many harmonics are looked for.
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+const HARMONICS: u32 = 5;
+/// The longest stretch with one phase, and the fewest periods of a stretch that tell anything.
+const STRETCH_S: f64 = 4.0;
+const PERIODS: f64 = 8.0;
+/// Frequencies beside a tone, in parts of a stretch's resolution (1/length).
+const BESIDE: [f64; 8] = [-4.5, -3.5, -2.5, -1.6, 1.6, 2.5, 3.5, 4.5];
+/// Significance level for each of the frequencies looked at, and the least part of the noise's variance that a tone has.
+const CHANCE: f64 = 1e-4;
+const LEAST: f64 = 0.01;
+/// Where the mains' frequency is looked for about its nominal one, Hz, and in which steps.
+const OFF_HZ: f64 = 0.2;
+const STEP_HZ: f64 = 0.02;
+/// A ripple goes with a tone where their phases agree so far.
+const LOCKED: f64 = 0.5;
+
+/// The tones of the mains in a residual, and what they are in each piece, sample by sample.
+pub(crate) struct Mains {
+    pub hums: Vec<Hum>,
+    pub by_piece: Vec<Vec<f64>>,
+}
+
+/// Samples of a piece that lie together: times, residual, weights, and the motion.
+struct Stretch {
+    piece: usize,
+    first: usize,
+    time_s: Vec<f64>,
+    residual: Vec<f64>,
+    weight: Vec<f64>,
+    direction: Vec<f64>,
+    angle_rad: Vec<f64>,
+}
+
+/// Which values of a stretch are looked at.
+type Values = fn(&Stretch) -> &[f64];
+
+impl Stretch {
+    fn length_s(&self) -> f64 {
+        let ends = self.time_s.first().zip(self.time_s.last());
+        ends.map_or(0.0, |(first, last)| last - first)
+    }
+}
+
+/// Finds the hum of the mains in a residual; none without.
+pub(crate) fn mains(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Mains> {
+    let pieces = &setting.campaign.pieces;
+    let mut stretches: Vec<Stretch> =
+        pieces.iter().zip(left).enumerate().flat_map(|(at, (piece, left))| cut(at, piece, left)).collect();
+    let rate_hz = 1.0 / setting.campaign.facts.step_s;
+    let mut by_piece: Vec<Vec<f64>> = pieces.iter().map(|piece| vec![0.0; piece.len()]).collect();
+    let mut hums = Vec::new();
+    for mains_hz in MAINS_HZ {
+        for harmonic in 1..=HARMONICS {
+            let nominal_hz = f64::from(harmonic) * mains_hz;
+            if !is_apart(nominal_hz, rate_hz)
+                || hums.iter().any(|hum: &Hum| (hum.hz - nominal_hz).abs() < 1.0)
+            {
+                continue;
+            }
+            if !stands_out(setting, &stretches, nominal_hz) {
+                continue;
+            }
+            let hz = refined(setting, &stretches, nominal_hz, f64::from(harmonic));
+            hums.push(Hum { hz, amplitude: take_out(&mut stretches, hz, &mut by_piece) });
+        }
+    }
+    (!hums.is_empty()).then_some(Mains { hums, by_piece })
+}
+
+/// Whether a tone, sampled at this rate, is neither seen at rest nor at half the rate.
+fn is_apart(hz: f64, rate_hz: f64) -> bool {
+    let folded = (hz / rate_hz).rem_euclid(1.0);
+    let seen_hz = folded.min(1.0 - folded) * rate_hz;
+    seen_hz > 2.0 && 0.5 * rate_hz - seen_hz > 2.0
+}
+
+fn cut(at: usize, piece: &Piece, left: &PieceResidual) -> Vec<Stretch> {
+    let times = piece.driven.time_s();
+    let length_s = times.first().zip(times.last()).map_or(0.0, |(first, last)| last - first);
+    let count = (length_s / STRETCH_S).ceil().max(1.0) as usize;
+    let rows = |part: usize| times.len() * part / count..times.len() * (part + 1) / count;
+    let stretch = |part: usize| {
+        let rows = rows(part);
+        let kinematics: Vec<(f64, f64, f64)> = rows.clone().map(|row| piece.kinematics(row)).collect();
+        Some(Stretch {
+            piece: at,
+            first: rows.start,
+            time_s: times.get(rows.clone())?.to_vec(),
+            residual: left.residual.get(rows.clone())?.to_vec(),
+            weight: piece.weights.get(rows)?.to_vec(),
+            direction: kinematics.iter().map(|of| if of.1 == 0.0 { 0.0 } else { of.1.signum() }).collect(),
+            angle_rad: kinematics.iter().map(|of| of.0).collect(),
+        })
+    };
+    (0..count).filter_map(stretch).collect()
+}
+
+/// Cosine and sine part of a tone in values, fitted with their mean; `None` where the stretch is too short.
+fn fitted(stretch: &Stretch, values: &[f64], hz: f64) -> Option<[f64; 2]> {
+    if stretch.length_s() * hz < PERIODS {
+        return None;
+    }
+    let from_s = *stretch.time_s.first()?;
+    let (mut matrix, mut right) = (nalgebra::Matrix3::zeros(), nalgebra::Vector3::zeros());
+    for ((time_s, value), weight) in stretch.time_s.iter().zip(values).zip(&stretch.weight) {
+        if *weight > 0.0 && value.is_finite() {
+            let (sin, cos) = (TAU * hz * (time_s - from_s)).sin_cos();
+            let row = nalgebra::Vector3::new(1.0, cos, sin);
+            let weight = weight * weight;
+            matrix += weight * row * row.transpose();
+            right += weight * *value * row;
+        }
+    }
+    let found = matrix.cholesky()?.solve(&right);
+    Some([found[1], found[2]])
+}
+
+/// Mean over the stretches of a tone's weighted power in values, and how many stretches tell of it.
+fn power(
+    setting: &Setting<'_>,
+    stretches: &[Stretch],
+    hz: impl Fn(&Stretch) -> f64 + Sync,
+    values: Values,
+) -> (f64, f64) {
+    let each = map(setting.workers, stretches.len(), |index| {
+        let stretch = stretches.get(index)?;
+        let [cos, sin] = fitted(stretch, values(stretch), hz(stretch))?;
+        let weights: f64 = stretch.weight.iter().map(|weight| weight * weight).sum();
+        Some(0.5 * (cos * cos + sin * sin) * weights)
+    });
+    each.into_iter().flatten().fold((0.0, 0.0), |(sum, count), power| (sum + power, count + 1.0))
+}
+
+/// Whether a tone's power stands out of what lies beside it in the residual, and not in the motion.
+fn stands_out(setting: &Setting<'_>, stretches: &[Stretch], hz: f64) -> bool {
+    let (ratio, count, at) = ratio(setting, stretches, hz, |of| &of.residual);
+    let samples = stretches.iter().flat_map(|of| &of.weight).filter(|weight| **weight > 0.0).count() as f64;
+    if count < 1.0 || by_chance(ratio, count) > CHANCE || at < LEAST * samples {
+        return false;
+    }
+    let (of_motion, count, _) = self::ratio(setting, stretches, hz, |of| &of.direction);
+    let locked = stretches.iter().filter(|stretch| is_locked(stretch, hz)).count();
+    by_chance(of_motion, count) > CHANCE && 2 * locked < stretches.len()
+}
+
+/// The probability that a tone in so many stretches has so many times the power beside it by chance.
+fn by_chance(ratio: f64, stretches: f64) -> f64 {
+    let freedom = (2.0 * stretches).max(1.0);
+    FisherSnedecor::new(freedom, freedom * BESIDE.len() as f64).map_or(1.0, |f| 1.0 - f.cdf(ratio))
+}
+
+/// A tone's power over the mean of those beside it, the stretches that tell of it, and the power itself.
+fn ratio(setting: &Setting<'_>, stretches: &[Stretch], hz: f64, values: Values) -> (f64, f64, f64) {
+    let (at, count) = power(setting, stretches, |_| hz, values);
+    let beside: f64 = BESIDE
+        .iter()
+        .map(|off| {
+            let there = |of: &Stretch| hz + off / of.length_s().max(f64::MIN_POSITIVE);
+            power(setting, stretches, there, values).0
+        })
+        .sum::<f64>()
+        / BESIDE.len() as f64;
+    (if beside > 0.0 { at / beside } else { 0.0 }, count, at)
+}
+
+/// Whether some order of the angle keeps step with a tone over a stretch.
+fn is_locked(stretch: &Stretch, hz: f64) -> bool {
+    let turned = stretch.angle_rad.first().zip(stretch.angle_rad.last()).map_or(0.0, |(a, b)| b - a);
+    let order = (TAU * hz * stretch.length_s() / turned).round();
+    if !order.is_finite() || order == 0.0 || order.abs() > 256.0 {
+        return false;
+    }
+    let (mut cos, mut sin) = (0.0, 0.0);
+    for (time_s, angle_rad) in stretch.time_s.iter().zip(&stretch.angle_rad) {
+        let (s, c) = (TAU * hz * time_s - order * angle_rad).sin_cos();
+        (cos, sin) = (cos + c, sin + s);
+    }
+    f64::hypot(cos, sin) > LOCKED * stretch.time_s.len() as f64
+}
+
+/// The frequency about the nominal one that has the most power.
+fn refined(setting: &Setting<'_>, stretches: &[Stretch], nominal_hz: f64, harmonic: f64) -> f64 {
+    let steps = (OFF_HZ / STEP_HZ) as i32;
+    let at = |step: i32| nominal_hz + harmonic * STEP_HZ * f64::from(step);
+    let powers =
+        (-steps..=steps).map(|step| (power(setting, stretches, |_| at(step), |of| &of.residual).0, step));
+    powers.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(nominal_hz, |(_, step)| at(step))
+}
+
+/// Takes a tone out of the stretches and puts it into the pieces' hum; its amplitude.
+fn take_out(stretches: &mut [Stretch], hz: f64, by_piece: &mut [Vec<f64>]) -> f64 {
+    let (mut square, mut count) = (0.0, 0.0);
+    for stretch in stretches {
+        let Some([cos_part, sin_part]) = fitted(stretch, &stretch.residual, hz) else { continue };
+        let from_s = stretch.time_s.first().copied().unwrap_or(0.0);
+        let Some(hum) = by_piece.get_mut(stretch.piece) else { continue };
+        let own = hum.iter_mut().skip(stretch.first);
+        for ((residual, time_s), hum) in stretch.residual.iter_mut().zip(&stretch.time_s).zip(own) {
+            let (sin, cos) = (TAU * hz * (time_s - from_s)).sin_cos();
+            let value = cos_part * cos + sin_part * sin;
+            *residual -= value;
+            *hum += value;
+        }
+        square += cos_part * cos_part + sin_part * sin_part;
+        count += 1.0;
+    }
+    f64::sqrt(square / f64::max(count, 1.0))
+}
