@@ -117,7 +117,7 @@ fn several_logs_are_one_and_runs_are_left_out() {
     }
 }
 
-/// A rival that is asked for is a model of its own, and predicts as well.
+/// Every rival has its numbers, and where it is asked for a model of its own that predicts as well.
 #[test]
 fn rivals_are_models_of_their_own() {
     let place = TestPlace::new();
@@ -139,11 +139,21 @@ fn rivals_are_models_of_their_own() {
     place.stepvalve(&arguments).expect_code(0);
     let found = json(&place, "out");
     assert_eq!(found["verdict"], "ambiguous", "{found}");
-    let best = found["ambiguous"][0]["best"]["id"].as_str().unwrap();
-    let rival = place.path(&format!("out/model-{best}.toml"));
-    place.stepvalve(&["check", rival.to_str().unwrap()]).expect_code(0);
-    diagnose(&place, log.as_ref(), &rival, "again").expect_code(0);
-    assert_eq!(json(&place, "again")["verdict"], "no-discrepancy");
+    let group = &found["ambiguous"][0];
+    let ids = group["ids"].as_array().unwrap();
+    let rivals = group["rivals"].as_array().unwrap();
+    assert_eq!(ids.len(), rivals.len(), "{group}");
+    for (id, rival) in ids.iter().zip(rivals) {
+        assert_eq!(*id, rival["id"], "{group}");
+        let numbers = rival["parameters"].as_object().unwrap();
+        let correlated = rival["covariance"]["of"].as_array().unwrap().len();
+        assert!(!numbers.is_empty() && correlated >= numbers.len(), "{rival}");
+        let model = place.path(&format!("out/model-{}.toml", id.as_str().unwrap()));
+        place.stepvalve(&["check", model.to_str().unwrap()]).expect_code(0);
+        let again = format!("again-{}", id.as_str().unwrap());
+        diagnose(&place, log.as_ref(), &model, &again).expect_code(0);
+        assert_eq!(json(&place, &again)["verdict"], "no-discrepancy", "{id}");
+    }
     // The page says the group in its headline, and what to do.
     look_at(&place.path("out/report.html"), "can't tell which of these it is");
 }

@@ -2,44 +2,27 @@
 
 use crate::DiagnosisError;
 use crate::conclude::verdict::conclude;
-use crate::error::if_possible;
-use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::candidates;
-use crate::extend::hypothesis::{Correction, Free, Hypothesis};
+use crate::extend::hypothesis::Hypothesis;
 use crate::extend::tolerance::corrections;
 use crate::fit::equations::{Nuisances, Point, Setting};
-use crate::fit::gauss_newton::{Fitted, fit};
-use crate::fit::spread::spread;
 use crate::found::{Event, Found};
+use crate::judge::{Asked, judge, judge_few};
 use crate::log::campaign::Campaign;
 use crate::log::excitation::excitation;
-use crate::log::noise::{NoiseLevel, estimate, with_colour, with_misfit};
-use crate::log::piece::Piece;
+use crate::log::noise::{estimate, with_colour, with_misfit};
 use crate::log::ready::Ready;
-use crate::measure::doubt::{is_noise, misfit};
+use crate::measure::doubt::misfit;
 use crate::measure::judgement::Judgement;
-use crate::name::refine::{fewer_orders, refine};
-use crate::name::round::next_cause;
-use crate::name::screen::screen;
-use crate::name::select::{nothing_yet, select};
-use crate::name::selection::Selection;
-use crate::name::tried::{EQUAL, Tried};
 use crate::options::Options;
-use crate::show::colour::colour;
+use crate::outcome::Verdict;
 use crate::show::mains::{Mains, mains};
-use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
-use crate::show::structure::structure;
-use crate::show::whiteness::is_white;
+use crate::show::observe::shows_zeros;
+use crate::show::residual::left;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Log};
-use valve_model::{EffectId, Model};
+use valve_model::Model;
 
-/// Steps of a fit of the corrections within their tolerance.
-const CORRECTING: usize = 6;
-/// Causes that are looked for beside corrections.
-const FEW: usize = 2;
-/// A correction is clear from so many of its standard errors on.
-const CLEAR: f64 = 2.0;
 /// Where a residual is below this part of the noise, the noise was that of a worse model: its motion's errors are estimated once more
 /// with the model that was found.
 const QUIETER: f64 = 0.7;
@@ -106,8 +89,8 @@ pub fn diagnose(
     let nuisances = Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
     let corrected = corrections(&campaign.facts, &able, options.tolerance);
-    let first = (first, corrected);
-    let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
+    let asked = Asked { first: &first, corrections: &corrected, able: &able, seed: options.seed };
+    let judged = judge(setting, noise, asked, None, tell)?;
     if setting.is_over() {
         return conclude(&judged, &able, &unable);
     }
@@ -118,7 +101,7 @@ pub fn diagnose(
     } else {
         tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
         let setting = Setting { nuisances, ..setting };
-        judge(setting, noise, &first, Some(&judged.selection), &able, options.seed, tell)?
+        judge(setting, noise, asked, Some(&judged.selection), tell)?
     };
     let found =
         if judged.leaves_less_than(QUIETER)? { Some(judged.selection.fitted.point.clone()) } else { None };
@@ -130,7 +113,7 @@ pub fn diagnose(
             let ready = setting.ready(&found.hypothesis)?;
             let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
             let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
-            (judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?, noise)
+            (judge(setting, noise, asked, Some(&earlier), tell)?, noise)
         }
     };
     if judged.setting.is_over() {
@@ -147,114 +130,48 @@ pub fn diagnose(
             campaign.take_out_hum(hum.hums, &hum.by_piece);
             let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
             let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
-            (judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?, noise)
+            (judge(setting, noise, asked, Some(&earlier), tell)?, noise)
         }
     };
     if let Some(misfit) = misfit(&judged)? {
         tell(Event::Step("once more, with what the causes leave as an error of every sample"));
         let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
         let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
-        let judged = judge(setting, noise, &first, None, &able, options.seed, tell)?;
+        let judged = judge(setting, noise, asked, None, tell)?;
         return conclude(&judged, &able, &unable);
     }
-    let Some(colour) = judged.colour()? else { return conclude(&judged, &able, &unable) };
+    let Some(colour) = judged.colour()? else {
+        let found = conclude(&judged, &able, &unable)?;
+        // Last, and where nothing else is found: a zero for each block takes what a slow cause does.
+        let zero_nm = zeros_in_doubt(&judged, options.tolerance, found.diagnosis.verdict);
+        let setting = Setting { nuisances: Nuisances { zero_nm, ..nuisances }, ..judged.setting };
+        let few = if zero_nm > 0.0 { judge_few(setting, noise, asked)? } else { None };
+        let Some(few) = few else { return Ok(found) };
+        let with_zeros = conclude(&few, &able, &unable)?;
+        let explains = with_zeros.diagnosis.verdict != Verdict::Unexplained;
+        return Ok(if explains { with_zeros } else { found });
+    };
     tell(Event::Step("once more, with noise whose neighbours are alike"));
     let earlier = judged.selection;
-    let noise = with_colour(&mut campaign, noise, colour.louder, colour.per_independent);
+    let noise = with_colour(&mut campaign, noise, &colour.left, colour.per_independent);
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
-    let judged = judge(setting, noise, &first, Some(&earlier), &able, options.seed, tell)?;
+    let judged = judge(setting, noise, asked, Some(&earlier), tell)?;
     conclude(&judged, &able, &unable)
 }
 
-/// Fits the given model, searches for causes, and collects what the conclusion needs.
-fn judge<'a>(
-    setting: Setting<'a>,
-    noise: NoiseLevel,
-    (first, corrections): &(Point, Vec<Correction>),
-    earlier: Option<&Selection>,
-    able: &[Candidate],
-    seed: u64,
-    tell: &mut dyn FnMut(Event<'_>),
-) -> Result<Judgement<'a>, DiagnosisError> {
-    let given = fit(&setting, first.clone(), &Piece::is_fitted, 4)?;
-    let begun = given.point.clone();
-    let seen = left_with(&setting, &begun, Jumps::Seen)?;
-    tell(Event::Noise { rms: rms_left(&setting, &seen, &Piece::is_fitted), noise: noise.total });
-    tell(Event::Step("screening causes"));
-    let corrected = within_tolerance(&setting, &given, corrections)?;
-    let enough = corrected.as_ref().map(|corrected| leaves_noise(&setting, corrected)).transpose()?;
-    let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
-    let few = match &corrected {
-        Some(corrected) if enough == Some(false) => {
-            few_beside_corrections(&setting, able, (&given, corrected), &mut ranked)?
-        }
-        _ => None,
-    };
-    let selection = match few {
-        Some(few) => few,
-        None if enough == Some(true) => nothing_yet(&setting, given),
-        None => select(&setting, able, given, earlier, &mut ranked)?,
-    };
-    let selection = with_corrections(&setting, selection, corrected, corrections)?;
-    tell(Event::Step("measuring the gain"));
-    // Only now: who waits for the first ranking need not wait for this.
-    let everything = |_: &Piece| true;
-    let before = left_with(&setting, &settled(&setting, &begun, &everything)?, Jumps::Seen)?;
-    let rms = rms_left(&setting, &before, &everything);
-    let structure_before = structure(&setting, &before);
-    Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
-}
-
-/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed.
-fn within_tolerance(
-    setting: &Setting<'_>,
-    given: &Fitted,
-    corrections: &[Correction],
-) -> Result<Option<Fitted>, DiagnosisError> {
-    if corrections.is_empty() || is_white(setting, &left(setting, &given.point)?) {
-        return Ok(None);
+/// The standard deviation of a torque's zero from block to block that is to be tried, N·m, where nothing explains the residual and runs
+/// can show a zero; else 0.
+fn zeros_in_doubt(judged: &Judgement<'_>, tolerance: f64, verdict: Verdict) -> f64 {
+    let campaign = judged.setting.campaign;
+    let shows = campaign.kind.motion_is_measured && shows_zeros(campaign);
+    if verdict != Verdict::Unexplained
+        || !shows
+        || judged.setting.nuisances.zero_nm > 0.0
+        || judged.setting.is_over()
+    {
+        return 0.0;
     }
-    let hypothesis = Hypothesis { corrections: corrections.to_vec(), ..given.point.hypothesis.clone() };
-    let begin = Point { hypothesis, starts: given.point.starts.clone() };
-    fit(setting, begin, &Piece::is_fitted, CORRECTING).map(Some)
-}
-
-/// Whether a fit leaves no more than noise, coloured or not.
-fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
-    let left = left(setting, &fitted.point)?;
-    Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)) || colour(setting, &left).is_some())
-}
-
-/// One cause or two that leave no more than noise together with corrections of the model's numbers; `None` where it takes more.
-///
-/// Asked first: against numbers that are off by their tolerance, a search without corrections finds causes for those too.
-fn few_beside_corrections(
-    setting: &Setting<'_>,
-    able: &[Candidate],
-    (given, corrected): (&Fitted, &Fitted),
-    ranked: &mut dyn FnMut(&[(EffectId, f64)]),
-) -> Result<Option<Selection>, DiagnosisError> {
-    let first = nothing_yet(setting, given.clone());
-    let mut state = nothing_yet(setting, corrected.clone());
-    for causes in 0..FEW {
-        if setting.is_over() {
-            return Ok(None);
-        }
-        let screening = screen(setting, able, &state.fitted)?;
-        if causes == 0 {
-            state.first_ranking = screening.ranking();
-            ranked(&state.first_ranking);
-        }
-        if !next_cause(setting, &screening.ranked, &mut state)? {
-            return Ok(None);
-        }
-        refine(setting, &mut state)?;
-        if leaves_noise(setting, &state.fitted)? {
-            (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
-            return Ok(Some(state));
-        }
-    }
-    Ok(None)
+    tolerance * campaign.facts.coulomb_nm
 }
 
 /// The mains' hum in what the given model leaves.
@@ -266,62 +183,6 @@ fn hum_of_first(
 ) -> Result<Option<Mains>, DiagnosisError> {
     let setting = Setting { campaign, given, nuisances: Nuisances::default(), workers };
     Ok(mains(&setting, &left(&setting, first)?))
-}
-
-/// Refits the selected causes together with corrections of the model's parameters, so that their intervals include
-/// the tolerances. Removes a cause that only changes a parameter within its tolerance.
-fn with_corrections(
-    setting: &Setting<'_>,
-    mut selection: Selection,
-    corrected: Option<Fitted>,
-    corrections: &[Correction],
-) -> Result<Selection, DiagnosisError> {
-    let Some(corrected) = corrected else { return Ok(selection) };
-    let mut point = selection.fitted.point.clone();
-    point.hypothesis.members.retain(|member| {
-        let number = member.numbers.first().copied().unwrap_or(f64::NAN);
-        !corrections.iter().any(|of| of.id == member.candidate.id && of.holds(number))
-    });
-    selection.ambiguous.retain(|(best, _)| point.hypothesis.has(*best));
-    if point.hypothesis.members.is_empty() {
-        selection.take(Tried::judged(setting, corrected));
-        return Ok(selection);
-    }
-    let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
-    point.hypothesis.corrections = others.collect();
-    let fitted = fit(setting, point, &Piece::is_fitted, CORRECTING)?;
-    selection.take(without_idle_corrections(setting, Tried::judged(setting, fitted))?);
-    // Beside the corrections some harmonics may be within their own errors.
-    for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
-        if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
-        {
-            fewer_orders(setting, &mut selection, index)?;
-        }
-    }
-    Ok(selection)
-}
-
-/// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a
-/// number moves only where the data ask for it. How well the causes are known takes all of them as uncertain all the same.
-fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
-    let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Ok(joint) };
-    let hypothesis = &joint.fitted.point.hypothesis;
-    let places: Vec<Free> = hypothesis.free();
-    let idle = |index: usize| {
-        let place = places.iter().position(|free| *free == Free::Correction(index));
-        let of = hypothesis.corrections.get(index).zip(place);
-        of.is_none_or(|(of, place)| {
-            let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
-            (of.value - of.neutral).powi(2) < CLEAR * CLEAR * variance
-        })
-    };
-    let held = hypothesis.with_corrections_free(idle);
-    if held.corrections.iter().all(|of| of.free) {
-        return Ok(joint);
-    }
-    let begin = Point { hypothesis: held, starts: joint.fitted.point.starts.clone() };
-    let tried = if_possible(Tried::from(setting, begin, CORRECTING))?;
-    Ok(tried.filter(|tried| tried.rms <= joint.rms + EQUAL).unwrap_or(joint))
 }
 
 fn begin(campaign: &Campaign, ready: &Ready) -> Point {

@@ -59,6 +59,8 @@ pub struct Found {
     /// Of each group of causes that can't be told apart, in their order, the effect that fitted best; none where something
     /// speaks against what was found.
     pub proposed: Vec<Effect>,
+    /// Of each group of causes that can't be told apart, in their order, every effect as it fits in place of the others.
+    pub rivals: Vec<Effect>,
     /// The channel that the model predicts.
     pub channel: Channel,
     /// The first screening: cut of the held-out RMS in parts of the noise.

@@ -14,6 +14,7 @@ mod fit;
 #[cfg(test)]
 mod fixtures;
 mod found;
+mod judge;
 mod log;
 mod measure;
 mod name;
@@ -31,6 +32,6 @@ pub use options::Options;
 pub use outcome::{
     Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,
     Diagnosis, Evidence, Gain, Judged, Nearest, Offered, Order, ParameterFound, Parameters, Residual,
-    Verdict, Whiteness,
+    RivalFit, Verdict, Whiteness,
 };
 pub use workers::{OneAfterTheOther, Workers};

@@ -85,6 +85,21 @@ pub struct Ambiguity {
     /// The one that fitted best, where no cause is accepted and nothing speaks against it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub best: Option<BestOfGroup>,
+    /// Each of them with its numbers, fitted beside the causes that are no question; none where the search was ended before.
+    pub rivals: Vec<RivalFit>,
+}
+
+/// One of a group of causes, fitted in place of the others.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RivalFit {
+    /// Which effect.
+    pub id: EffectId,
+    /// Its parameters.
+    pub parameters: Parameters,
+    /// RMS of measured less predicted on held-out runs with it.
+    pub rms_after: f64,
+    /// What its numbers and those beside it have in common.
+    pub covariance: Covariance,
 }
 
 /// What fitted best of causes that can't be told apart.

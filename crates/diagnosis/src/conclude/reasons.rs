@@ -40,7 +40,7 @@ pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Fact
         if against.doubtful {
             reason = format!("each removes the largest part of the error, not all of it; {reason}");
         }
-        Ambiguity { ids, reason, best: None }
+        Ambiguity { ids, reason, best: None, rivals: Vec::new() }
     })
     .collect()
 }

@@ -60,10 +60,11 @@ pub(crate) fn offer(
 
 /// The sentence on a term that is kept out of the extended model.
 pub(crate) fn kept_out(offered: &Offered, unit: &str) -> String {
-    let parts: Vec<String> = amplitudes(&offered.parameters)
-        .iter()
-        .map(|(order, amplitude)| format!("order {order}: {amplitude:.3e} {unit}"))
-        .collect();
+    let orders = amplitudes(&offered.parameters);
+    let orders = orders.iter().map(|(order, amplitude)| format!("order {order}: {amplitude:.3e} {unit}"));
+    let others = offered.parameters.iter().filter(|(key, _)| !key.ends_with(']'));
+    let others = others.map(|(key, found)| format!("{key} = {:.3e}", found.value));
+    let parts: Vec<String> = orders.chain(others).collect();
     format!(
         "A {} is there ({}), but {}. It is kept out of the extended model, which has it in comments.",
         offered.id,

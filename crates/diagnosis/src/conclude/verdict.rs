@@ -1,6 +1,7 @@
 //! From the selected causes to the verdict, the accepted causes with their numbers, and the next experiment.
 
 use crate::DiagnosisError;
+use crate::conclude::leads::{leading, offer_leads};
 use crate::conclude::next_experiment::next_experiment;
 use crate::conclude::reasons::{Against, ambiguities, rejected};
 use crate::conclude::ripples::{
@@ -12,6 +13,7 @@ use crate::extend::hypothesis::Member;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups};
+use crate::measure::alternatives::rivals;
 use crate::measure::doubt::{is_doubtful, is_noise};
 use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
@@ -54,18 +56,21 @@ pub(crate) fn conclude(
     let mut kept = undisputed(selection, &against);
     let ripples = ripples(judged, &left_of_all, structure_of_all.per_independent);
     let drifting: Vec<usize> = drifting(&ripples).filter(|index| kept.contains(index)).collect();
-    kept.retain(|index| !drifting.contains(index));
+    let leading: Vec<usize> = leading(selection).filter(|index| kept.contains(index)).collect();
+    kept.retain(|index| !drifting.contains(index) && !leading.contains(index));
     let Accepted { point, after, mut causes, corrected, covariance, harmful } =
         accept(judged, kept, (point_of_all, left_of_all))?;
     against.harmful = harmful;
     let structure_kept = structure(&judged.setting, &after);
     tell_phases(judged, &ripples, &mut causes);
-    let offered = offer(judged, &ripples, &drifting, with_all)?;
+    let mut offered = offer(judged, &ripples, &drifting, with_all)?;
+    offered.extend(offer_leads(judged, &leading, with_all)?);
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     against.mostly = nearest.as_ref().is_some_and(|of| of.ids.len() == 1);
     let mut ambiguous = ambiguities(selection, &against, facts);
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
+    let rivals = with_rivals(judged, &mut ambiguous)?;
     proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
     let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let verdict = verdict(
@@ -121,7 +126,7 @@ pub(crate) fn conclude(
     let refused = |source| judged.setting.campaign.refused(source);
     let told = |id: EffectId| diagnosis.within_tolerance.iter().any(|of| of.id == id);
     let extended = point.hypothesis.extending(told).model(judged.setting.given).map_err(refused)?;
-    Ok(Found { proposed, ..found(judged, diagnosis, extended, &after) })
+    Ok(Found { proposed, rivals, ..found(judged, diagnosis, extended, &after) })
 }
 
 /// Puts into each group the effect that fitted best, and returns these effects. Only if no cause is accepted, nothing
@@ -144,6 +149,19 @@ fn propose(
         let Some(group) = ambiguous.iter_mut().find(|group| group.ids.contains(&id)) else { continue };
         group.best = Some(BestOfGroup { id, parameters, rms_after });
         effects.push(effect);
+    }
+    Ok(effects)
+}
+
+/// Puts into each group its rivals, fitted; their effects.
+fn with_rivals(judged: &Judgement<'_>, ambiguous: &mut [Ambiguity]) -> Result<Vec<Effect>, DiagnosisError> {
+    let mut effects = Vec::new();
+    for group in ambiguous {
+        let Some(best) = group.ids.first() else { continue };
+        for (effect, rival) in rivals(judged, *best)? {
+            effects.push(effect);
+            group.rivals.push(rival);
+        }
     }
     Ok(effects)
 }
@@ -267,6 +285,7 @@ fn found(
         ranking: judged.selection.first_ranking.clone(),
         shown,
         proposed: Vec::new(),
+        rivals: Vec::new(),
         samples: (campaign.samples, campaign.pieces.iter().map(Piece::len).sum()),
     }
 }

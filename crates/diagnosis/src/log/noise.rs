@@ -110,21 +110,20 @@ pub(crate) fn estimate(
     }
 }
 
-/// Sets coloured noise to the residual's RMS: differences between neighbours underestimate autocorrelated noise.
-/// Scales the pieces' weights and information per sample to match.
+/// Adds to the noise of the channel what makes it as large as the residual: differences between neighbours underestimate
+/// autocorrelated noise, of which so many neighbours are worth one. `left` is the residual of each piece.
 pub(crate) fn with_colour(
     campaign: &mut Campaign,
     noise: NoiseLevel,
-    louder: f64,
+    left: &[Vec<f64>],
     per_independent: f64,
 ) -> NoiseLevel {
-    for piece in &mut campaign.pieces {
-        piece.weights.iter_mut().for_each(|weight| *weight /= louder * per_independent.sqrt());
-        piece.information.iter_mut().for_each(|information| *information /= per_independent);
-    }
+    let slow = extra_variance(campaign, left);
+    add_to_all(campaign, slow, per_independent);
+    let with = |deviation: f64| (deviation * deviation + slow).sqrt();
     NoiseLevel {
-        channel: noise.channel * louder,
-        total: noise.total * louder,
+        channel: with(noise.channel),
+        total: with(noise.total),
         per_independent: noise.per_independent * per_independent,
         ..noise
     }
@@ -138,25 +137,30 @@ pub(crate) fn with_misfit(
     left: &[Vec<f64>],
     per_independent: f64,
 ) -> NoiseLevel {
-    let misfit = misfit_variance(campaign, left);
+    let misfit = extra_variance(campaign, left);
     campaign.has_misfit = true;
+    NoiseLevel { share: add_to_all(campaign, misfit, per_independent), ..noise }
+}
+
+/// Adds a variance to that of every sample, and counts so many neighbours as one; the share that was there before.
+fn add_to_all(campaign: &mut Campaign, more: f64, per_independent: f64) -> f64 {
     let (mut own, mut all) = (0.0, 0.0);
     for piece in &mut campaign.pieces {
         for (weight, information) in piece.weights.iter_mut().zip(&mut piece.information) {
             if *weight > 0.0 {
                 let variance = *information / (*weight * *weight);
-                let whole = variance + misfit;
+                let whole = variance + more;
                 *information /= per_independent.max(1.0);
                 *weight = (*information / whole).sqrt();
                 (own, all) = (own + *information * variance / whole, all + *information);
             }
         }
     }
-    NoiseLevel { share: if all > 0.0 { own / all } else { 1.0 }, ..noise }
+    if all > 0.0 { own / all } else { 1.0 }
 }
 
 /// The variance that, added to every sample's, makes the residual as large as the error in the mean.
-fn misfit_variance(campaign: &Campaign, left: &[Vec<f64>]) -> f64 {
+fn extra_variance(campaign: &Campaign, left: &[Vec<f64>]) -> f64 {
     let samples: Vec<(f64, f64, f64)> = campaign
         .pieces
         .iter()

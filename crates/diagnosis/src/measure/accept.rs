@@ -144,13 +144,13 @@ pub(crate) fn members_with_numbers(
 }
 
 /// How well the numbers of a fit are known, every correction taken as uncertain, moved or not.
-struct Errors {
-    hypothesis: Hypothesis,
-    spread: Option<Spread>,
+pub(crate) struct Errors {
+    pub hypothesis: Hypothesis,
+    pub spread: Option<Spread>,
 }
 
 /// The covariance of a fit's numbers, with the errors of the motion and of the selection.
-fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
+pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
     let hypothesis = fitted.point.hypothesis.with_corrections_free(|_| false);
     let fitted = if hypothesis == fitted.point.hypothesis {
@@ -194,7 +194,7 @@ fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected>
 }
 
 /// The covariance of everything that was fitted, in the units of the model file.
-fn covariance(hypothesis: &Hypothesis, spread: &Spread) -> Covariance {
+pub(crate) fn covariance(hypothesis: &Hypothesis, spread: &Spread) -> Covariance {
     let free = hypothesis.free();
     let named = |free: &Free| match *free {
         Free::Zero => ("angle_zero_rad".to_owned(), 1.0),
@@ -226,7 +226,7 @@ fn part_taken(left: f64, without: f64) -> f64 {
 }
 
 /// A member's fitted parameters, by key.
-fn parameters(errors: &Errors, index: usize) -> Parameters {
+pub(crate) fn parameters(errors: &Errors, index: usize) -> Parameters {
     let Errors { hypothesis, spread } = errors;
     let spread = spread.as_ref();
     let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };

@@ -158,6 +158,7 @@ fn judged(
     };
     both.ambiguous.extend(one.ambiguous);
     both.angles.extend(one.angles);
+    both.alternatives.extend(one.alternatives);
     both.rounds.splice(0..0, one.rounds);
     Ok(Some(both))
 }

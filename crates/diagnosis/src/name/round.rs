@@ -58,6 +58,8 @@ pub(crate) fn next_cause(
     for rival in rivals.iter().filter(|rival| equals.contains(&rival.id)) {
         let angle = angle_between(setting, &state.fitted.point, &chosen.fitted.point, &rival.fitted.point)?;
         state.angles.push((chosen.id, rival.id, angle));
+        let fitted = rival.fitted.point.hypothesis.members.last().cloned();
+        state.alternatives.extend(fitted.map(|member| (chosen.id, member)));
     }
     if !equals.is_empty() {
         state.ambiguous.push((chosen.id, equals));

@@ -81,6 +81,7 @@ pub(crate) fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
         forms: Forms::default(),
         rounds: Vec::new(),
         ambiguous: Vec::new(),
+        alternatives: Vec::new(),
         angles: Vec::new(),
         first_ranking: Vec::new(),
         dropped: Vec::new(),
@@ -162,6 +163,7 @@ fn take_over(
     state.take(tried);
     state.ambiguous.clone_from(&earlier.ambiguous);
     state.angles.clone_from(&earlier.angles);
+    state.alternatives.clone_from(&earlier.alternatives);
     state.rounds.clone_from(&earlier.rounds);
     drop_idle(setting, state)
 }

@@ -1,5 +1,6 @@
 //! The state of the search for causes: what is accepted so far, and what each round decided.
 
+use crate::extend::hypothesis::Member;
 use crate::fit::gauss_newton::Fitted;
 use crate::name::forms::Forms;
 use crate::name::tried::Tried;
@@ -20,6 +21,8 @@ pub(crate) struct Selection {
     pub rounds: Vec<Round>,
     /// Groups of effects that these data can't tell apart: the one that is fitted as the group's representative, and the others.
     pub ambiguous: Vec<(EffectId, Vec<EffectId>)>,
+    /// The others of those groups as they were fitted in the representative's place, which stands first.
+    pub alternatives: Vec<(EffectId, Member)>,
     /// For each such pair, the angle between the changes that the two make to the prediction, degrees.
     pub angles: Vec<(EffectId, EffectId, f64)>,
     /// Gains of the first screening, best first.

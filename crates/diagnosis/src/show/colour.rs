@@ -22,10 +22,10 @@ const RATIO: f64 = 1.3;
 const DEVIATIONS: f64 = 3.0;
 
 /// The noise's colour.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Colour {
-    /// RMS of the residual over the noise that was estimated.
-    pub louder: f64,
+    /// The residual, by piece.
+    pub left: Vec<Vec<f64>>,
     /// How many samples carry the information of one.
     pub per_independent: f64,
 }
@@ -42,8 +42,10 @@ pub(crate) fn colour(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Co
         return None;
     }
     let quiet = structure.rms < LOUDEST;
-    (quiet || is_steady(setting, left, structure.per_independent))
-        .then_some(Colour { louder: structure.rms.max(1.0), per_independent: structure.per_independent })
+    let per_independent = structure.per_independent;
+    let residuals = || left.iter().map(|of| of.residual.clone()).collect();
+    (quiet || is_steady(setting, left, per_independent))
+        .then(|| Colour { left: residuals(), per_independent })
 }
 
 /// Whether a residual is as loud in all classes of speed and of acceleration.

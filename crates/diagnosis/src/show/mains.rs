@@ -27,6 +27,11 @@ const LEAST: f64 = 0.01;
 /// Where the mains' frequency is looked for about its nominal one, Hz, and in which steps.
 const OFF_HZ: f64 = 0.2;
 const STEP_HZ: f64 = 0.02;
+/// A tone is steady if the least quarter of its squares in parts of this length is at least so much of their mean; of noise alone it is
+/// 0.29, and so many parts tell that.
+const PART_S: f64 = 0.5;
+const STEADY: f64 = 0.15;
+const LEAST_PARTS: usize = 4;
 /// A ripple goes with a tone where their phases agree so far.
 const LOCKED: f64 = 0.5;
 
@@ -51,6 +56,23 @@ struct Stretch {
 type Values = fn(&Stretch) -> &[f64];
 
 impl Stretch {
+    /// Parts of half a second.
+    fn cut_short(&self) -> Vec<Self> {
+        let count = ((self.length_s() / PART_S) as usize).max(1);
+        let rows = |part: usize| self.time_s.len() * part / count..self.time_s.len() * (part + 1) / count;
+        let of = |values: &[f64], part: usize| values.get(rows(part)).unwrap_or_default().to_vec();
+        let part = |part: usize| Self {
+            piece: self.piece,
+            first: self.first + rows(part).start,
+            time_s: of(&self.time_s, part),
+            residual: of(&self.residual, part),
+            weight: of(&self.weight, part),
+            direction: Vec::new(),
+            angle_rad: Vec::new(),
+        };
+        (0..count).map(part).collect()
+    }
+
     fn length_s(&self) -> f64 {
         let ends = self.time_s.first().zip(self.time_s.last());
         ends.map_or(0.0, |(first, last)| last - first)
@@ -154,9 +176,27 @@ fn stands_out(setting: &Setting<'_>, stretches: &[Stretch], hz: f64) -> bool {
     if count < 1.0 || by_chance(ratio, count) > CHANCE || at < LEAST * samples {
         return false;
     }
+    if !is_steady(stretches, hz) {
+        return false;
+    }
     let (of_motion, count, _) = self::ratio(setting, stretches, hz, |of| &of.direction);
     let locked = stretches.iter().filter(|stretch| is_locked(stretch, hz)).count();
     by_chance(of_motion, count) > CHANCE && 2 * locked < stretches.len()
+}
+
+/// Whether a tone is there at all times: a ripple of the angle passes a frequency only while the speed is right.
+fn is_steady(stretches: &[Stretch], hz: f64) -> bool {
+    let parts = stretches.iter().flat_map(|of| of.cut_short());
+    let mut squares: Vec<f64> = parts
+        .filter_map(|part| fitted(&part, &part.residual, hz))
+        .map(|[cos, sin]| cos * cos + sin * sin)
+        .collect();
+    if squares.len() < LEAST_PARTS {
+        return false;
+    }
+    squares.sort_by(f64::total_cmp);
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    squares.get(squares.len() / 4).is_some_and(|quarter| *quarter > STEADY * mean)
 }
 
 /// The probability that a tone in so many stretches has so many times the power beside it by chance.

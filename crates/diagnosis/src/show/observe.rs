@@ -20,7 +20,7 @@ const ACCOUNTS: f64 = 0.8;
 
 /// Samples either way that make a run one of both ways, and so many of those show how zeros differ.
 const BOTH_WAYS: usize = 50;
-const LEAST_ZEROS: usize = 3;
+const LEAST_ZEROS: usize = 2;
 
 /// A run in one direction.
 struct Stroke {

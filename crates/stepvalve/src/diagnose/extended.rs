@@ -88,32 +88,26 @@ fn alternatives(found: &Found, given: &Model) -> String {
     text
 }
 
-/// A model for each effect that fitted best in its group, by its file's name.
+/// A model for each effect of the groups that can't be told apart, by its file's name.
 pub fn rivals(found: &Found, given: &Model) -> Vec<(String, String)> {
-    let best = |effect: &Effect| {
-        found
-            .diagnosis
-            .ambiguous
-            .iter()
-            .filter_map(|group| group.best.as_ref())
-            .find(|best| best.id == effect.id())
-    };
+    let fits = || found.diagnosis.ambiguous.iter().flat_map(|group| &group.rivals);
     let model = |effect: &Effect| {
         let mut model = given.clone();
         model.name = format!("{}, with {}", given.name, effect.id());
         model.effects.retain(|present| present.id() != effect.id());
         model.effects.push(effect.clone());
         let mut comments = ModelComments::new();
-        if let Some(best) = best(effect) {
-            comments = comments.with_section(
-                &format!("effect[{}]", model.effects.len() - 1),
-                known(&best.parameters).join("\n"),
-            );
+        if let Some(fit) = fits().find(|fit| fit.id == effect.id()) {
+            let mut lines = known(&fit.parameters);
+            let error =
+                format!("error on runs not used for fitting: {:.4e} {}", fit.rms_after, unit(found.channel));
+            lines.push(error);
+            let section = format!("effect[{}]", model.effects.len() - 1);
+            comments = comments.with_section(&section, lines.join("\n"));
         }
         (format!("model-{}.toml", effect.id()), write_model(&model, &comments))
     };
-    let offered = |effect: &&Effect| !found.diagnosis.offered.iter().any(|of| of.id == effect.id());
-    found.proposed.iter().filter(offered).map(model).collect()
+    found.rivals.iter().map(model).collect()
 }
 
 /// What is there and was kept out, in comments: whoever wants it takes the marks away.

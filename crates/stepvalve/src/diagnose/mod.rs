@@ -54,7 +54,7 @@ pub struct Arguments {
     /// What the page is called; else as the log is
     #[arg(long)]
     title: Option<String>,
-    /// Write a model for the best of each group of causes that can't be told apart, too: model-ID.toml
+    /// Write a model for each cause of the groups that can't be told apart, too: model-ID.toml
     #[arg(long)]
     rivals: bool,
     /// Decides which runs are held out: the same seed, the same answer

@@ -1,0 +1,217 @@
+//! One judgement: the given model fitted, causes searched for, and corrections of the model's numbers refitted with them.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::candidate::Candidate;
+use crate::extend::hypothesis::{Correction, Free, Hypothesis};
+use crate::fit::equations::{Point, Setting};
+use crate::fit::gauss_newton::{Fitted, fit};
+use crate::fit::spread::spread;
+use crate::found::Event;
+use crate::log::noise::NoiseLevel;
+use crate::log::piece::Piece;
+use crate::measure::doubt::is_noise;
+use crate::measure::judgement::Judgement;
+use crate::name::refine::{fewer_orders, refine};
+use crate::name::round::next_cause;
+use crate::name::screen::screen;
+use crate::name::select::{nothing_yet, select};
+use crate::name::selection::Selection;
+use crate::name::tried::{EQUAL, Tried};
+use crate::show::colour::colour;
+use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
+use crate::show::structure::structure;
+use crate::show::whiteness::is_white;
+use valve_model::EffectId;
+
+/// Steps of a fit of the corrections within their tolerance.
+const CORRECTING: usize = 6;
+/// Causes that are looked for beside corrections.
+const FEW: usize = 2;
+/// A correction is clear from so many of its standard errors on.
+const CLEAR: f64 = 2.0;
+/// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub first: &'a Point,
+    pub corrections: &'a [Correction],
+    pub able: &'a [Candidate],
+    pub seed: u64,
+}
+
+/// Fits the given model, searches for causes, and collects what the conclusion needs.
+pub(crate) fn judge<'a>(
+    setting: Setting<'a>,
+    noise: NoiseLevel,
+    asked: Asked<'_>,
+    earlier: Option<&Selection>,
+    tell: &mut dyn FnMut(Event<'_>),
+) -> Result<Judgement<'a>, DiagnosisError> {
+    let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
+    let seen = left_with(&setting, &given.point, Jumps::Seen)?;
+    tell(Event::Noise { rms: rms_left(&setting, &seen, &Piece::is_fitted), noise: noise.total });
+    tell(Event::Step("screening causes"));
+    let corrected = within_tolerance(&setting, &given, asked.corrections)?;
+    let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
+    let few = few(&setting, asked, (&given, corrected.as_ref()), &mut ranked)?;
+    let begun = given.point.clone();
+    let selection = match few {
+        Some(few) => few,
+        None => select(&setting, asked.able, given, earlier, &mut ranked)?,
+    };
+    let selection = with_corrections(&setting, selection, corrected, asked.corrections)?;
+    tell(Event::Step("measuring the gain"));
+    judgement(setting, noise, selection, &begun, asked.seed)
+}
+
+/// As [`judge`], if no cause, or one or two beside corrections, leave no more than noise; else `None`.
+pub(crate) fn judge_few<'a>(
+    setting: Setting<'a>,
+    noise: NoiseLevel,
+    asked: Asked<'_>,
+) -> Result<Option<Judgement<'a>>, DiagnosisError> {
+    let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
+    let corrected = within_tolerance(&setting, &given, asked.corrections)?;
+    let Some(few) = few(&setting, asked, (&given, corrected.as_ref()), &mut |_| {})? else {
+        return Ok(None);
+    };
+    let selection = with_corrections(&setting, few, corrected, asked.corrections)?;
+    judgement(setting, noise, selection, &given.point, asked.seed).map(Some)
+}
+
+/// What the conclusion needs beside the selection: the residual of the given model, from its fitted start.
+fn judgement<'a>(
+    setting: Setting<'a>,
+    noise: NoiseLevel,
+    selection: Selection,
+    begun: &Point,
+    seed: u64,
+) -> Result<Judgement<'a>, DiagnosisError> {
+    let everything = |_: &Piece| true;
+    let before = left_with(&setting, &settled(&setting, begun, &everything)?, Jumps::Seen)?;
+    let rms = rms_left(&setting, &before, &everything);
+    let structure_before = structure(&setting, &before);
+    Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
+}
+
+/// No cause, where corrections alone leave no more than noise, or few beside them; `None` where it takes more.
+fn few(
+    setting: &Setting<'_>,
+    asked: Asked<'_>,
+    (given, corrected): (&Fitted, Option<&Fitted>),
+    ranked: &mut dyn FnMut(&[(EffectId, f64)]),
+) -> Result<Option<Selection>, DiagnosisError> {
+    let Some(corrected) = corrected else { return Ok(None) };
+    if leaves_noise(setting, corrected)? {
+        return Ok(Some(nothing_yet(setting, given.clone())));
+    }
+    few_beside_corrections(setting, asked.able, (given, corrected), ranked)
+}
+
+/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed.
+fn within_tolerance(
+    setting: &Setting<'_>,
+    given: &Fitted,
+    corrections: &[Correction],
+) -> Result<Option<Fitted>, DiagnosisError> {
+    if corrections.is_empty() || is_white(setting, &left(setting, &given.point)?) {
+        return Ok(None);
+    }
+    let hypothesis = Hypothesis { corrections: corrections.to_vec(), ..given.point.hypothesis.clone() };
+    let begin = Point { hypothesis, starts: given.point.starts.clone() };
+    fit(setting, begin, &Piece::is_fitted, CORRECTING).map(Some)
+}
+
+/// Whether a fit leaves no more than noise, coloured or not.
+fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
+    let left = left(setting, &fitted.point)?;
+    Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)) || colour(setting, &left).is_some())
+}
+
+/// One cause or two that leave no more than noise together with corrections of the model's numbers; `None` where it takes more.
+///
+/// Asked first: against numbers that are off by their tolerance, a search without corrections finds causes for those too.
+fn few_beside_corrections(
+    setting: &Setting<'_>,
+    able: &[Candidate],
+    (given, corrected): (&Fitted, &Fitted),
+    ranked: &mut dyn FnMut(&[(EffectId, f64)]),
+) -> Result<Option<Selection>, DiagnosisError> {
+    let first = nothing_yet(setting, given.clone());
+    let mut state = nothing_yet(setting, corrected.clone());
+    for causes in 0..FEW {
+        if setting.is_over() {
+            return Ok(None);
+        }
+        let screening = screen(setting, able, &state.fitted)?;
+        if causes == 0 {
+            state.first_ranking = screening.ranking();
+            ranked(&state.first_ranking);
+        }
+        if !next_cause(setting, &screening.ranked, &mut state)? {
+            return Ok(None);
+        }
+        refine(setting, &mut state)?;
+        if leaves_noise(setting, &state.fitted)? {
+            (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
+            return Ok(Some(state));
+        }
+    }
+    Ok(None)
+}
+
+/// Refits the selected causes together with corrections of the model's parameters, so that their intervals include
+/// the tolerances. Removes a cause that only changes a parameter within its tolerance.
+fn with_corrections(
+    setting: &Setting<'_>,
+    mut selection: Selection,
+    corrected: Option<Fitted>,
+    corrections: &[Correction],
+) -> Result<Selection, DiagnosisError> {
+    let Some(corrected) = corrected else { return Ok(selection) };
+    let mut point = selection.fitted.point.clone();
+    point.hypothesis.members.retain(|member| {
+        let number = member.numbers.first().copied().unwrap_or(f64::NAN);
+        !corrections.iter().any(|of| of.id == member.candidate.id && of.holds(number))
+    });
+    selection.ambiguous.retain(|(best, _)| point.hypothesis.has(*best));
+    if point.hypothesis.members.is_empty() {
+        selection.take(Tried::judged(setting, corrected));
+        return Ok(selection);
+    }
+    let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
+    point.hypothesis.corrections = others.collect();
+    let fitted = fit(setting, point, &Piece::is_fitted, CORRECTING)?;
+    selection.take(without_idle_corrections(setting, Tried::judged(setting, fitted))?);
+    // Beside the corrections some harmonics may be within their own errors.
+    for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
+        if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
+        {
+            fewer_orders(setting, &mut selection, index)?;
+        }
+    }
+    Ok(selection)
+}
+
+/// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a
+/// number moves only where the data ask for it. How well the causes are known takes all of them as uncertain all the same.
+fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
+    let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Ok(joint) };
+    let hypothesis = &joint.fitted.point.hypothesis;
+    let places: Vec<Free> = hypothesis.free();
+    let idle = |index: usize| {
+        let place = places.iter().position(|free| *free == Free::Correction(index));
+        let of = hypothesis.corrections.get(index).zip(place);
+        of.is_none_or(|(of, place)| {
+            let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
+            (of.value - of.neutral).powi(2) < CLEAR * CLEAR * variance
+        })
+    };
+    let held = hypothesis.with_corrections_free(idle);
+    if held.corrections.iter().all(|of| of.free) {
+        return Ok(joint);
+    }
+    let begin = Point { hypothesis: held, starts: joint.fitted.point.starts.clone() };
+    let tried = if_possible(Tried::from(setting, begin, CORRECTING))?;
+    Ok(tried.filter(|tried| tried.rms <= joint.rms + EQUAL).unwrap_or(joint))
+}

@@ -1,0 +1,74 @@
+//! Every cause of a group that these data can't tell apart, fitted in the place of the one that stands for the group.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::hypothesis::Member;
+use crate::fit::equations::Point;
+use crate::fit::gauss_newton::{Fitted, fit};
+use crate::log::piece::Piece;
+use crate::measure::accept::{covariance, errors_of, parameters};
+use crate::measure::judgement::Judgement;
+use crate::outcome::RivalFit;
+use valve_model::{Effect, EffectId};
+
+/// Steps of a fit: a rival was fitted when it was compared.
+const STEPS: usize = 6;
+
+/// The rivals of the group that `best` stands for, itself first, with their effects; fewer where the search was ended.
+pub(crate) fn rivals(
+    judged: &Judgement<'_>,
+    best: EffectId,
+) -> Result<Vec<(Effect, RivalFit)>, DiagnosisError> {
+    let selection = &judged.selection;
+    let hypothesis = &selection.fitted.point.hypothesis;
+    let Some(place) = hypothesis.members.iter().position(|member| member.candidate.id == best) else {
+        return Ok(Vec::new());
+    };
+    let mut found: Vec<(Effect, RivalFit)> = Vec::new();
+    found.extend(told(judged, &selection.fitted, place)?);
+    let others = selection.alternatives.iter().filter(|(of, _)| *of == best);
+    for (_, member) in others.filter(|(_, member)| !hypothesis.has(member.candidate.id)) {
+        if judged.setting.is_over() || found.iter().any(|(_, of)| of.id == member.candidate.id) {
+            continue;
+        }
+        if let Some(fitted) = if_possible(in_place_of(judged, place, member))? {
+            found.extend(told(judged, &fitted, place)?);
+        }
+    }
+    Ok(found)
+}
+
+/// The selected causes with another one in this place, fitted.
+fn in_place_of(judged: &Judgement<'_>, place: usize, member: &Member) -> Result<Fitted, DiagnosisError> {
+    let fitted = &judged.selection.fitted;
+    let mut point: Point = fitted.point.clone();
+    if let Some(slot) = point.hypothesis.members.get_mut(place) {
+        *slot = member.clone();
+    }
+    point.hypothesis.corrections.retain(|of| of.id != member.candidate.id);
+    fit(&judged.setting, point, &Piece::is_fitted, STEPS)
+}
+
+fn told(
+    judged: &Judgement<'_>,
+    fitted: &Fitted,
+    place: usize,
+) -> Result<Option<(Effect, RivalFit)>, DiagnosisError> {
+    let errors = errors_of(judged, fitted)?;
+    let member = errors.hypothesis.members.get(place);
+    let effect =
+        member.and_then(|member| member.candidate.effect(judged.setting.given, &member.numbers).ok());
+    let (Some(member), Some(effect)) = (member, effect) else { return Ok(None) };
+    let (_, after) = judged.everywhere(fitted)?;
+    let rival = RivalFit {
+        id: member.candidate.id,
+        parameters: parameters(&errors, place),
+        rms_after: judged.gain_of(&after).rms_after,
+        covariance: errors
+            .spread
+            .as_ref()
+            .map(|spread| covariance(&errors.hypothesis, spread))
+            .unwrap_or_default(),
+    };
+    Ok(Some((effect, rival)))
+}
