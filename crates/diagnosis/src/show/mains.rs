@@ -262,3 +262,44 @@ fn take_out(stretches: &mut [Stretch], hz: f64, by_piece: &mut [Vec<f64>]) -> f6
     }
     f64::sqrt(square / f64::max(count, 1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stretch(amplitude: impl Fn(f64) -> f64) -> Stretch {
+        let time_s: Vec<f64> = (0..4000).map(|k| 1e-3 * f64::from(k)).collect();
+        // Next to white: the fractional parts of multiples of the golden ratio, squared.
+        let noise = |k: f64| (k * k * 0.618_033_988_75).fract() - 0.5;
+        let value = |time: &f64| amplitude(*time) * (TAU * 50.0 * time).sin() + 0.1 * noise(1e3 * time);
+        Stretch {
+            piece: 0,
+            first: 0,
+            residual: time_s.iter().map(value).collect(),
+            weight: vec![1.0; time_s.len()],
+            direction: vec![1.0; time_s.len()],
+            angle_rad: time_s.iter().map(|time| TAU * 10.0 * time).collect(),
+            time_s,
+        }
+    }
+
+    #[test]
+    fn a_tone_that_comes_and_goes_is_no_hum() {
+        assert!(is_steady(&[stretch(|_| 1.0)], 50.0));
+        assert!(!is_steady(&[stretch(|time| if time > 3.0 { 1.0 } else { 0.0 })], 50.0));
+    }
+
+    #[test]
+    fn a_ripple_at_a_constant_speed_is_no_hum() {
+        let turning = stretch(|_| 1.0);
+        assert!(is_locked(&turning, 50.0), "five times a turn, ten turns a second");
+        let still = Stretch { angle_rad: vec![0.3; 4000], ..stretch(|_| 1.0) };
+        assert!(!is_locked(&still, 50.0));
+    }
+
+    #[test]
+    fn a_tone_that_sampling_folds_to_rest_is_not_looked_for() {
+        assert!(is_apart(50.0, 1000.0) && is_apart(60.0, 100.0));
+        assert!(!is_apart(50.0, 100.0) && !is_apart(100.0, 100.0));
+    }
+}
