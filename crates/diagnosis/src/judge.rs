@@ -15,7 +15,7 @@ use crate::measure::judgement::Judgement;
 use crate::name::refine::{fewer_orders, refine};
 use crate::name::round::next_cause;
 use crate::name::screen::screen;
-use crate::name::select::{nothing_yet, select};
+use crate::name::select::{Tell, nothing_yet, select};
 use crate::name::selection::Selection;
 use crate::name::tried::{EQUAL, Tried};
 use crate::show::colour::colour;
@@ -99,7 +99,7 @@ fn few(
     setting: &Setting<'_>,
     asked: Asked<'_>,
     (given, corrected): (&Fitted, Option<&Fitted>),
-    ranked: &mut dyn FnMut(&[(EffectId, f64)]),
+    ranked: &mut Tell<'_>,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let Some(corrected) = corrected else { return Ok(None) };
     if leaves_noise(setting, corrected)? {
@@ -135,7 +135,7 @@ fn few_beside_corrections(
     setting: &Setting<'_>,
     able: &[Candidate],
     (given, corrected): (&Fitted, &Fitted),
-    ranked: &mut dyn FnMut(&[(EffectId, f64)]),
+    ranked: &mut Tell<'_>,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let first = nothing_yet(setting, given.clone());
     let mut state = nothing_yet(setting, corrected.clone());
