@@ -14,9 +14,11 @@ use ethercrab::MainDevice;
 use fieldbus::{Axis, Clock, ClockParams, Exchange, Outcome, Outputs, OwnLimits, Plan};
 use signals::{BusPhase, BusStatus, Feedback, StepCommand};
 
-/// Locked means so near, ns, for so many cycles.
+/// Locked means so near, ns, for so many cycles. A frame that a stall held up on its way says nothing about the clock: one further
+/// away counts against some near ones, so that more than 95 of 100 have to be near.
 const LOCK_WINDOW_NS: i64 = 50_000;
 const LOCK_CYCLES: u64 = 200;
+const FAR_COUNTS: u64 = 20;
 /// Locking, and coming to OP, take no longer, ns.
 const LOCK_LIMIT_NS: u64 = 10_000_000_000;
 const START_LIMIT_NS: u64 = 3_000_000_000;
@@ -290,7 +292,7 @@ impl<L: Link> Bridge<L> {
             Back::Reply { exchanged: true, .. } if near => locked + 1,
             // A frame that was lost says nothing about the clock.
             Back::Nothing | Back::NotSent => locked,
-            Back::Reply { .. } => 0,
+            Back::Reply { .. } => locked.saturating_sub(FAR_COUNTS),
         };
         if locked >= LOCK_CYCLES {
             return State::Start { wire, clock, until_ns: begin_ns + START_LIMIT_NS };

@@ -5,7 +5,7 @@ use crate::device::SyncRow;
 use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 
 /// The interface of the main device.
 pub const NEAR: &str = "bus0";
@@ -41,6 +41,7 @@ fn ip(arguments: &[&str]) -> io::Result<()> {
 pub struct DriveProcess {
     process: Child,
     orders: Option<ChildStdin>,
+    answers: BufReader<ChildStdout>,
 }
 
 impl DriveProcess {
@@ -57,12 +58,9 @@ impl DriveProcess {
             .stdout(Stdio::piped())
             .spawn()?;
         let orders = process.stdin.take();
-        let mut line = String::new();
-        if let Some(said) = process.stdout.take() {
-            BufReader::new(said).read_line(&mut line)?;
-        }
-        let this = Self { process, orders };
-        match line.as_str() {
+        let answers = process.stdout.take().ok_or_else(|| io::Error::other("no stdout"))?;
+        let mut this = Self { process, orders, answers: BufReader::new(answers) };
+        match this.answer()?.as_str() {
             "ready\n" => Ok(this),
             found => {
                 Err(io::Error::other(format!("{}: said {found:?}, expected \"ready\"", program.display())))
@@ -70,13 +68,21 @@ impl DriveProcess {
         }
     }
 
-    /// Something goes wrong: a line that the program knows.
+    fn answer(&mut self) -> io::Result<String> {
+        let mut line = String::new();
+        self.answers.read_line(&mut line)?;
+        Ok(line)
+    }
+
+    /// Something goes wrong: a line that the program knows. When it did, on CLOCK_MONOTONIC, ns.
     ///
     /// # Errors
-    /// Where the process has ended.
-    pub fn hurt(&mut self, line: &str) -> io::Result<()> {
+    /// Where the process has ended, or does not know the line.
+    pub fn hurt(&mut self, line: &str) -> io::Result<u64> {
         let orders = self.orders.as_mut().ok_or_else(|| io::Error::other("the drive has ended"))?;
-        writeln!(orders, "{line}")
+        writeln!(orders, "{line}")?;
+        let answer = self.answer()?;
+        answer.trim().parse().map_err(|_| io::Error::other(format!("{line}: the drive says {answer:?}")))
     }
 
     /// Ends it; its log is written then.

@@ -40,9 +40,9 @@ impl Fault {
 /// From an outage to the ramp, cycles: the drive's own watchdog, which waits one cycle more than the bridge; the frame that was
 /// under way; the SYNC0 at which a ramp begins.
 const OUTAGE: u64 = SILENCE_CYCLES + 3;
-/// From an order to the drive's process to the ramp: read by an ordinary thread within two cycles, latched at SYNC0, told with the
-/// next frame, answered with the one after, and obeyed at the next SYNC0.
-const TOLD: u64 = 6;
+/// From a state of the drive's to the ramp: latched at SYNC0, told with the next frame, answered with the one after, obeyed at the
+/// next SYNC0.
+const TOLD: u64 = 4;
 /// From a leap of the clock: ten cycles off it, and the same.
 const OFF_THE_CLOCK: u64 = 10 + TOLD;
 

@@ -160,7 +160,7 @@ impl OnADrive {
         let after_ms = |ms: u64| now + Duration::from_millis(ms);
         match &told.fault.trouble {
             Trouble::Far { line, ms } => {
-                self.drive.hurt(line)?;
+                told.at_ns = self.drive.hurt(line)?;
                 return Ok(after_ms(*ms) + NOTICED);
             }
             Trouble::Enabling(cycles) => {

@@ -97,15 +97,18 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     // A device has a processor of its own; a test's machine may refuse even a priority.
     let _guard = obtain(&Wanted { core: None, priority: Some(90), lock_memory: false });
     let orders = listen();
-    println!("ready");
-    std::io::stdout().flush()?;
+    answer("ready")?;
     let mut rows: Vec<SyncRow> = Vec::with_capacity(1 << 20);
     let mut buffer = [0_u8; 2048];
     loop {
         match orders.try_recv() {
             Ok(line) => match line.parse::<Hurt>() {
-                Ok(hurt) => bus.hurt(hurt, now_ns()),
-                Err(error) => eprintln!("subdevice: {error}"),
+                Ok(hurt) => {
+                    let now = now_ns();
+                    bus.hurt(hurt, now);
+                    answer(now)?;
+                }
+                Err(error) => answer(error)?,
             },
             Err(TryRecvError::Disconnected) => break,
             Err(TryRecvError::Empty) => {}
@@ -129,6 +132,12 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write_log(path, &rows).with_context(|| path.display().to_string())?;
     }
     Ok(())
+}
+
+/// A line to whom it serves: when something went wrong, or why not.
+fn answer(what: impl std::fmt::Display) -> std::io::Result<()> {
+    println!("{what}");
+    std::io::stdout().flush()
 }
 
 /// Lines of stdin; their end is the end of the device.
