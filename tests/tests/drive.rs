@@ -183,21 +183,24 @@ fn a_drive_finds_its_zero_when_ordered_to() {
 #[test]
 fn a_wrong_drive_is_refused_before_anything_runs() {
     on_a_cable("a_wrong_drive_is_refused_before_anything_runs", || {
-        let place = TestPlace::new();
-        let scenario = patient_drive_scenario(&place);
         for (arguments, expected) in WRONG {
-            let drive = start_drive(&model(), arguments);
-            let mut command = place.command("stepvalve");
-            command.args(["run", "--instance", "wrong", "--out"]).arg(place.path("wrong")).arg(&scenario);
-            let ended = Finished::from(command.output().unwrap());
-            println!("{arguments:?}: {}", ended.stderr.trim_end());
-            let ended = ended.expect_code(2);
-            assert!(ended.stderr.contains(expected), "{arguments:?}: {}", ended.stderr);
-            assert!(ended.stderr.contains("expected"), "{arguments:?}: {}", ended.stderr);
-            assert!(ended.stderr.contains(NEAR), "{}", ended.stderr);
-            end_drive(drive);
+            despite_stalls(|place| refused(place, arguments, expected));
         }
     });
+}
+
+fn refused(place: &TestPlace, arguments: &[&str], expected: &str) {
+    let scenario = patient_drive_scenario(place);
+    let drive = start_drive(&model(), arguments);
+    let mut command = place.command("stepvalve");
+    command.args(["run", "--instance", "wrong", "--out"]).arg(place.path("wrong")).arg(&scenario);
+    let ended = Finished::from(command.output().unwrap());
+    end_drive(drive);
+    println!("{arguments:?}: {}", ended.stderr.trim_end());
+    let ended = ended.expect_code(2);
+    assert!(ended.stderr.contains(expected), "{arguments:?}: {}", ended.stderr);
+    assert!(ended.stderr.contains("expected"), "{arguments:?}: {}", ended.stderr);
+    assert!(ended.stderr.contains(NEAR), "{}", ended.stderr);
 }
 
 #[test]
