@@ -23,7 +23,8 @@ pub(crate) fn note_accepted(params: &Params, state: &mut State, feedback: Option
     let age = params.loop_delay_cycles;
     let sent = state.observation.correction.commanded(age);
     let off_rad = accepted_rad - sent.command_rad;
-    if off_rad.abs() < params.drive.microstep_angle_rad / 2.0 {
+    let explained = params.drive.microstep_angle_rad / 2.0..=farthest_rad(params);
+    if !explained.contains(&off_rad.abs()) {
         return;
     }
     let teeth = f64::from(params.motor.rotor_teeth);
@@ -33,4 +34,12 @@ pub(crate) fn note_accepted(params: &Params, state: &mut State, feedback: Option
     };
     let change_nm = torque_nm(accepted_rad) - torque_nm(sent.command_rad);
     state.observation.correction.accepted(age, accepted_rad, change_nm);
+}
+
+/// The furthest that a drive can be from what it was sent: through a silence at full speed one way, while the commands went
+/// the other way. What is further is no position of this drive, and nothing is to be derived from it.
+fn farthest_rad(params: &Params) -> f64 {
+    let cycles = params.drive.silence_cycles.saturating_add(params.loop_delay_cycles);
+    let way = params.drive.max_pulse_rate_hz * params.period_s * cycles as f64;
+    2.0 * way * params.drive.microstep_angle_rad
 }

@@ -305,3 +305,23 @@ fn current_flows_when_it_must_and_not_before() {
         assert_eq!(bench.step(None).command.energise, fault, "{holds}, {after_stop:?}: fault");
     }
 }
+
+#[test]
+fn a_position_that_no_drive_can_have_changes_nothing_that_is_sent() {
+    let run = |wrong: Option<i64>| {
+        let mut bench = Bench::new(params());
+        bench.validity = ENCODER;
+        bench.step(Some(order(1, OperatorKind::Arm)));
+        (0..20)
+            .map(|cycle| {
+                bench.wrong_position = wrong.filter(|_| cycle == 10);
+                let output = bench.step(None);
+                (output.command, output.status)
+            })
+            .collect::<Vec<_>>()
+    };
+    let right = run(None);
+    for wrong in [1 << 53, -(1 << 53), 1_000_000] {
+        assert_eq!(run(Some(wrong)), right, "{wrong} micro-steps");
+    }
+}

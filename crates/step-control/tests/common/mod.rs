@@ -73,6 +73,8 @@ pub struct Bench {
     pub rotor_rad: f64,
     pub reference: Option<Reference>,
     pub silent: bool,
+    /// What the drive says instead of its position.
+    pub wrong_position: Option<i64>,
     sent: VecDeque<i64>,
 }
 
@@ -89,6 +91,7 @@ impl Bench {
             rotor_rad: 0.0,
             reference: Some(Reference::default()),
             silent: false,
+            wrong_position: None,
             sent: VecDeque::from(vec![0; cycles]),
         }
     }
@@ -111,7 +114,7 @@ impl Bench {
         let seen = self.validity & validity::ENCODER != 0;
         let feedback = Feedback {
             angle_rad: if seen { self.rotor_rad } else { accepted_rad },
-            accepted_microsteps: accepted,
+            accepted_microsteps: self.wrong_position.unwrap_or(accepted),
             validity: self.validity,
             drive_fault: self.drive_fault.code(),
             ..Feedback::default()
