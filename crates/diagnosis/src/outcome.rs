@@ -325,6 +325,8 @@ pub struct Covariance {
 pub struct Nearest {
     /// Their names.
     pub ids: Vec<EffectId>,
+    /// The numbers of each.
+    pub parameters: BTreeMap<EffectId, Parameters>,
     /// The part of the mean square beyond noise that they remove together, on runs that they were not fitted on.
     pub removes: f64,
     /// What most of what they leave depends on; none where nothing that was recorded stands out.

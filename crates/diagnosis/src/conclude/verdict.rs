@@ -12,7 +12,7 @@ use crate::extend::catalogue::Untestable;
 use crate::extend::hypothesis::Member;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
-use crate::measure::accept::{Accepted, accept, best_of_groups};
+use crate::measure::accept::{Accepted, accept, best_of_groups, members_with_numbers};
 use crate::measure::alternatives::rivals;
 use crate::measure::doubt::{is_doubtful, is_noise};
 use crate::measure::judgement::Judgement;
@@ -51,7 +51,7 @@ pub(crate) fn conclude(
         harmful: Vec::new(),
         mostly: false,
     };
-    let nearest = against.doubtful.then(|| nearest(judged, &structure_of_all)).flatten();
+    let nearest = if against.doubtful { nearest(judged, &structure_of_all)? } else { None };
     let with_all = judged.gain_of(&left_of_all).rms_after;
     let mut kept = undisputed(selection, &against);
     let ripples = ripples(judged, &left_of_all, structure_of_all.per_independent);
@@ -240,13 +240,18 @@ fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
 }
 
 /// What was selected and not accepted, where it removes more than half of what is beyond noise.
-fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Option<Nearest> {
+fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Result<Option<Nearest>, DiagnosisError> {
     let selection = &judged.selection;
     let removes = selection.share_explained(judged.setting.loss(), judged.noise.share);
     let members = selection.fitted.point.hypothesis.members.iter();
     let ids: Vec<EffectId> = members.map(|member| member.candidate.id).collect();
     let leaves_by = structure.dependences.iter().find(|of| of.p_value < CHANCE && of.share > SHARE_LEFT);
-    (removes > MOST_OF_IT).then(|| Nearest { ids, removes, leaves_by: leaves_by.map(|of| of.on.clone()) })
+    if removes <= MOST_OF_IT {
+        return Ok(None);
+    }
+    let all = members_with_numbers(judged)?.into_iter();
+    let parameters = all.map(|(_, effect, parameters)| (effect.id(), parameters)).collect();
+    Ok(Some(Nearest { ids, parameters, removes, leaves_by: leaves_by.map(|of| of.on.clone()) }))
 }
 
 fn telling(structure: &Structure) -> Vec<Dependence> {

@@ -68,7 +68,8 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
     let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
     let too_little = || {
         selection.share_explained(loss, judged.noise.share) < least_share(selection)
-            || judged.noise.share == 1.0 && another_cause(judged, structure)
+            // A search that was cut short had no time for the other cause.
+            || judged.noise.share == 1.0 && !judged.setting.is_over() && another_cause(judged, structure)
             || on_held_out > loss.hardly_less()
     };
     no_better || !(is_noise(structure) && judged.noise.share == 1.0) && too_little()

@@ -31,6 +31,7 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
     }
     write_model(&extended, &comments)
         + &alternatives(found, given)
+        + &nearest(found)
         + &offered(found, given)
         + &transducer(found)
 }
@@ -108,6 +109,18 @@ pub fn rivals(found: &Found, given: &Model) -> Vec<(String, String)> {
         (format!("model-{}.toml", effect.id()), write_model(&model, &comments))
     };
     found.rivals.iter().map(model).collect()
+}
+
+/// What removes most of the error and was not accepted, with its numbers, in comments.
+fn nearest(found: &Found) -> String {
+    let Some(nearest) = &found.diagnosis.nearest else { return String::new() };
+    let mut text =
+        format!("\n# Not accepted, though {:.0} % of the error goes with it:\n", 100.0 * nearest.removes);
+    for (id, parameters) in &nearest.parameters {
+        text.push_str(&format!("# {id}\n"));
+        known(parameters).iter().for_each(|line| text.push_str(&format!("#   {line}\n")));
+    }
+    text
 }
 
 /// What is there and was kept out, in comments: whoever wants it takes the marks away.

@@ -126,8 +126,8 @@ fn too_much_left(nearest: &Nearest) -> String {
     let removes =
         format!("{} removes the largest part, {:.0} %", names(&nearest.ids), 100.0 * nearest.removes);
     match &nearest.leaves_by {
-        Some(on) => format!("{removes}, but what it leaves goes by {on}: as it stands it is not the cause"),
-        None => format!("{removes}, but leaves too much to be the cause as it stands"),
+        Some(on) => format!("{removes}, but what it leaves goes by {on}: it is not the cause alone"),
+        None => format!("{removes}, but leaves too much to be the cause alone"),
     }
 }
 
