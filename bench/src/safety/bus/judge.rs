@@ -112,7 +112,13 @@ fn stop(
     let cycles = |row: &SyncRow| (row.host_ns - told.at_ns) / 1_000_000;
     let less = |cycles: u64| cycles.saturating_sub(stalled);
     let (first, later) = own.split_at(until_a_pause(before, own));
-    if let Some(row) = first.iter().find(|row| way(row).abs() < full - RAMP) {
+    // The valve may still have been gaining speed.
+    let mut most = full;
+    let ramp = first.iter().find(|row| {
+        most = most.max(way(row).abs());
+        way(row).abs() < most - RAMP
+    });
+    if let Some(row) = ramp {
         outcome.reaction = Some((less(cycles(row)), told.fault.ramp_by));
     }
     if let Some(row) = first.iter().rfind(|row| way(row) != 0) {
