@@ -3,7 +3,7 @@
 use crate::Run;
 
 /// A stretch of fewer rows is not worth a run.
-const LEAST_ROWS: usize = 50;
+pub(crate) const LEAST_ROWS: usize = 50;
 
 /// Cuts a run to the longest stretch in which its `command_energise` and `command_current_ratio`, where it has them, say that the
 /// motor carries its whole current: a disarmed rotor goes where it likes.

@@ -1,5 +1,6 @@
 //! What of a run is left where a channel lacks many samples.
 
+use crate::energised::LEAST_ROWS;
 use crate::{Channel, Run};
 use std::ops::Range;
 
@@ -56,18 +57,18 @@ fn longest_known(run: &Run, needed: &[Channel]) -> Range<usize> {
             longest = start..row + 1;
         }
     }
-    longest
+    if longest.len() < LEAST_ROWS { 0..0 } else { longest }
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
+#[allow(clippy::unwrap_used, clippy::indexing_slicing)]
 mod tests {
     use super::*;
 
-    /// Ten rows, with these of the torque and of the pressure missing.
+    /// Ten times a hundred rows, with these hundreds of the torque and of the pressure missing.
     fn run(torque: &[usize], pressure: &[usize]) -> Run {
         let values = |missing: &[usize]| {
-            (0..10).map(|row| if missing.contains(&row) { f64::NAN } else { row as f64 }).collect()
+            (0..1000).map(|row| if missing.contains(&(row / 100)) { f64::NAN } else { row as f64 }).collect()
         };
         Run {
             name: "one".to_owned(),
@@ -84,12 +85,12 @@ mod tests {
         let all: Vec<usize> = (0..10).collect();
         type Case<'a> = (&'a [usize], &'a [usize], Range<usize>, bool, usize);
         let table: [Case; 6] = [
-            (&[], &[], 0..10, true, 0),
+            (&[], &[], 0..1000, true, 0),
             // A fifth is bridged.
-            (&[3, 7], &[2, 5], 0..10, true, 0),
-            (&[2, 3, 4], &[], 5..10, true, 1),
-            (&[5, 7, 9], &[], 0..5, true, 1),
-            (&[], &[2, 3, 4], 0..10, false, 1),
+            (&[3, 7], &[2, 5], 0..1000, true, 0),
+            (&[2, 3, 4], &[], 500..1000, true, 1),
+            (&[5, 7, 9], &[], 0..500, true, 1),
+            (&[], &[2, 3, 4], 0..1000, false, 1),
             (&all, &[], 0..0, true, 1),
         ];
         for (torque, pressure, rows, has_pressure, notes) in table {
@@ -100,5 +101,9 @@ mod tests {
             assert_eq!(cut.torque_nm.as_ref().unwrap().len(), cut.len());
             assert_eq!(cut.pressure_drop_pa.is_some(), has_pressure);
         }
+        let mut short = run(&[], &[]);
+        short.torque_nm.as_mut().unwrap()[49..].fill(f64::NAN);
+        let told = cut_to_known(&mut short, &[Channel::Angle, Channel::Torque], &[]);
+        assert!(short.is_empty() && told[0].contains("left out"), "a short stretch is no run: {told:?}");
     }
 }
