@@ -56,6 +56,8 @@ pub struct Found {
     pub diagnosis: Diagnosis,
     /// The given model with what was found.
     pub extended: Model,
+    /// The same with what the transducer reads too much within its tolerance: what predicts this log.
+    pub as_measured: Model,
     /// Of each group of causes that can't be told apart, in their order, the effect that fitted best; none where something
     /// speaks against what was found.
     pub proposed: Vec<Effect>,

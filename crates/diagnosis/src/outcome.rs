@@ -311,6 +311,13 @@ pub struct Corrected {
     pub found: ParameterFound,
 }
 
+impl Corrected {
+    /// Whether it is of what the transducer reads, which is no part of the machine.
+    pub fn is_of_transducer(&self) -> bool {
+        matches!(self.id, EffectId::TorqueGain | EffectId::TorqueOffset)
+    }
+}
+
 /// The covariance of all numbers that were fitted, in the units of the model file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Covariance {

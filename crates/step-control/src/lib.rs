@@ -10,6 +10,9 @@ mod acceptance;
 mod alarms;
 mod alignment;
 mod analysis;
+#[cfg(test)]
+#[path = "../tests/common/bench_rig.rs"]
+mod bench_rig;
 mod compensation;
 mod correction;
 mod design;

@@ -290,50 +290,13 @@ impl Params {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use valve_model::{LuGreParams, Model};
+    use crate::bench_rig;
 
-    /// A controller of the bench rig without observer.
+    /// A controller of the bench rig with full compensation, without observer and limits of angle.
     pub(crate) fn params() -> Params {
-        let (belief, friction, motor) = (Model::bench_rig(), LuGreParams::BENCH_RIG, MotorParams::BENCH_RIG);
-        Params {
-            period_s: 1e-3,
-            loop_delay_cycles: 1,
-            motor,
-            inertia_kg_m2: 5e-4,
-            friction: FrictionLaw::new(&belief.friction),
-            with_effects: MotionParams::new(&belief).unwrap(),
-            coulomb_torque_nm: friction.coulomb_torque_nm,
-            viscous_nm_s_per_rad: friction.viscous_nm_s_per_rad,
-            compensation: Compensation::Full,
-            observer: None,
-            shaper: None,
-            encoder_delay_cycles: 0,
-            lost_steps: LostSteps::Fault,
-            homing: None,
-            holds_when_disarmed: false,
-            drive: drive::Params {
-                period_s: 1e-3,
-                microstep_angle_rad: motor.microstep_angle_rad(),
-                max_pulse_rate_hz: 600e3,
-                max_pulse_acceleration_hz_per_s: 400e6,
-                quick_stop_deceleration_hz_per_s: 10e6,
-                after_stop: drive::AfterStop::Hold,
-                silence_cycles: 3,
-                energise_cycles: 0,
-                lowest_angle_rad: None,
-                highest_angle_rad: None,
-                standstill_rad: 1e-4,
-            },
-            reference_limits: ReferenceLimits {
-                min_angle_rad: None,
-                max_angle_rad: None,
-                max_speed_rad_per_s: 10.0,
-                unhomed_speed_rad_per_s: 0.2,
-            },
-            max_following_error_rad: 0.05,
-            following_error_per_speed_s: 0.0,
-            arm_at_cycle: None,
-            disarm_at_cycle: None,
-        }
+        let rig = bench_rig::params();
+        let reference_limits =
+            ReferenceLimits { min_angle_rad: None, max_angle_rad: None, ..rig.reference_limits };
+        Params { compensation: Compensation::Full, reference_limits, ..rig }
     }
 }

@@ -2,11 +2,10 @@
 
 use crate::operator::{Plain, find, tell};
 use crate::say::say;
-use anyhow::{Context, anyhow};
 use indicatif::ProgressBar;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use supervisor::{Answer, Failure, Interruption, Outcome, Request, Status, ask, disarm};
+use supervisor::{Answer, Failure, Interruption, Outcome, Request, Status, ask, ask_status, disarm};
 
 /// How long the controller may take to say that it has begun: the drive energises the motor first.
 const BEGINNING: Duration = Duration::from_secs(1);
@@ -48,7 +47,7 @@ fn follow(
         if interruption.wanted() {
             return Ok(None);
         }
-        match ask(socket, &Request::Status, LOST_AFTER).and_then(|answer| status_of(&answer)) {
+        match ask_status(socket, LOST_AFTER) {
             Ok(status) => {
                 heard = Instant::now();
                 if !["arming", "homing", "quick-stop"].contains(&status.state.as_str()) {
@@ -62,15 +61,6 @@ fn follow(
         }
         std::thread::sleep(LOOK);
     }
-}
-
-/// The status in an answer.
-///
-/// # Errors
-/// Where there is none.
-fn status_of(answer: &Answer) -> Result<Status, anyhow::Error> {
-    let status = answer.status.clone().with_context(|| answer.text.clone())?;
-    serde_json::from_value(status).map_err(|error| anyhow!("{error}"))
 }
 
 fn verdict(status: &Status) -> Answer {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::{
-    Failure, FoundInstance, Outcome, Request, Status, ask, base_folders, instances, socket_path, whereabouts,
+    Failure, FoundInstance, Outcome, ask_status, base_folders, instances, socket_path, whereabouts,
 };
 
 /// How long each may take to say how it is.
@@ -58,8 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 fn look(found: &FoundInstance) -> Listed {
-    let status = found.listens().then(|| ask(&socket_path(&found.folder), &Request::Status, PATIENCE));
-    let status = status.and_then(|answer| serde_json::from_value::<Status>(answer.ok()?.status?).ok());
+    let status = found.listens().then(|| ask_status(&socket_path(&found.folder), PATIENCE).ok()).flatten();
     let state = match &status {
         Some(status) => status.state.clone(),
         None if !found.alive => "dead".to_owned(),

@@ -1,7 +1,7 @@
 //! `stepvalve arm | disarm | reset | set | status | mark | save-timing`: talking to a running instance.
 
 use crate::say::{is_heard, say};
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use config::{Dimension, parse_quantity};
 use injection::Injection;
@@ -9,8 +9,8 @@ use signals::SetPointKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use supervisor::{
-    Answer, Failure, FoundInstance, InstanceName, Interruption, Outcome, Request, Status, ask, base_folder,
-    instance_folder, instances, socket_path,
+    Answer, Failure, FoundInstance, InstanceName, Interruption, Outcome, Request, ask, ask_status,
+    base_folder, instance_folder, instances, socket_path,
 };
 
 /// How long an operator waits: what is not done by then is refused, and not done later.
@@ -184,7 +184,7 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
 pub fn status(arguments: &StatusOf) -> Result<Outcome, Failure> {
     let socket = find(&arguments.which)?;
     if !arguments.watch {
-        let status = ask_status(&socket)?;
+        let status = ask_status(&socket, LEISURE)?;
         if arguments.which.json {
             say(serde_json::to_string_pretty(&status).map_err(anyhow::Error::from)?);
         } else {
@@ -194,7 +194,7 @@ pub fn status(arguments: &StatusOf) -> Result<Outcome, Failure> {
     }
     let interruption = Interruption::watch()?;
     while !interruption.wanted() {
-        let status = ask_status(&socket)?;
+        let status = ask_status(&socket, LEISURE)?;
         let line = if arguments.which.json {
             serde_json::to_string(&status).map_err(anyhow::Error::from)?
         } else {
@@ -206,12 +206,6 @@ pub fn status(arguments: &StatusOf) -> Result<Outcome, Failure> {
         std::thread::sleep(EVERY);
     }
     Ok(Outcome::Done)
-}
-
-fn ask_status(socket: &Path) -> Result<Status, Failure> {
-    let answer = ask(socket, &Request::Status, LEISURE)?;
-    let status = answer.status.with_context(|| answer.text.clone())?;
-    Ok(serde_json::from_value(status).map_err(anyhow::Error::from)?)
 }
 
 /// Disarms, whatever of the instance may hang, within a second.

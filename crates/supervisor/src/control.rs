@@ -7,6 +7,7 @@
 use crate::clients::{Client, Clients};
 use crate::news::{Asked, News};
 use crate::request::{Answer, Ask, Request};
+use crate::status::Status;
 use anyhow::{Context, Result, bail};
 use realtime::now_ns;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -95,6 +96,15 @@ pub fn ask(socket: &Path, request: &Request, patience: Duration) -> Result<Answe
         Ok(answer) => answer,
         Err(_) => bail!("{shown}: the supervisor does not answer within {:.1} s", patience.as_secs_f64()),
     }
+}
+
+/// How a running instance is.
+///
+/// # Errors
+/// As [`ask`]; and where the answer holds no status.
+pub fn ask_status(socket: &Path, patience: Duration) -> Result<Status> {
+    let answer = ask(socket, &Request::Status, patience)?;
+    Ok(serde_json::from_value(answer.status.with_context(|| answer.text)?)?)
 }
 
 /// How long after the request's deadline an answer may still arrive.

@@ -39,7 +39,7 @@ mod status;
 mod stay;
 mod watch;
 
-pub use control::{ask, socket_path};
+pub use control::{ask, ask_status, socket_path};
 pub use disarm::disarm;
 pub use exit::{Failure, Outcome};
 pub use handover::{CONCLUDE, begin, conclude, received};

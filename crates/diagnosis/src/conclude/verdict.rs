@@ -19,7 +19,8 @@ use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{
-    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Judged, Nearest, Offered, Verdict,
+    Ambiguity, BestOfGroup, Cause, Corrected, Dependence, Description, Diagnosis, Judged, Nearest, Offered,
+    Verdict,
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
@@ -29,7 +30,7 @@ use crate::show::structure::{Structure, structure};
 use crate::show::tone::{Tone, tone};
 use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
-use valve_model::{Effect, EffectId};
+use valve_model::{Effect, EffectId, Model};
 
 /// What is told where nothing is accepted removes at least this part.
 const MOST_OF_IT: f64 = 0.5;
@@ -124,9 +125,12 @@ pub(crate) fn conclude(
         observations,
     };
     let refused = |source| judged.setting.campaign.refused(source);
-    let told = |id: EffectId| diagnosis.within_tolerance.iter().any(|of| of.id == id);
-    let extended = point.hypothesis.extending(told).model(judged.setting.given).map_err(refused)?;
-    Ok(Found { proposed, rivals, ..found(judged, diagnosis, extended, &after) })
+    let with_told = |kept: fn(&Corrected) -> bool| {
+        let told = |id: EffectId| diagnosis.within_tolerance.iter().any(|of| of.id == id && kept(of));
+        point.hypothesis.with_corrections_of(told).model(judged.setting.given).map_err(refused)
+    };
+    let (extended, as_measured) = (with_told(|of| !of.is_of_transducer())?, with_told(|_| true)?);
+    Ok(Found { proposed, rivals, ..found(judged, diagnosis, (extended, as_measured), &after) })
 }
 
 /// Puts into each group the effect that fitted best, and returns these effects. Only if no cause is accepted, nothing
@@ -277,7 +281,7 @@ fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], noise: bool) -> Verdict {
 fn found(
     judged: &Judgement<'_>,
     diagnosis: Diagnosis,
-    extended: valve_model::Model,
+    (extended, as_measured): (Model, Model),
     after: &[PieceResidual],
 ) -> Found {
     let campaign = judged.setting.campaign;
@@ -286,6 +290,7 @@ fn found(
     Found {
         diagnosis,
         extended,
+        as_measured,
         channel: campaign.kind.channel,
         ranking: judged.selection.first_ranking.clone(),
         shown,

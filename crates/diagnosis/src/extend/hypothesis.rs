@@ -152,12 +152,11 @@ impl Hypothesis {
         self
     }
 
-    /// The hypothesis for the extended model file: only reported corrections, none of the transducer.
-    pub fn extending(&self, told: impl Fn(EffectId) -> bool) -> Self {
-        let mut extending = self.clone();
-        let transducers = [EffectId::TorqueGain, EffectId::TorqueOffset];
-        extending.corrections.retain(|of| told(of.id) && !transducers.contains(&of.id));
-        extending
+    /// The same with the corrections of these numbers alone.
+    pub fn with_corrections_of(&self, kept: impl Fn(EffectId) -> bool) -> Self {
+        let mut hypothesis = self.clone();
+        hypothesis.corrections.retain(|of| kept(of.id));
+        hypothesis
     }
 
     /// What the tolerance says of the numbers that are free, as a group of equations without samples: of the first `columns`

@@ -2,8 +2,8 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found, ParameterFound, Parameters};
-use valve_model::{Effect, EffectId, Model};
+use diagnosis::{BestOfGroup, Cause, Evidence, Found, ParameterFound, Parameters};
+use valve_model::{Effect, Model};
 
 use super::words::{corrected as corrected_words, short, unit};
 
@@ -36,15 +36,10 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
         + &transducer(found)
 }
 
-/// Whether a correction is of what the transducer reads, which is no part of the valve.
-pub fn is_of_transducer(of: &Corrected) -> bool {
-    matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset)
-}
-
 /// What the transducer reads too much, in comments: it is no part of the valve, but of this log.
 fn transducer(found: &Found) -> String {
     let mut text = String::new();
-    for of in found.diagnosis.within_tolerance.iter().filter(|of| is_of_transducer(of)) {
+    for of in found.diagnosis.within_tolerance.iter().filter(|of| of.is_of_transducer()) {
         let value = of.found.value;
         text.push_str(&format!(
             "\n# Of the transducer, within its tolerance, and therefore left out: {}.\n\

@@ -2,7 +2,6 @@
 //!
 //! The diagnosis looks at blocks of long logs. Here whole runs are predicted, as `stepvalve predict` does it.
 
-use super::extended;
 use crate::predict::runs::{Done, predict_all, tasks};
 use anyhow::Context;
 use diagnosis::{Covariance, Found};
@@ -48,12 +47,11 @@ impl Residuals {
     /// A run that can't be predicted; the diagnosis has looked at all of them before.
     pub fn of(log: &Log, given: &Model, found: &Found) -> Result<Self, PredictionError> {
         let channel = found.channel;
-        let extended = with_transducer(found);
         let (whole, _) = diagnosis::bridged(log);
         let mut before = predictions(&whole, channel, given)?;
-        let mut after = predictions(&whole, channel, &extended)?;
+        let mut after = predictions(&whole, channel, &found.as_measured)?;
         let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
-        let spread = spread(&whole, found, &extended, &after)?;
+        let spread = spread(&whole, found, &after)?;
         let with_parameters = spread.is_some();
         let measured: Vec<Vec<f64>> =
             log.runs.iter().map(|run| run.channel(channel).unwrap_or_default().to_vec()).collect();
@@ -116,27 +114,6 @@ impl Sampled {
     }
 }
 
-/// The extended model with what the transducer reads too much within its tolerance: that is no part of the model file.
-fn with_transducer(found: &Found) -> Model {
-    let mut model = found.extended.clone();
-    for of in found.diagnosis.within_tolerance.iter().filter(|of| extended::is_of_transducer(of)) {
-        let present = model.effects.iter().position(|effect| effect.id() == of.id);
-        let own = present.and_then(|place| model.effects.get(place)).map(|effect| effect.number(&of.key));
-        // On top of what the given model says itself.
-        let value = match own {
-            Some(own) if of.id == EffectId::TorqueGain => own * of.found.value,
-            Some(own) => own + of.found.value,
-            None => of.found.value,
-        };
-        let Ok(effect) = Effect::new(of.id, &[(of.key.as_str(), EffectValue::Number(value))]) else {
-            continue;
-        };
-        model.effects.retain(|present| present.id() != of.id);
-        model.effects.push(effect);
-    }
-    model
-}
-
 fn predictions(log: &Log, channel: Channel, model: &Model) -> Result<Vec<Vec<f64>>, PredictionError> {
     let tasks = tasks(log, channel);
     let mut all: Vec<Vec<f64>> = vec![Vec::new(); log.runs.len()];
@@ -177,13 +154,8 @@ fn take_out_zeros(zero: AngleZero, measured: &[Vec<f64>], predicted: &mut [Vec<f
 
 /// The variance of each prediction by what the causes' numbers are uncertain, to first order; `None` where there is no such
 /// number, or too many samples.
-fn spread(
-    log: &Log,
-    found: &Found,
-    extended: &Model,
-    after: &[Vec<f64>],
-) -> Result<Option<Vec<Vec<f64>>>, PredictionError> {
-    let shifted = moved(extended, &found.diagnosis.covariance);
+fn spread(log: &Log, found: &Found, after: &[Vec<f64>]) -> Result<Option<Vec<Vec<f64>>>, PredictionError> {
+    let shifted = moved(&found.as_measured, &found.diagnosis.covariance);
     let samples: usize = after.iter().map(Vec::len).sum();
     let most = if found.channel == Channel::Torque { TORQUES } else { ANGLES };
     if shifted.is_empty() || samples.saturating_mul(shifted.len()) > most {

@@ -10,9 +10,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, IsTerminal, Seek, SeekFrom, stdout};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use supervisor::{
-    Entry, Failure, Interruption, Outcome, Request, Status, ask, journal_path, socket_path, whereabouts,
-};
+use supervisor::{Entry, Failure, Interruption, Outcome, ask_status, journal_path, socket_path, whereabouts};
 use view::View;
 
 /// How often it looks.
@@ -50,7 +48,7 @@ fn show(
     let mut journal = Journal::default();
     while !interruption.wanted() {
         let begun = Instant::now();
-        match status(folder) {
+        match ask_status(&socket_path(folder), PATIENCE) {
             Ok(status) => view.take(status),
             Err(error) => view.unanswered(format!("{error:#}")),
         }
@@ -67,11 +65,6 @@ fn show(
         }
     }
     Ok(())
-}
-
-fn status(folder: &Path) -> Result<Status, anyhow::Error> {
-    let answer = ask(&socket_path(folder), &Request::Status, PATIENCE)?;
-    Ok(serde_json::from_value(answer.status.with_context(|| answer.text)?)?)
 }
 
 /// The end of the instance's journal.
