@@ -195,23 +195,53 @@ fn with_corrections(
 
 /// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a
 /// number moves only where the data ask for it. How well the causes are known takes all of them as uncertain all the same.
+///
+/// All of them at once, if that goes. Else one after the other, the torque's scale first: it is alike to all torques' levels
+/// together, and a cause's torque is told as the transducer shows it unless the data speak against the transducer.
 fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
-    let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Ok(joint) };
-    let hypothesis = &joint.fitted.point.hypothesis;
-    let places: Vec<Free> = hypothesis.free();
-    let idle = |index: usize| {
-        let place = places.iter().position(|free| *free == Free::Correction(index));
-        let of = hypothesis.corrections.get(index).zip(place);
-        of.is_none_or(|(of, place)| {
-            let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
-            (of.value - of.neutral).powi(2) < CLEAR * CLEAR * variance
-        })
-    };
-    let held = hypothesis.with_corrections_free(idle);
-    if held.corrections.iter().all(|of| of.free) {
+    let idle = idle_corrections(setting, &joint);
+    if idle.is_empty() {
         return Ok(joint);
     }
-    let begin = Point { hypothesis: held, starts: joint.fitted.point.starts.clone() };
-    let tried = if_possible(Tried::from(setting, begin, CORRECTING))?;
-    Ok(tried.filter(|tried| tried.rms <= joint.rms + EQUAL).unwrap_or(joint))
+    if let Some(without) = holding(setting, &joint, &idle)? {
+        return Ok(without);
+    }
+    let (mut kept, mut held) = (joint, Vec::new());
+    for index in idle {
+        held.push(index);
+        match holding(setting, &kept, &held)? {
+            Some(without) => kept = without,
+            None => held.truncate(held.len() - 1),
+        }
+        if setting.is_over() {
+            break;
+        }
+    }
+    Ok(kept)
+}
+
+/// Places of the corrections that are no larger than their own errors, the torque's scale first, then by what they are in parts of
+/// these.
+fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
+    let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Vec::new() };
+    let hypothesis = &joint.fitted.point.hypothesis;
+    let places: Vec<Free> = hypothesis.free();
+    let size = |(index, of): (usize, &Correction)| {
+        let place = places.iter().position(|free| *free == Free::Correction(index))?;
+        let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
+        let errors = (of.value - of.neutral).abs() / variance.sqrt();
+        (errors < CLEAR).then_some((if of.id == EffectId::TorqueGain { -1.0 } else { errors }, index))
+    };
+    let mut idle: Vec<(f64, usize)> = hypothesis.corrections.iter().enumerate().filter_map(size).collect();
+    idle.sort_by(|a, b| a.0.total_cmp(&b.0));
+    idle.into_iter().map(|(_, index)| index).collect()
+}
+
+/// The same fitted with these corrections held at none; `None` if the held-out error is larger then.
+fn holding(setting: &Setting<'_>, tried: &Tried, held: &[usize]) -> Result<Option<Tried>, DiagnosisError> {
+    let hypothesis = tried.fitted.point.hypothesis.with_corrections_free(|index| held.contains(&index));
+    let begin = Point { hypothesis, starts: tried.fitted.point.starts.clone() };
+    let without = if_possible(Tried::from(setting, begin, CORRECTING))?;
+    // Where much more than noise is left, no smaller part of that counts.
+    Ok(without.filter(|without| without.rms <= tried.rms + EQUAL * tried.rms.max(1.0)))
 }
