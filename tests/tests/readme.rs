@@ -47,7 +47,7 @@ fn how(command: &str) -> How {
         How::Elsewhere
     } else if is("stepvalve run ") {
         How::Stays
-    } else if is("stepvalve events --follow") {
+    } else if is("stepvalve events --follow") || is("stepvalve scope") {
         How::Follows
     } else if is("stepvalve watch") {
         How::Terminal

@@ -6,13 +6,19 @@
 use crate::{Gap, Topic};
 use signals::{Body, Message};
 
-/// CDR, little-endian, no options.
-const HEADER: [u8; 4] = [0, 1, 0, 0];
+/// What every payload begins with: CDR, little-endian, no options.
+pub const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 /// Puts a message's payload into `out`, which is emptied first.
 pub(crate) fn message<B: Body>(message: &Message<B>, out: &mut Vec<u8>) {
     begin(out);
     message.append_bytes(out);
+}
+
+/// Puts the payload of a message given as its bytes into `out`, which is emptied first.
+pub(crate) fn bytes(message: &[u8], out: &mut Vec<u8>) {
+    begin(out);
+    out.extend_from_slice(message);
 }
 
 /// Puts a gap's payload into `out`, which is emptied first.

@@ -21,12 +21,14 @@ mod topic;
 mod writer;
 
 pub use any_message::AnyMessage;
+pub use cdr::HEADER as CDR_HEADER;
 pub use codes::{Codes, codes};
 pub use error::RecordingError;
 pub use gap::{Gap, GapOrigin, KnownGap};
 pub use info::{RecordInfo, Texts};
 pub use ledger::Tally;
 pub use reader::{Report, Segment, read_info, read_record};
+pub use schema::{Schema, of_topic as schema_of};
 pub use segment::Damage;
 pub use topic::Topic;
 pub use writer::Writer;

@@ -7,14 +7,17 @@ use signals::{
     OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, StepCommand,
 };
 
-/// Name and text of a schema.
-pub(crate) struct Schema {
-    pub(crate) name: String,
-    pub(crate) text: String,
+/// What a topic's payloads are, as `ros2msg` says it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Schema {
+    /// Its name.
+    pub name: String,
+    /// Its text.
+    pub text: String,
 }
 
-/// The schema of a topic's messages.
-pub(crate) fn of_topic(topic: Topic) -> Schema {
+/// The schema of a topic's payloads, which are [`crate::CDR_HEADER`] and the message's bytes.
+pub fn of_topic(topic: Topic) -> Schema {
     match topic {
         Topic::Reference => of_body::<Reference>(topic),
         Topic::StepCommand => of_body::<StepCommand>(topic),

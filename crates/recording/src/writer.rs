@@ -9,7 +9,7 @@ use crate::{Gap, RecordInfo, RecordingError, Topic, cdr};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions};
-use signals::{Body, Message, Source};
+use signals::{Body, Header, Message, Source};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
@@ -103,6 +103,20 @@ impl Writer {
         self.put(channel, message.header.sequence as u32, message.header.monotonic_ns)
     }
 
+    /// Adds a message from its bytes, as [`Message::append_bytes`] gives them, unchanged.
+    ///
+    /// # Errors
+    /// [`RecordingError::Write`]; a channel that this file has not is one too.
+    pub fn write_bytes(&mut self, topic: Topic, bytes: &[u8]) -> Result<(), RecordingError> {
+        let channel = self.channels.get(&topic).copied();
+        let missing = || io_error(&self.path, std::io::Error::other(format!("no channel {topic}")));
+        let channel = channel.ok_or_else(missing)?;
+        cdr::bytes(bytes, &mut self.payload);
+        let header = Header::from_words(&mut words_of(bytes));
+        self.newest_ns = self.newest_ns.max(header.monotonic_ns);
+        self.put(channel, header.sequence as u32, header.monotonic_ns)
+    }
+
     /// Declares messages that never reached the recorder.
     ///
     /// # Errors
@@ -169,6 +183,10 @@ impl Writer {
         let written = self.inner.write_to_known_channel(&header, &self.payload);
         written.map_err(|source| write_error(&self.path, source))
     }
+}
+
+fn words_of(bytes: &[u8]) -> impl Iterator<Item = u64> {
+    bytes.as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word))
 }
 
 fn message_channels(inner: &mut Inner) -> Result<BTreeMap<Topic, u16>, McapError> {

@@ -6,6 +6,7 @@
 //! Plots are drawn by uPlot (in `vendor/`) and the scripts in `src/page/`, both part of the page.
 #![forbid(unsafe_code)]
 
+mod document;
 mod encode;
 mod error;
 mod histogram;
@@ -24,6 +25,7 @@ mod view;
 mod write;
 mod xy_plot;
 
+pub use document::Document;
 pub use error::ReportError;
 pub use histogram::{Distribution, Histogram};
 pub use hue::Hue;

@@ -1,18 +1,12 @@
 //! A page: title, one sentence, sections; and its HTML.
 
+use crate::document::Document;
 use crate::html::{escaped, script_data};
 use crate::{Histogram, Linked, OpeningTable, Table, TimePlots, XyPlot};
 use serde_json::Value;
 
-const UPLOT_SCRIPT: &str = include_str!("../vendor/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("../vendor/uPlot.min.css");
-const UPLOT_LICENCE: &str = include_str!("../vendor/LICENSE-uPlot");
-const STYLE: &str = include_str!("page/page.css");
 /// In the order in which they build on each other.
-const SCRIPTS: [&str; 9] = [
-    include_str!("page/format.js"),
-    include_str!("page/theme.js"),
-    include_str!("page/samples.js"),
+const SCRIPTS: [&str; 6] = [
     include_str!("page/xy_plot.js"),
     include_str!("page/linked.js"),
     include_str!("page/opening_table.js"),
@@ -20,9 +14,6 @@ const SCRIPTS: [&str; 9] = [
     include_str!("page/time_plots.js"),
     include_str!("page/main.js"),
 ];
-/// Lets the page run its own scripts and reach nothing else: no network, not even by mistake.
-const POLICY: &str =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 
 /// A self-contained page.
 #[derive(Debug, Clone, Default)]
@@ -97,26 +88,16 @@ impl Page {
 
     /// The page as one HTML document that needs nothing else.
     pub fn to_html(&self) -> String {
-        let title = escaped(&self.title);
-        let mut html = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n\
-             <title>{title}</title>\n<style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-             <header><h1>{title}</h1>"
-        );
-        paragraph(&mut html, "headline", &self.headline);
-        html.push_str(
+        let mut body = format!("<main>\n<header><h1>{}</h1>", escaped(&self.title));
+        paragraph(&mut body, "headline", &self.headline);
+        body.push_str(
             "<noscript><p>The plots need JavaScript, which is switched off.</p></noscript></header>\n",
         );
-        self.sections.iter().for_each(|section| section.write(&mut html));
-        html.push_str("</main>\n");
-        html.push_str(&format!("<script>/*! uPlot\n{UPLOT_LICENCE}*/\n{UPLOT_SCRIPT}</script>\n<script>\n"));
-        html.push_str("\"use strict\";\n");
-        SCRIPTS.iter().for_each(|script| html.push_str(script));
-        html.push_str("</script>\n</body>\n</html>\n");
-        html
+        self.sections.iter().for_each(|section| section.write(&mut body));
+        body.push_str("</main>\n");
+        // No network, not even by mistake.
+        Document { title: &self.title, style: "", body: &body, scripts: &SCRIPTS, connect: "'none'" }
+            .to_html()
     }
 }
 

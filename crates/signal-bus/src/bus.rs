@@ -1,9 +1,10 @@
 //! One process's access to the services of its generation.
 
 use crate::reader::{CycleReader, StreamReader};
-use crate::services::{LOOP_DEPTH, MAX_READERS, RECORDER_DEPTH};
+use crate::services::{LOOP_DEPTH, MAX_OBSERVERS, MAX_READERS, OBSERVER_DEPTH, RECORDER_DEPTH};
 use crate::{BusError, Place, Service, Writer};
 use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ipc};
+use iceoryx2::service::builder::publish_subscribe;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use signals::{
     BusStatus, ControlStatus, ControllerSnapshot, Expectation, Feedback, LoopTiming, Message,
@@ -11,9 +12,10 @@ use signals::{
 };
 use std::any::Any;
 
-/// Processes of a generation, with the successor of a recorder that died, and room for a second one.
-const MAX_NODES: usize = 8;
+/// Processes of a generation, with the successor of a recorder that died, room for a second one, and observers.
+const MAX_NODES: usize = 8 + MAX_OBSERVERS;
 
+type Builder<B> = publish_subscribe::Builder<Message<B>, (), ipc::Service>;
 pub(crate) type Factory<B> = PortFactory<ipc::Service, Message<B>, ()>;
 
 /// A node in a [`Place`]. Ports stay usable as long as it lives.
@@ -63,6 +65,17 @@ impl Bus {
         Ok(Self { node, generation, held: Vec::new() })
     }
 
+    /// Joins a generation from outside, to look only. It makes nothing for others: where the generation has ended it fails.
+    ///
+    /// # Errors
+    /// A place that is gone or can't be used.
+    pub fn observe(place: &Place, generation: u64) -> Result<Self, BusError> {
+        if place.root.is_dir() {
+            return Self::open(place, generation);
+        }
+        Err(BusError::Node { root: place.root.clone(), reason: "the generation has ended".to_owned() })
+    }
+
     /// A writer of `B`, for its one publisher.
     ///
     /// # Errors
@@ -94,6 +107,23 @@ impl Bus {
         self.stream(source, RECORDER_DEPTH)
     }
 
+    /// A reader for a process that is no part of the generation and only looks. It makes no service: of a generation that
+    /// has ended meanwhile nothing appears again.
+    ///
+    /// # Errors
+    /// Where the service is not there or has too many readers.
+    pub fn observer_reader<B: Service>(&self, source: Source) -> Result<StreamReader<B>, BusError> {
+        let service = self.builder::<B>(source)?.open().map_err(|error| failure::<B>(source, error))?;
+        // No history: what was published before is not an observer's, and delivering it would cost the publisher time.
+        let subscriber = service
+            .subscriber_builder()
+            .buffer_size(OBSERVER_DEPTH)
+            .history_request(0)
+            .create()
+            .map_err(|error| failure::<B>(source, error))?;
+        Ok(StreamReader::new(subscriber, Expectation { source, generation: self.generation }))
+    }
+
     /// The generation that this process belongs to.
     pub fn generation(&self) -> u64 {
         self.generation
@@ -117,9 +147,14 @@ impl Bus {
     }
 
     fn service<B: Service>(&self, source: Source) -> Result<Factory<B>, BusError> {
+        self.builder::<B>(source)?.open_or_create().map_err(|error| failure::<B>(source, error))
+    }
+
+    fn builder<B: Service>(&self, source: Source) -> Result<Builder<B>, BusError> {
         let name = B::service_name(source);
         let name: ServiceName = name.as_str().try_into().map_err(|error| failure::<B>(source, error))?;
-        self.node
+        Ok(self
+            .node
             .service_builder(&name)
             .publish_subscribe::<Message<B>>()
             .max_publishers(1)
@@ -128,9 +163,7 @@ impl Bus {
             .subscriber_max_buffer_size(RECORDER_DEPTH)
             .subscriber_max_borrowed_samples(2)
             .history_size(1)
-            .enable_safe_overflow(true)
-            .open_or_create()
-            .map_err(|error| failure::<B>(source, error))
+            .enable_safe_overflow(true))
     }
 }
 

@@ -12,8 +12,14 @@ pub const RECORDER_DEPTH: usize = 4096;
 /// either side without losing the message that fits.
 pub(crate) const LOOP_DEPTH: usize = 8;
 
-/// Readers of a service: three loop processes, supervisor, recorder, and the successor of a recorder that died.
-pub(crate) const MAX_READERS: usize = 6;
+/// Messages that an observer may fall behind: 1 s at 1 kHz. It looks every few milliseconds.
+pub(crate) const OBSERVER_DEPTH: usize = 1024;
+
+/// Observers that may look at the same time. One that was killed counts until the next one comes.
+pub(crate) const MAX_OBSERVERS: usize = 2;
+
+/// Readers of a service: three loop processes, supervisor, recorder, the successor of a recorder that died, observers.
+pub(crate) const MAX_READERS: usize = 6 + MAX_OBSERVERS;
 
 /// A message that has a service.
 pub trait Service: Body {
@@ -29,8 +35,9 @@ pub trait Service: Body {
     }
 
     /// Messages kept in shared memory: what all readers' buffers hold at the most, twice the recorder's (a dead
-    /// one's is freed when its successor starts), and a few in flight.
-    const SAMPLES: usize = 2 * RECORDER_DEPTH + MAX_READERS * (LOOP_DEPTH + 2) + 4;
+    /// one's is freed when its successor starts), the observers', and a few in flight.
+    const SAMPLES: usize =
+        2 * RECORDER_DEPTH + MAX_OBSERVERS * OBSERVER_DEPTH + MAX_READERS * (LOOP_DEPTH + 2) + 4;
 }
 
 macro_rules! services {

@@ -30,6 +30,7 @@ mod replay;
 mod report;
 mod run;
 mod say;
+mod scope;
 mod shell;
 mod simulate;
 mod strangers;
@@ -76,6 +77,8 @@ enum Command {
     Events(events::Arguments),
     /// Show a running instance on the terminal: state, angle, error, processes, events; q ends the view
     Watch(operator::Plain),
+    /// Show a running instance in a browser: signals at full rate, triggers, captures
+    Scope(scope::Arguments),
     /// Put a note into the record
     Mark(operator::Mark),
     /// Save the last seconds of every process's timing
@@ -138,6 +141,7 @@ fn main() -> ExitCode {
         Command::List(arguments) => list::run(&arguments),
         Command::Events(arguments) => events::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
+        Command::Scope(arguments) => scope::run(&arguments),
         Command::Mark(arguments) => operator::mark(&arguments),
         Command::SaveTiming(arguments) => operator::plain(&Request::SaveTiming, &arguments),
         Command::Inject(arguments) => operator::inject(&arguments),

@@ -13,6 +13,7 @@ use crate::exit::Failure;
 use crate::lock::{lock, open_lock};
 use crate::runtime_folder::{InstanceName, base_folder, instance_folder, make_private};
 use anyhow::{Context, Result, anyhow, bail};
+use recording::RecordInfo;
 use serde::{Deserialize, Serialize};
 use signal_bus::Place;
 use std::fs::File;
@@ -36,7 +37,7 @@ pub struct Instance {
 }
 
 /// Where a running instance's services are to be found, as its folder tells.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Whereabouts {
     /// Root folder and prefix.
     pub place: Place,
@@ -44,6 +45,8 @@ pub struct Whereabouts {
     pub generation: u64,
     /// The folder of its record and its journal.
     pub record: PathBuf,
+    /// What a record of it says of itself.
+    pub info: RecordInfo,
 }
 
 impl Instance {

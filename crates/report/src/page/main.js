@@ -1,15 +1,5 @@
 // Draws every plot of the page where its data stand.
 
-/** Calls back with the element's width, now and whenever it changes; not while it is folded away. */
-function onWidth(place, resized) {
-  let last = 0;
-  const observer = new ResizeObserver(() => {
-    const width = Math.floor(place.clientWidth);
-    if (width > 0 && width !== last) resized(last = width);
-  });
-  observer.observe(place);
-}
-
 const KINDS = { time: TimePlots, xy: XyPlot, linked: Linked };
 const plots = [];
 

@@ -49,3 +49,13 @@ function element(tag, className, text) {
   if (text !== undefined) made.textContent = text;
   return made;
 }
+
+/** Calls back with the element's width, now and whenever it changes; not while it is folded away. */
+function onWidth(place, resized) {
+  let last = 0;
+  const observer = new ResizeObserver(() => {
+    const width = Math.floor(place.clientWidth);
+    if (width > 0 && width !== last) resized(last = width);
+  });
+  observer.observe(place);
+}

@@ -11,7 +11,6 @@ use anyhow::{Result, bail};
 use closed_loop::Parts;
 use injection::Injection;
 use processes::{FromChild, Membership, Pace, Part, RecorderPart, Task, ToChild, segments_in};
-use recording::RecordInfo;
 use signals::Source;
 use std::time::{Duration, Instant};
 
@@ -72,7 +71,7 @@ impl Generation<'_> {
             segment: segments_in(&self.setup.mission.folder).last().map_or(1, |name| name.number + 1),
             first: self.recorders.restarts() == 0,
             keep: self.setup.mission.keep,
-            info: RecordInfo { generation: self.setup.generation, ..self.setup.mission.info.clone() },
+            info: self.setup.record_info(),
         })))
     }
 

@@ -19,6 +19,7 @@ use anyhow::{Context, Result};
 use closed_loop::{Parts, PlantStart};
 use processes::{ChildSummary, Keep, ORDER_ID_STEP, Pace, ToChild};
 use realtime::Obtained;
+use recording::RecordInfo;
 use signal_bus::{Bus, Place, Writer};
 use signals::{Feedback, OperatorCommand, PlantTruth, SetPoint, Source};
 use std::collections::{BTreeMap, VecDeque};
@@ -72,6 +73,11 @@ fn silence(mission: &Mission) -> Duration {
 }
 
 impl Setup<'_> {
+    /// What the generation's record says of itself.
+    fn record_info(&self) -> RecordInfo {
+        RecordInfo { generation: self.generation, ..self.mission.info.clone() }
+    }
+
     /// What each process is told. A generation begins where the one before left the valve.
     fn parts(&self) -> Parts {
         let mut parts = self.mission.parts.clone();
@@ -130,7 +136,8 @@ impl<'a> Generation<'a> {
         let place = setup.instance.place(generation)?;
         let bus = Bus::create(&place, generation)?;
         let record = std::path::absolute(&setup.mission.folder)?;
-        setup.instance.announce(&Whereabouts { place: place.clone(), generation, record })?;
+        let info = setup.record_info();
+        setup.instance.announce(&Whereabouts { place: place.clone(), generation, record, info })?;
         let mut this = Self {
             setup,
             channel,
