@@ -35,8 +35,8 @@ enum How {
     Ends(&'static [i32]),
     /// It stays until the block's other commands were typed "in another terminal".
     Stays,
-    /// It goes on until it is interrupted.
-    Follows,
+    /// It goes on until it is interrupted, and has said this by then.
+    Follows(&'static str),
     /// It fills the terminal until `q`.
     Terminal,
 }
@@ -47,8 +47,10 @@ fn how(command: &str) -> How {
         How::Elsewhere
     } else if is("stepvalve run ") {
         How::Stays
-    } else if is("stepvalve events --follow") || is("stepvalve scope") {
-        How::Follows
+    } else if is("stepvalve events --follow") {
+        How::Follows("ready, disarmed")
+    } else if is("stepvalve scope") {
+        How::Follows("http://127.0.0.1:")
     } else if is("stepvalve watch") {
         How::Terminal
     } else if is("stepvalve doctor") {
@@ -91,13 +93,13 @@ impl Shell<'_> {
         child
     }
 
-    fn follows(&self, line: &str) {
+    fn follows(&self, line: &str, says: &str) {
         let child = self.command(&format!("exec {line}")).spawn().unwrap();
         sleep(Duration::from_millis(500));
         kill(Pid::from_raw(child.id().cast_signed()), Signal::SIGINT).unwrap();
         let finished = Finished::from(child.wait_with_output().unwrap());
         assert_eq!(finished.code, Some(130), "{line}: {}", finished.stderr);
-        assert!(finished.stdout.contains("ready, disarmed"), "{line}: {}", finished.stdout);
+        assert!(finished.stdout.contains(says), "{line}: {}", finished.stdout);
     }
 
     fn terminal(&self, line: &str) {
@@ -144,7 +146,7 @@ fn follow_readme(place: &TestPlace, python: &Path) {
                 running.take().into_iter().for_each(end);
                 running = Some(shell.stays(line));
             }
-            How::Follows => shell.follows(line),
+            How::Follows(says) => shell.follows(line, says),
             How::Terminal => shell.terminal(line),
         }
     }
