@@ -298,6 +298,7 @@ fn what_is_missing_in_some_runs_spoils_no_other() {
     let seen: Vec<&str> =
         found["observations"].as_array().unwrap().iter().map(|text| text.as_str().unwrap()).collect();
     let told = |words: &str| assert!(seen.iter().any(|text| text.contains(words)), "{words}: {seen:?}");
+    // Without the pressure nothing explains the other runs; by those that have it the pressure does.
     told(&format!("1 of {all} runs are left out, since they have no pressure_drop: run-01"));
     told("run run-04 is used in rows 701 to 1000 alone: 700 of its 1000 samples of torque are missing");
     let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();

@@ -214,7 +214,7 @@ fn missing_channels(log: &Log) -> Vec<Finding> {
                 severity: Severity::Note,
                 evidence: format!("{channel} is missing {}", in_runs(&without, log.runs.len())),
                 place: Place::of(&[*channel], without),
-                mend: "diagnose leaves these runs out; where most of the log has none, it does without the channel".to_owned(),
+                mend: "diagnose does without the channel; if that explains nothing, it asks the runs that have it alone".to_owned(),
             });
         }
     }

@@ -10,6 +10,7 @@ mod logs;
 mod page;
 mod progress;
 mod quality;
+mod reading;
 mod remains;
 mod residuals;
 mod results;
@@ -21,7 +22,8 @@ use crate::files::name;
 use crate::inspect;
 use crate::say::say;
 use anyhow::Context;
-use diagnosis::{Diagnosis, Options, Verdict, diagnose};
+use diagnosis::{Diagnosis, Options, Verdict};
+use logs::Reading;
 use page::Material;
 use processes::complain;
 use progress::Progress;
@@ -108,19 +110,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model_file = name(&arguments.model);
     let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
     let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
-    let mut log = logs::read(&arguments.logs, &arguments.exclude)?;
+    let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
-    let unused =
-        logs::cut_to_known(&mut log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
-    unused.iter().for_each(complain);
+    let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     let progress = Progress::new();
     let options =
         Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance, fixed };
-    let found =
-        diagnose(&log, &model, &options, &Threads::new(arguments.limit), &mut |event| progress.show(event));
-    let mut found = found.with_context(|| log_file.clone()).map_err(Failure::Input)?;
-    found.diagnosis.observations.extend(unused);
+    let threads = Threads::new(arguments.limit);
+    let best = reading::diagnose_best(readings, &model, &options, &threads, &progress);
+    let best = best.map(|best| best.context("no run is left"));
+    let (mut found, Reading { log, told, .. }) =
+        best.with_context(|| log_file.clone()).map_err(Failure::Input)?.map_err(Failure::Input)?;
+    told.iter().for_each(complain);
+    found.diagnosis.observations.extend(told);
     progress.step("simulating the gain in the loop");
     found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
     progress.step("predicting every sample");
