@@ -94,6 +94,7 @@ pub fn diagnose(
     if setting.is_over() {
         return conclude(&judged, &able, &unable);
     }
+    let nuisances = judged.setting.nuisances;
     let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
     let nuisances = Nuisances { zero_nm, ..nuisances };
     let judged = if zero_nm == 0.0 {

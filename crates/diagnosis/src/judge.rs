@@ -4,7 +4,7 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Free, Hypothesis};
-use crate::fit::equations::{Point, Setting};
+use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::spread;
 use crate::found::Event;
@@ -18,10 +18,14 @@ use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, select};
 use crate::name::selection::Selection;
 use crate::name::tried::{EQUAL, Tried};
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
+use crate::outcome::Dependence;
 use crate::show::colour::colour;
-use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
+use crate::show::observe::shows_zeros;
+use crate::show::residual::{Jumps, PieceResidual, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
+use log_data::AngleZero;
 use valve_model::EffectId;
 
 /// Steps of a fit of the corrections within their tolerance.
@@ -54,6 +58,11 @@ pub(crate) fn judge<'a>(
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
     let few = few(&setting, asked, (&given, corrected.as_ref()), &mut ranked)?;
+    if few.is_none()
+        && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
+    {
+        return Ok(with_zeros);
+    }
     let begun = given.point.clone();
     let selection = match few {
         Some(few) => few,
@@ -77,6 +86,45 @@ pub(crate) fn judge_few<'a>(
     };
     let selection = with_corrections(&setting, few, corrected, asked.corrections)?;
     judgement(setting, noise, selection, &given.point, asked.seed).map(Some)
+}
+
+/// The same with a zero of its own for each run, if no more than noise is left then: of a log whose runs differ in what the model leaves
+/// on average. Asked where one zero needs many causes: an encoder that was switched off between the runs, or a transducer that was
+/// loaded anew, is less to assume.
+fn with_zeros_by_run<'a>(
+    setting: Setting<'a>,
+    noise: NoiseLevel,
+    asked: Asked<'_>,
+    seen: &[PieceResidual],
+) -> Result<Option<Judgement<'a>>, DiagnosisError> {
+    let by_run = |of: &Dependence| of.on == "run" && !of.as_friction;
+    let clear = |of: &Dependence| by_run(of) && of.share > SHARE_LEFT && of.p_value < CHANCE;
+    let nuisances = zeros_by_run(&setting, asked.corrections);
+    if nuisances == setting.nuisances
+        || setting.is_over()
+        || !structure(&setting, seen).dependences.iter().any(clear)
+    {
+        return Ok(None);
+    }
+    let mut first = asked.first.clone();
+    if nuisances.angle_zero {
+        first.hypothesis.zero_rad = None;
+    }
+    judge_few(Setting { nuisances, ..setting }, noise, Asked { first: &first, ..asked })
+}
+
+/// The nuisances with a zero for each run, where the log says nothing of them; as they are where runs can't show a zero. A torque's zeros
+/// scatter as the model's zero may be off.
+fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
+    let campaign = setting.campaign;
+    let mut nuisances = setting.nuisances;
+    if campaign.angle_zero == Some(AngleZero::Common) {
+        nuisances.angle_zero = true;
+    } else if campaign.kind.motion_is_measured && nuisances.zero_nm == 0.0 && shows_zeros(campaign) {
+        let zero = corrections.iter().find(|of| of.id == EffectId::TorqueOffset);
+        nuisances.zero_nm = zero.map_or(0.0, |zero| zero.deviation);
+    }
+    nuisances
 }
 
 /// What the conclusion needs beside the selection: the residual of the given model, from its fitted start.

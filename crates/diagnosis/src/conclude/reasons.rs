@@ -18,6 +18,8 @@ pub(crate) struct Against {
     pub geared: Vec<(EffectId, f64)>,
     /// Causes that increase the error on held-out runs.
     pub harmful: Vec<EffectId>,
+    /// Causes whose numbers are all within their own errors.
+    pub unclear: Vec<EffectId>,
     /// One cause that is doubtful removes the largest part all the same: where it can't be told from others, they are a group.
     pub mostly: bool,
 }
@@ -93,6 +95,12 @@ fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> O
     }
     if against.harmful.contains(&id) {
         return Some("fits, but makes the error larger on runs that nothing was chosen on".to_owned());
+    }
+    if against.unclear.contains(&id) {
+        return Some(
+            "fits, but each of its numbers is within its own error, so that it may as well be none"
+                .to_owned(),
+        );
     }
     (against.doubtful && selected).then(|| "fits part of it, but leaves too much to be the cause".to_owned())
 }

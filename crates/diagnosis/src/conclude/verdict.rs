@@ -50,6 +50,7 @@ pub(crate) fn conclude(
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all),
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
+        unclear: Vec::new(),
         mostly: false,
     };
     let nearest = if against.doubtful { nearest(judged, &structure_of_all)? } else { None };
@@ -59,9 +60,10 @@ pub(crate) fn conclude(
     let drifting: Vec<usize> = drifting(&ripples).filter(|index| kept.contains(index)).collect();
     let leading: Vec<usize> = leading(selection).filter(|index| kept.contains(index)).collect();
     kept.retain(|index| !drifting.contains(index) && !leading.contains(index));
-    let Accepted { point, after, mut causes, corrected, covariance, harmful } =
-        accept(judged, kept, (point_of_all, left_of_all))?;
-    against.harmful = harmful;
+    let accepted = accept(judged, kept, (point_of_all, left_of_all))?;
+    let Accepted { point, after, mut causes, corrected, covariance, harmful, unclear } =
+        without_what_only_harms(judged, accepted)?;
+    (against.harmful, against.unclear) = (harmful, unclear);
     let structure_kept = structure(&judged.setting, &after);
     tell_phases(judged, &ripples, &mut causes);
     let mut offered = offer(judged, &ripples, &drifting, with_all)?;
@@ -133,6 +135,19 @@ pub(crate) fn conclude(
     Ok(Found { proposed, rivals, ..found(judged, diagnosis, (extended, as_measured), &after) })
 }
 
+/// Nothing accepted, where what is makes the error on held-out runs larger than it was: the causes fitted beside a group that isn't
+/// accepted.
+fn without_what_only_harms(judged: &Judgement<'_>, accepted: Accepted) -> Result<Accepted, DiagnosisError> {
+    let gain = judged.gain_of(&accepted.after);
+    if accepted.causes.is_empty() || gain.rms_after < gain.rms_before {
+        return Ok(accepted);
+    }
+    let ids = accepted.causes.iter().map(|cause| cause.id);
+    let harmful: Vec<EffectId> = accepted.harmful.iter().copied().chain(ids).collect();
+    let none = accept(judged, Vec::new(), judged.everywhere(&judged.selection.fitted)?)?;
+    Ok(Accepted { harmful, ..none })
+}
+
 /// Puts into each group the effect that fitted best, and returns these effects. Only if no cause is accepted, nothing
 /// is objected to the selection, and with all of these the held-out RMS falls to `rms_after`.
 fn propose(
@@ -142,7 +157,8 @@ fn propose(
     rms_after: f64,
     ambiguous: &mut [Ambiguity],
 ) -> Result<Vec<Effect>, DiagnosisError> {
-    let undisputed = !against.doubtful && against.geared.is_empty() && against.harmful.is_empty();
+    let undisputed = !against.doubtful && against.geared.is_empty();
+    let undisputed = undisputed && against.harmful.is_empty() && against.unclear.is_empty();
     let alone = causes.is_empty() && !ambiguous.is_empty();
     if !alone || !undisputed || rms_after >= judged.gain_of(&judged.before).rms_before {
         return Ok(Vec::new());

@@ -2,7 +2,7 @@
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
-use crate::extend::candidate::Candidate;
+use crate::extend::candidate::{Candidate, Map, Parameter};
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
 use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
@@ -28,6 +28,8 @@ pub(crate) struct Accepted {
     pub covariance: Covariance,
     /// Those that were harmful.
     pub harmful: Vec<EffectId>,
+    /// Those whose numbers are all within their own errors.
+    pub unclear: Vec<EffectId>,
 }
 
 /// A cause with its share of the held-out error.
@@ -37,14 +39,14 @@ struct Weighed {
     worth: f64,
 }
 
-/// Fits the members with these indices, dropping any that is harmful beside the others; `all` is the whole selection's
-/// point and residual.
+/// Fits the members with these indices, dropping any that is harmful beside the others, and any that may as well be none; `all` is the
+/// whole selection's point and residual.
 pub(crate) fn accept(
     judged: &Judgement<'_>,
     mut members: Vec<usize>,
     all: (Point, Vec<PieceResidual>),
 ) -> Result<Accepted, DiagnosisError> {
-    let mut harmful = Vec::new();
+    let (mut harmful, mut unclear) = (Vec::new(), Vec::new());
     let mut all = Some(all);
     loop {
         let kept = keep(judged, &members)?;
@@ -55,17 +57,39 @@ pub(crate) fn accept(
         };
         let errors = errors_of(judged, &kept)?;
         let weighed = weigh(judged, &kept, &after, &errors)?;
-        let worst = (0..weighed.len()).min_by(|a, b| weighed[*a].worth.total_cmp(&weighed[*b].worth));
+        let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
+        let vague = (0..weighed.len()).filter(|index| may_be_none(judged, &kept, &errors, *index));
+        if let Some(vague) = vague.min_by(least) {
+            unclear.push(weighed[vague].cause.id);
+            members.remove(vague);
+            continue;
+        }
+        let worst = (0..weighed.len()).min_by(least);
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
             let causes = weighed.into_iter().map(|of| of.cause).collect();
             let Errors { hypothesis, spread } = &errors;
             let corrected = corrected(hypothesis, spread.as_ref());
             let covariance = spread.as_ref().map(|spread| covariance(hypothesis, spread)).unwrap_or_default();
-            return Ok(Accepted { point, after, causes, corrected, covariance, harmful });
+            return Ok(Accepted { point, after, causes, corrected, covariance, harmful, unclear });
         };
         harmful.push(weighed[worst].cause.id);
         members.remove(worst);
     }
+}
+
+/// True if every amplitude of a member is within its own error, of those that the prediction follows in proportion: torques and levels
+/// of a torque log, and harmonics. Of others a large effect may have a wide interval.
+fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: usize) -> bool {
+    let Some(member) = kept.point.hypothesis.members.get(index) else { return false };
+    let in_proportion = judged.setting.campaign.kind.motion_is_measured || member.candidate.series;
+    if !in_proportion || member.candidate.id == EffectId::EncoderEccentricity {
+        return false;
+    }
+    let found = parameters(errors, index);
+    let amplitudes =
+        member.candidate.parameters.iter().filter(|of| of.map == Map::Plain && of.neutral == 0.0);
+    let mut intervals = amplitudes.filter_map(|of| found.get(&name_of(of))).map(|of| of.ci95).peekable();
+    intervals.peek().is_some() && intervals.all(|[low, high]| low <= 0.0 && high >= 0.0)
 }
 
 /// The fit of the accepted members; a new one if some are left out.
@@ -263,7 +287,6 @@ fn parameter(
 ) -> Option<(String, ParameterFound)> {
     let of = member.candidate.parameters.get(number)?;
     let u = member.numbers.get(number).copied()?;
-    let key = of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1));
     let value = of.map.value(u);
     // Beyond its bounds a number is none that the data were asked about.
     let end = |u: f64| of.map.value(u.clamp(of.lower, of.upper));
@@ -274,7 +297,12 @@ fn parameter(
         ci95: [one.min(two), one.max(two)],
         unit: Candidate::unit(of.key, member.candidate.id).to_owned(),
     };
-    Some((key, found))
+    Some((name_of(of), found))
+}
+
+/// A parameter's name, with its place in a list.
+fn name_of(of: &Parameter) -> String {
+    of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1))
 }
 
 /// Amplitude and phase from the sine and cosine parts.

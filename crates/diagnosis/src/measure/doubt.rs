@@ -32,6 +32,9 @@ const GENERAL: [EffectId; 5] = [
     EffectId::FlowTorque,
 ];
 const LITTLE: f64 = 0.1;
+/// A single cause of another form is the largest part of what is wrong where its residual is at most this part of what it explains,
+/// whatever that goes by: real friction differs a little from run to run besides. Several causes have more numbers to stand in with.
+const OF_ONE: f64 = 0.05;
 /// A residual so many times the noise is a misfit of the model.
 const MISFITS: f64 = 2.0;
 
@@ -102,7 +105,8 @@ fn another_cause(judged: &Judgement<'_>, structure: &Structure) -> bool {
     if general && left > LITTLE * explained {
         return true;
     }
-    left > MISFIT * explained && share * structure.rms.powi(2) > ANOTHER * left
+    let most = if ids.len() == 1 { OF_ONE } else { MISFIT };
+    left > most * explained && share * structure.rms.powi(2) > ANOTHER * left
 }
 
 /// True if none of the selected causes depends on this covariate, so that a residual that does points to a further
