@@ -17,6 +17,7 @@ mod progress;
 mod robustness;
 mod safety;
 mod scenario;
+mod scope;
 mod sim;
 mod stalls;
 mod timing;
@@ -82,6 +83,8 @@ enum Bench {
     SafetyBus(safety::Arguments),
     /// A valve that turns for half an hour beside stress-ng; --docs docs/safety.md
     Soak(safety::SoakArguments),
+    /// The live view: how late a page draws, what the scope costs, whether the loop notices it; --docs docs/scope.md
+    Scope(scope::Arguments),
     /// The valve's integrator beside SUNDIALS CVODE: error and cost by law, parameters and motion
     Integrator,
     /// An hour of data through `stepvalve predict`
@@ -132,6 +135,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),
         Bench::SafetyBus(arguments) => safety::run_bus(arguments, quick),
         Bench::Soak(arguments) => safety::run_soak(arguments, quick),
+        Bench::Scope(arguments) => scope::run(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
         Bench::Margins => margins::run(quick),

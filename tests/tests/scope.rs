@@ -25,14 +25,22 @@ struct Scope {
 
 impl Scope {
     fn start(place: &TestPlace, arguments: &[&str]) -> Self {
+        Self::try_start(place, arguments).expect("a scope")
+    }
+
+    /// `None` where there is no instance to look at.
+    fn try_start(place: &TestPlace, arguments: &[&str]) -> Option<Self> {
         let mut command = place.command("stepvalve");
         command.args(["scope", "--json"]).args(arguments).stdout(Stdio::piped());
         let mut process = command.spawn().unwrap();
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let opened: Value = serde_json::from_str(&line).unwrap_or_else(|_| panic!("it says {line:?}"));
+        let Ok(opened) = serde_json::from_str::<Value>(&line) else {
+            process.wait().unwrap();
+            return None;
+        };
         let text = |key: &str| opened[key].as_str().unwrap().to_owned();
-        Self { process, page: text("page"), foxglove: text("foxglove") }
+        Some(Self { process, page: text("page"), foxglove: text("foxglove") })
     }
 
     /// Host and port, and the token.
@@ -192,6 +200,26 @@ fn a_restart_of_the_generation_is_survived_and_a_dead_instance_is_told() {
         // In between it may be told that the generation it joined has ended.
         while next_text(&mut socket, "detached")["why"] != "the instance does not run" {}
     });
+}
+
+#[test]
+fn in_lockstep_every_payload_is_the_same_beside_a_scope() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("step-sequence.toml", 60.0, &[]);
+    place.simulate(&scenario, "lockstep", "alone").expect_code(0);
+    let run = place.start_simulate(&scenario, "lockstep", "beside", &[]);
+    let scope = place.wait_for("the instance", || {
+        let scope = Scope::try_start(&place, &["--out", place.path("captures").to_str().unwrap()])?;
+        scope.page.starts_with("http").then_some(scope)
+    });
+    let mut socket = scope.socket();
+    socket.send(Message::text(r#"{"do":"show","signals":["feedback.angle_rad"]}"#)).unwrap();
+    let seen =
+        (0..200).any(|_| matches!(socket.read().unwrap(), Message::Binary(frame) if frame.len() > 1000));
+    assert!(seen, "the scope saw nothing of the run: it was no test");
+    Finished::from(run.wait_with_output().unwrap()).expect_code(0);
+    let record = |name: &str| messages(&segments(&place.path(name)));
+    assert!(record("alone") == record("beside"), "payloads differ beside a scope");
 }
 
 #[test]

@@ -9,7 +9,7 @@ pub(crate) const ANGLE: Bounds = Bounds::either_sign(1e6);
 pub(crate) const PRESSURE: Bounds = Bounds::within(0.0, 1e8);
 
 /// A range of values in SI; the lower end may be excluded.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounds {
     lowest: f64,
     highest: f64,
@@ -36,6 +36,11 @@ impl Bounds {
     pub(crate) fn contain(&self, value: f64) -> bool {
         let above = if self.lowest_excluded { value > self.lowest } else { value >= self.lowest };
         above && value <= self.highest
+    }
+
+    /// Its ends, and whether the lower one is excluded.
+    pub(crate) fn ends(&self) -> (f64, f64, bool) {
+        (self.lowest, self.highest, self.lowest_excluded)
     }
 
     /// "a time from 100 us to 10 ms".

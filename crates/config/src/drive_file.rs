@@ -1,8 +1,9 @@
 //! The drive file: which drive is on the bus, in which units it counts, how it is set.
 
+use crate::asked::Visit;
 use crate::bounds::Bounds;
 use crate::error::ConfigErrors;
-use crate::reader::{Field, Section, parse};
+use crate::reader::{Field, Section, asked as asked_of, parse};
 use crate::units::Dimension;
 use fieldbus::{DriveFile, Homing, Profile, Sdo, SdoValue};
 
@@ -29,6 +30,15 @@ const TYPES: [(&str, SdoValue); 5] = [
 /// All that is wrong in the text, with line and column.
 pub fn parse_drive(text: &str, file: &str) -> Result<DriveFile, ConfigErrors> {
     parse(text, file, FORMAT, FORMAT_VERSION, |root| Some(read(root)))
+}
+
+/// What the reader asks of drive files that together have every key.
+pub(crate) fn asked() -> Vec<Visit> {
+    let every_key = include_str!("../../../fuzz/corpus/configuration/drive.toml");
+    let others =
+        ["kind = \"none\"", "kind = \"drive\"\nmethod = 37"].map(|homing| format!("[homing]\n{homing}\n"));
+    let texts = std::iter::once(every_key).chain(others.iter().map(String::as_str));
+    texts.flat_map(|text| asked_of(text, FORMAT, FORMAT_VERSION, read)).collect()
 }
 
 fn read(root: Section<'_>) -> DriveFile {

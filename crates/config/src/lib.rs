@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod against_models;
+mod asked;
 mod bounds;
 mod drive_file;
 mod error;
@@ -13,6 +14,7 @@ mod model;
 mod reachable;
 mod reader;
 mod scenario;
+mod schema;
 mod source;
 mod suggest;
 mod units;
@@ -27,4 +29,5 @@ pub use scenario::{
     MotionLimits, OBSERVER_BANDWIDTH_HZ, Profile, Safety, Scenario, ScheduledSetPoint, SetPoint, TaskTiming,
     Timing, parse_scenario,
 };
+pub use schema::{FileKind, schema};
 pub use units::{Dimension, QuantityError, parse_quantity};

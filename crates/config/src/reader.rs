@@ -9,6 +9,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::asked::{Asked, Shape, Visit};
 use crate::bounds::Bounds;
 use crate::error::ConfigErrors;
 use crate::source::Source;
@@ -41,6 +42,23 @@ pub(crate) fn parse<T>(
     }
 }
 
+/// What reading a text asks of it, whatever is wrong with it.
+pub(crate) fn asked<T>(
+    text: &str,
+    format: &str,
+    version: u64,
+    read: impl FnOnce(Section<'_>) -> T,
+) -> Vec<Visit> {
+    let mut source = Source::new(text, "");
+    source.asked = Asked::noting();
+    if let Some(document) = parse_document(text, &source) {
+        let root = Section::root(&source, &document);
+        root.has_format(format, version);
+        read(root);
+    }
+    source.asked.into_visits()
+}
+
 /// Parses a text as TOML; reports what is wrong with it and gives `None` then. Depth of nesting is bounded by `toml`.
 pub(crate) fn parse_document<'a>(text: &'a str, source: &Source<'a>) -> Option<DeTable<'a>> {
     if !source.has_sane_size() {
@@ -65,6 +83,8 @@ pub(crate) struct Section<'a> {
     asked: RefCell<Vec<String>>,
     /// Findings in the file before this section was read.
     findings_before: usize,
+    /// Its number among the tables that were read.
+    visit: usize,
 }
 
 impl<'a> Section<'a> {
@@ -74,7 +94,9 @@ impl<'a> Section<'a> {
     }
 
     fn new(source: &'a Source<'a>, path: String, start: usize, table: &'a DeTable<'a>) -> Self {
+        let visit = source.asked.visit(&path);
         Self {
+            visit,
             source,
             path,
             start,
@@ -98,18 +120,36 @@ impl<'a> Section<'a> {
         if !self.asked.borrow().iter().any(|asked| asked == key) {
             self.asked.borrow_mut().push(key.to_owned());
         }
+        self.source.asked.note(self.visit, &self.key_path(key), |_| {});
         let value = self.table.get(key)?;
         let span = value.span();
-        Some(Field { source: self.source, path: self.key_path(key), span, value: value.get_ref() })
+        Some(Field {
+            source: self.source,
+            path: self.key_path(key),
+            span,
+            value: value.get_ref(),
+            visit: self.visit,
+        })
     }
 
     /// The value of a key that must be there.
     pub(crate) fn require(&self, key: &str, expected: &str) -> Option<Field<'a>> {
         let field = self.find(key);
+        self.source.asked.note(self.visit, &self.key_path(key), |key| key.required = true);
         if field.is_none() {
             self.source.report(self.start, &self.key_path(key), "nothing", expected);
         }
         field
+    }
+
+    /// Notes what a key's value may be, there or not.
+    pub(crate) fn expects(&self, key: &str, shape: Shape) {
+        self.source.asked.shape(self.visit, &self.key_path(key), shape);
+    }
+
+    /// Notes that which keys there are depends on this word of this key.
+    pub(crate) fn depends_on(&self, key: &str, word: &str) {
+        self.source.asked.chosen(self.visit, &self.key_path(key), word);
     }
 
     /// Reports something about a key that is not there.
@@ -124,32 +164,38 @@ impl<'a> Section<'a> {
 
     /// A quantity that must be there; NaN if it is not or is refused.
     pub(crate) fn quantity(&self, key: &str, dimension: Dimension, bounds: Bounds) -> f64 {
+        self.expects(key, Shape::Quantity(dimension, bounds));
         let field = self.require(key, &bounds.describe(dimension));
         field.map_or(f64::NAN, |field| field.quantity(dimension, bounds))
     }
 
     /// A quantity that may be left out.
     pub(crate) fn optional_quantity(&self, key: &str, dimension: Dimension, bounds: Bounds) -> Option<f64> {
+        self.expects(key, Shape::Quantity(dimension, bounds));
         self.find(key).map(|field| field.quantity(dimension, bounds))
     }
 
     /// A whole number that may be left out.
     pub(crate) fn integer_or(&self, key: &str, range: std::ops::RangeInclusive<u64>, default: u64) -> u64 {
+        self.expects(key, Shape::Integer(*range.start(), *range.end()));
         self.find(key).map_or(default, |field| field.integer(range))
     }
 
     /// A plain number that must be there; NaN if it is not or is refused.
     pub(crate) fn number(&self, key: &str) -> f64 {
+        self.expects(key, Shape::Number);
         self.require(key, "a number").map_or(f64::NAN, |field| field.number("a finite number"))
     }
 
     /// A plain number that may be left out.
     pub(crate) fn optional_number(&self, key: &str) -> Option<f64> {
+        self.expects(key, Shape::Number);
         self.find(key).map(|field| field.number("a finite number"))
     }
 
     /// A count that must be there; 0 if it is not or is refused.
     pub(crate) fn count(&self, key: &str) -> u32 {
+        self.expects(key, Shape::Integer(0, u64::from(u32::MAX)));
         let count =
             self.require(key, "a whole number").map_or(0, |field| field.integer(0..=u64::from(u32::MAX)));
         u32::try_from(count).unwrap_or(0)
@@ -157,23 +203,27 @@ impl<'a> Section<'a> {
 
     /// A text that must be there; empty if it is not or is refused.
     pub(crate) fn text(&self, key: &str, expected: &str) -> String {
+        self.expects(key, Shape::Text);
         self.require(key, expected).map_or_else(String::new, |field| field.text(expected))
     }
 
     /// A sub-section that must be there.
     pub(crate) fn section(&self, key: &str) -> Option<Section<'a>> {
         let expected = format!("a section [{}]", self.key_path(key));
+        self.expects(key, Shape::Table);
         self.require(key, &expected)?.section(&expected)
     }
 
     /// A sub-section that may be left out.
     pub(crate) fn optional_section(&self, key: &str) -> Option<Section<'a>> {
         let expected = format!("a section [{}]", self.key_path(key));
+        self.expects(key, Shape::Table);
         self.find(key)?.section(&expected)
     }
 
     /// The elements of a list that may be left out: `[[key]]` or an array.
     pub(crate) fn list(&self, key: &str) -> Vec<Field<'a>> {
+        self.expects(key, Shape::List);
         self.find(key).map_or_else(Vec::new, |field| field.elements())
     }
 
@@ -184,6 +234,8 @@ impl<'a> Section<'a> {
 
     /// Reads `format` and `format_version`; false if it is another file altogether, so that reading on makes no sense.
     pub(crate) fn has_format(&self, format: &str, version: u64) -> bool {
+        self.expects("format", Shape::Choice(vec![format.to_owned()]));
+        self.expects("format_version", Shape::Integer(version, version));
         let expected = format!("\"{format}\"");
         let known = self.require("format", &expected).is_some_and(|field| {
             let known = field.value.as_str() == Some(format);
@@ -241,9 +293,15 @@ pub(crate) struct Field<'a> {
     path: String,
     span: Range<usize>,
     value: &'a DeValue<'a>,
+    /// The table that it stands in, by its number among those that were read.
+    visit: usize,
 }
 
 impl<'a> Field<'a> {
+    fn expects(&self, shape: Shape) {
+        self.source.asked.shape(self.visit, &self.path, shape);
+    }
+
     /// What stands in the file, without quotes, fit for a message.
     pub(crate) fn found(&self) -> String {
         match self.value {
@@ -275,6 +333,7 @@ impl<'a> Field<'a> {
 
     /// A number or a text with a unit; NaN if refused.
     pub(crate) fn quantity(&self, dimension: Dimension, bounds: Bounds) -> f64 {
+        self.expects(Shape::Quantity(dimension, bounds));
         let expected = || bounds.describe(dimension);
         if let DeValue::String(text) = self.value {
             return match parse_quantity(text, dimension) {
@@ -296,12 +355,14 @@ impl<'a> Field<'a> {
 
     /// A plain finite number; NaN if refused.
     pub(crate) fn number(&self, expected: &str) -> f64 {
+        self.expects(Shape::Number);
         self.plain_number().unwrap_or_else(|| self.refused(expected))
     }
 
     /// Plain finite numbers of an array; empty if refused.
     pub(crate) fn numbers(&self, expected: &str) -> Vec<f64> {
         let DeValue::Array(_) = self.value else {
+            self.expects(Shape::List);
             self.refuse(expected);
             return Vec::new();
         };
@@ -334,6 +395,7 @@ impl<'a> Field<'a> {
 
     /// A whole number within a range; the range's lower end if refused.
     pub(crate) fn integer(&self, range: std::ops::RangeInclusive<u64>) -> u64 {
+        self.expects(Shape::Integer(*range.start(), *range.end()));
         let number = self.whole_number().and_then(|number| u64::try_from(number).ok());
         number.filter(|number| range.contains(number)).unwrap_or_else(|| {
             self.refuse(format!("a whole number from {} to {}", range.start(), range.end()));
@@ -343,6 +405,7 @@ impl<'a> Field<'a> {
 
     /// A text that is neither empty nor holds control characters; empty if refused.
     pub(crate) fn text(&self, expected: &str) -> String {
+        self.expects(Shape::Text);
         match self.value {
             DeValue::String(text) if !text.trim().is_empty() && !text.contains(char::is_control) => {
                 text.to_string()
@@ -356,6 +419,7 @@ impl<'a> Field<'a> {
 
     /// True or false; false if refused.
     pub(crate) fn boolean(&self) -> bool {
+        self.expects(Shape::Boolean);
         self.value.as_bool().unwrap_or_else(|| {
             self.refuse("true or false");
             false
@@ -366,6 +430,8 @@ impl<'a> Field<'a> {
     pub(crate) fn choice<T: Copy>(&self, first: (&str, T), others: &[(&str, T)]) -> Option<T> {
         let found = self.value.as_str();
         let known = || std::iter::once(&first).chain(others);
+        self.expects(Shape::Choice(known().map(|option| option.0.to_owned()).collect()));
+        self.source.asked.chosen(self.visit, &self.path, found.unwrap_or(""));
         let chosen = known().find(|option| Some(option.0) == found).map(|option| option.1);
         if chosen.is_none() {
             let names: Vec<String> = known().map(|option| format!("\"{}\"", option.0)).collect();
@@ -376,6 +442,7 @@ impl<'a> Field<'a> {
 
     /// The value as a table.
     pub(crate) fn section(&self, expected: &str) -> Option<Section<'a>> {
+        self.expects(Shape::Table);
         let DeValue::Table(table) = self.value else {
             self.refuse(expected);
             return None;
@@ -385,6 +452,7 @@ impl<'a> Field<'a> {
 
     /// The elements of the value as a list, each with its index, from 0, in its path.
     pub(crate) fn elements(&self) -> Vec<Field<'a>> {
+        self.expects(Shape::List);
         let DeValue::Array(array) = self.value else {
             self.refuse(format!("a list, or tables [[{}]]", self.path));
             return Vec::new();
@@ -394,6 +462,6 @@ impl<'a> Field<'a> {
 
     fn element(&self, index: usize, element: &'a Spanned<DeValue<'a>>) -> Field<'a> {
         let path = format!("{}[{index}]", self.path);
-        Field { source: self.source, path, span: element.span(), value: element.get_ref() }
+        Field { source: self.source, path, span: element.span(), value: element.get_ref(), visit: self.visit }
     }
 }

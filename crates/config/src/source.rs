@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
+use crate::asked::Asked;
 use crate::error::{ConfigError, ConfigErrors};
 
 /// The largest file that is read. A scenario of a day with a set-point a minute has a tenth of it.
@@ -20,12 +21,14 @@ pub(crate) struct Source<'a> {
     text: &'a str,
     line_starts: Vec<usize>,
     findings: RefCell<Vec<ConfigError>>,
+    /// What the reader asked for, where that is noted.
+    pub(crate) asked: Asked,
 }
 
 impl<'a> Source<'a> {
     pub(crate) fn new(text: &'a str, file: &'a str) -> Self {
         let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-        Self { file, text, line_starts, findings: RefCell::new(Vec::new()) }
+        Self { file, text, line_starts, findings: RefCell::new(Vec::new()), asked: Asked::default() }
     }
 
     /// Line and column of a byte, both from 1; the column in characters.

@@ -100,6 +100,11 @@ impl Dimension {
         }
     }
 
+    /// The names of its units; of ratios, nothing is one.
+    pub(crate) fn unit_names(self) -> impl Iterator<Item = &'static str> {
+        self.units().iter().map(|unit| unit.0)
+    }
+
     /// The dimension with its article, as in "expected a time".
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -30,6 +30,7 @@ mod replay;
 mod report;
 mod run;
 mod say;
+mod schema;
 mod scope;
 mod shell;
 mod simulate;
@@ -87,6 +88,8 @@ enum Command {
     Inject(operator::Inject),
     /// Write a commented scenario, model or drive file to begin from
     New(new::Arguments),
+    /// Print the JSON Schema of scenarios, models or drive files, for editors
+    Schema(schema::Arguments),
     /// Print what a shell needs to complete commands and options
     Completions(shell::Completions),
     /// Write the manual's pages
@@ -146,6 +149,7 @@ fn main() -> ExitCode {
         Command::SaveTiming(arguments) => operator::plain(&Request::SaveTiming, &arguments),
         Command::Inject(arguments) => operator::inject(&arguments),
         Command::New(arguments) => new::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),
         Command::Man(arguments) => shell::man(&arguments),
         Command::Check(arguments) => check::run(&arguments),

@@ -1,12 +1,12 @@
 //! `stepvalve scope`: a running instance in a browser, on this machine alone.
 
-use crate::operator::{Which, find};
+use crate::operator::Which;
 use crate::say::say;
 use anyhow::{Context, anyhow};
 use scope::{Opened, Options, serve};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use supervisor::{Failure, Interruption, Outcome, whereabouts};
+use supervisor::{Failure, Interruption, Outcome, base_folder, instance_folder, instances, whereabouts};
 
 /// The longest past that is held: each second of a 1 kHz loop takes about 2 MB.
 const MOST_HISTORY: Duration = Duration::from_secs(600);
@@ -43,7 +43,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check(arguments)?;
     let instance = match find(&arguments.which) {
-        Ok(socket) => Some(socket.parent().unwrap_or(Path::new("/")).to_owned()),
+        Ok(folder) => Some(folder),
         // Captures can be looked at on any machine.
         Err(_) if !arguments.files.is_empty() && arguments.which.instance.is_none() => None,
         Err(error) => return Err(error),
@@ -62,6 +62,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     serve(&options, &interruption, |opened| tell(opened, &options, arguments.which.json))
         .map_err(|error| Failure::Failed(error.into()))?;
     Ok(Outcome::Interrupted)
+}
+
+/// The folder of the instance that is meant: one of `run`, or a simulation, which takes no orders and can be looked at.
+fn find(which: &Which) -> Result<PathBuf, Failure> {
+    let base = base_folder()?;
+    if let Some(name) = &which.instance {
+        let folder = instance_folder(&base, name);
+        let runs = whereabouts(&folder).is_ok();
+        return if runs { Ok(folder) } else { Err(Failure::Input(anyhow!("no instance \"{name}\" runs"))) };
+    }
+    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
+    let alive = instances(&base, &locks).into_iter().filter(|found| found.alive);
+    let running: Vec<_> = alive.filter(|found| whereabouts(&found.folder).is_ok()).collect();
+    match running.as_slice() {
+        [one] => Ok(one.folder.clone()),
+        [] => Err(Failure::Input(anyhow!("nothing runs under {}", base.display()))),
+        several => {
+            let names: Vec<_> = several.iter().map(|found| found.name.as_str()).collect();
+            Err(Failure::Input(anyhow!(
+                "several instances run: --instance takes one of {}",
+                names.join(", ")
+            )))
+        }
+    }
 }
 
 fn check(arguments: &Arguments) -> Result<(), Failure> {

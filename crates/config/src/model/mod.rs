@@ -8,6 +8,7 @@ mod read_friction;
 mod write;
 
 pub use comments::ModelComments;
+pub(crate) use read::asked;
 pub use read::parse_model;
 pub use write::write_model;
 

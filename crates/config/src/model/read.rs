@@ -1,13 +1,14 @@
 //! The model's file, section by section. Which values a section may hold, `valve_model` says.
 
-use valve_model::{LoadParams, Model, MotorParams, OilParams, OrificeParams, Window, WindowTable};
+use valve_model::{EffectId, LoadParams, Model, MotorParams, OilParams, OrificeParams, Window, WindowTable};
 
+use crate::asked::Visit;
 use crate::error::ConfigErrors;
 use crate::model::read_design::read_design;
 use crate::model::read_effects::read_effects;
 use crate::model::read_friction::read_friction;
 use crate::model::{FORMAT, FORMAT_VERSION};
-use crate::reader::{Field, Section, parse};
+use crate::reader::{Field, Section, asked as asked_of, parse};
 
 /// Reads a model from its text. `file` names it in errors.
 ///
@@ -16,6 +17,17 @@ use crate::reader::{Field, Section, parse};
 /// that no valve can have.
 pub fn parse_model(text: &str, file: &str) -> Result<Model, ConfigErrors> {
     parse(text, file, FORMAT, FORMAT_VERSION, read)
+}
+
+/// What the reader asks of models that together have every law of friction, every effect and every section.
+pub(crate) fn asked() -> Vec<Visit> {
+    let sections = "[motor]\n[load]\n[oil]\n[clearance]\n[seals]\n[orifice]\nwindow = \"round\"\n\
+                    [friction]\nlaw = \"lugre\"\n";
+    let table = "[orifice]\nwindow_table = [[0.0, 0.0], [1.0, 1.0]]\n".to_owned();
+    let laws = ["lugre", "stribeck", "dahl", "leuven"].map(|law| format!("[friction]\nlaw = \"{law}\"\n"));
+    let effects = EffectId::ALL.iter().map(|id| format!("[[effect]]\nid = \"{}\"\n", id.name()));
+    let texts = [sections.to_owned(), table].into_iter().chain(laws).chain(effects);
+    texts.flat_map(|text| asked_of(&text, FORMAT, FORMAT_VERSION, read)).collect()
 }
 
 /// The model; `None` if something without which there is none was refused.

@@ -2,6 +2,7 @@
 
 use valve_model::{Effect, EffectId, EffectSpec, EffectValue, ParameterSpec, ValueKind};
 
+use crate::asked::Shape;
 use crate::reader::{Field, Section};
 use crate::suggest::nearest;
 
@@ -13,7 +14,9 @@ pub(super) fn read_effects(root: &Section<'_>) -> Vec<Effect> {
 fn read_effect(field: &Field<'_>) -> Option<Effect> {
     let section = field.section("a table [[effect]]")?;
     let id = section.require("id", "the name of an effect")?;
+    section.expects("id", Shape::Choice(EffectId::ALL.iter().map(|id| id.name().to_owned()).collect()));
     let name = id.text("the name of an effect");
+    section.depends_on("id", &name);
     let Some(effect) = EffectId::from_name(&name) else {
         refuse_id(&id, &name);
         return None;
@@ -47,6 +50,14 @@ struct Part {
 /// The parameters that are there, in the file's order: it is kept when the model is written back.
 fn read_parts(section: &Section<'_>, spec: &EffectSpec) -> Vec<Part> {
     let read = |row: &'static ParameterSpec| {
+        section.expects(
+            row.key,
+            match row.kind {
+                ValueKind::Number => Shape::Number,
+                ValueKind::List(_) => Shape::List,
+            },
+        );
+        section.expects(&format!("{}[]", row.key), Shape::Number);
         let field = section.find(row.key)?;
         let value = match row.kind {
             ValueKind::Number => EffectValue::Number(field.number(row.range)),

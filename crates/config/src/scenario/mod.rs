@@ -13,6 +13,7 @@ mod set_point;
 pub(crate) use checks::{angle_outside, angle_within, refuse_sine_outside};
 pub use homing::{Homing, HomingMarks, HomingMethod, HomingSearch};
 pub use profile::Profile;
+pub(crate) use read::asked;
 pub use read::{LARGEST_ENCODER_DELAY_CYCLES, parse_scenario};
 pub use read_control::{LONGEST_DAMPING_PERIOD_NS, OBSERVER_BANDWIDTH_HZ};
 pub use set_point::{FlowPressure, ScheduledSetPoint, SetPoint};

@@ -1,8 +1,9 @@
 //! The scenario's file, section by section.
 
+use crate::asked::Visit;
 use crate::bounds::{ANGLE, Bounds, PRESSURE};
 use crate::error::ConfigErrors;
-use crate::reader::{Section, parse};
+use crate::reader::{Section, asked as asked_of, parse};
 use crate::scenario::read_control::read_compensation;
 use crate::scenario::read_homing::read_homing;
 use crate::scenario::read_set_points::{Frame, read_set_points};
@@ -45,6 +46,20 @@ const DEFAULT_SILENCE_CYCLES: u64 = 3;
 /// that contradict the limits. What needs the models is checked by [`crate::check_against_models`].
 pub fn parse_scenario(text: &str, file: &str) -> Result<Scenario, ConfigErrors> {
     parse(text, file, FORMAT, FORMAT_VERSION, |root| Some(read(root)))
+}
+
+/// What the reader asks of scenarios that together have every key.
+pub(crate) fn asked() -> Vec<Visit> {
+    // The fuzzer's corpus, which a test holds to have every key. What is a course in one is constant in the last, which has
+    // no limits for bounds to come from, and the other processes' timing.
+    let limited = include_str!("../../../../fuzz/corpus/configuration/limited.toml");
+    let rotating = include_str!("../../../../fuzz/corpus/configuration/rotating.toml");
+    let constant = "pressure_drop = 1\noil_temperature = [{ time = 0, value = 1 }]\n[driver]\nafter_stop = \"neutral\"\n\
+                    [timing.trajectory-generator]\nphase = 1\ncore = 1\npriority = 1\n\
+                    [timing.step-controller]\nphase = 1\ncore = 1\npriority = 1\n\
+                    [timing.run-recorder]\nphase = 1\ncore = 1\npriority = 1\n";
+    let texts = [limited, rotating, constant];
+    texts.into_iter().flat_map(|text| asked_of(text, FORMAT, FORMAT_VERSION, read)).collect()
 }
 
 fn read(root: Section<'_>) -> Scenario {

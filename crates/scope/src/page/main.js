@@ -124,6 +124,8 @@ class Scope {
     track.append(frame, kept);
     this.counts.frames += 1;
     this.counts.rows += frame.cycles.length;
+    track.received += frame.cycles.length;
+    track.begun ??= frame.cycles[0];
     this.undrawn = Math.max(this.undrawn ?? 0, frame.number);
   }
 
@@ -218,6 +220,21 @@ class Scope {
     if (!this.clock || trip < this.clock.trip) this.clock = { trip, offset: (t + now) / 2 - us / 1e3 };
     // Clocks drift: an old reading grows worse.
     else this.clock.trip += 0.02;
+  }
+
+  /** Counts from now on. */
+  measure() {
+    this.before = { ...this.counts };
+    for (const track of this.view.live.byTopic.values()) { track.received = 0; track.begun = null; }
+  }
+
+  /** What was counted since, for a bench: latencies in ms, rows, and cycles of which nothing is known. */
+  measured() {
+    const sorted = [...this.latencies].sort((a, b) => a - b), at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
+    const since = Object.fromEntries(Object.keys(this.counts).map((key) => [key, this.counts[key] - this.before[key]]));
+    const tracks = [...this.view.live.byTopic.values()].filter((track) => track.received);
+    const cycles = tracks.reduce((sum, track) => sum + track.newest() - track.begun + 1, 0);
+    return { ...since, median_ms: at(0.5), p99_ms: at(0.99), unaccounted: cycles - since.rows - since.lost - since.dropped };
   }
 
   tell() {

@@ -41,6 +41,9 @@ class Track {
     this.cycles = new Float64Array(0);
     this.columns = new Map();
     this.gaps = [];
+    // What came live since counting began.
+    this.received = 0;
+    this.begun = null;
   }
 
   /** Puts these in place of all that were there. */
