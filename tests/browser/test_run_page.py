@@ -3,6 +3,7 @@
 
     tools/.venv/bin/python tests/browser/test_run_page.py RUN.html PANEL...    fails where a panel is missing
 """
+import csv
 import pathlib
 import sys
 
@@ -35,6 +36,14 @@ with browser() as driver:
     drag(driver, plots[1], 0.2, 0.6)
     after = driver.execute_script("return reportPlots[0].plots.map((plot) => plot.scales.x.max)")
     check(all(end < before for end in after), f"zooming one plot should zoom all: {before} s, then {after}")
+    lines = list(csv.reader(driver.execute_script("return reportPlots[0].csv()").splitlines()))
+    inside = driver.execute_script("""const [axis] = reportPlots[0].axes, [from, to] = reportPlots[0].view;
+        return axis.time.filter((time) => time >= from && time <= to).length""")
+    check(len(lines) == inside + 1 > 100, f"{inside} samples are in view, the text has {len(lines)} lines")
+    check(lines[0][1].startswith(f"{panels[0]}: ") and {len(line) for line in lines} == {len(lines[0])}, lines[0])
+    events = driver.execute_script("""return [...document.querySelectorAll('section')]
+        .find((section) => section.querySelector('h2')?.textContent === 'Events')?.querySelectorAll('tr').length""")
+    check(events and events > 3, f"the table of events has {events} rows")
     said, asked = complaints(driver), requests(driver)
     check(not said, f"the console says {said}")
     check(not asked, f"the page asks for {asked}")

@@ -30,5 +30,5 @@ pub use ledger::Tally;
 pub use reader::{Report, Segment, read_info, read_record};
 pub use schema::{Schema, of_topic as schema_of};
 pub use segment::Damage;
-pub use topic::Topic;
+pub use topic::{Topic, bytes_per_cycle};
 pub use writer::Writer;

@@ -1,7 +1,7 @@
 //! The channels of a record: one for each message, and one LoopTiming for each loop process.
 
 use signals::{
-    Body, BusStatus, ControlStatus, ControllerSnapshot, Feedback, Field, LoopTiming, OperatorCommand,
+    Body, BusStatus, ControlStatus, ControllerSnapshot, Feedback, Field, Header, LoopTiming, OperatorCommand,
     PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 
@@ -130,6 +130,22 @@ impl Topic {
             Self::TrajectoryTiming | Self::ControllerTiming | Self::PlantTiming => LoopTiming::SCHEMA_HASH,
         }
     }
+}
+
+/// Bytes of a record that a message takes beside its words: CDR's header, MCAP's record and its index entry.
+const AROUND_A_MESSAGE: usize = 4 + 31 + 16;
+
+/// Bytes of a record that a cycle in real time takes, with a drive on a bus or without.
+pub fn bytes_per_cycle(drive: bool) -> u64 {
+    let every_cycle = |topic: &&Topic| match topic {
+        Topic::SetPoint | Topic::OperatorCommand | Topic::RecorderProgress => false,
+        Topic::BusStatus => drive,
+        // Some cycles of each second.
+        Topic::ControllerSnapshot => false,
+        _ => true,
+    };
+    let bytes = |topic: &Topic| 8 * (Header::FIELDS.len() + topic.body_fields().len()) + AROUND_A_MESSAGE;
+    Topic::ALL.iter().filter(every_cycle).map(bytes).sum::<usize>() as u64
 }
 
 impl core::fmt::Display for Topic {

@@ -140,6 +140,7 @@ fn run(samples: usize) -> Result<RunData, ReportError> {
             .into(),
         summary: summary(end),
         strips: strips(&time, fault_s),
+        events: events(&markers(end, fault_s)),
         markers: markers(end, fault_s),
         panels,
         histograms: timing(samples),
@@ -149,6 +150,11 @@ fn run(samples: usize) -> Result<RunData, ReportError> {
             "name = \"step sequence\"\nperiod = \"1ms\" # </script><b>\n".into(),
         )],
     })
+}
+
+fn events(markers: &[Marker]) -> Table {
+    let row = |marker: &Marker| vec![format!("{:.3} s", marker.time_s), marker.label.clone()];
+    Table { header: ["time", ""].map(str::to_owned).to_vec(), rows: markers.iter().map(row).collect() }
 }
 
 fn owned((name, value): (&str, &str)) -> (String, String) {

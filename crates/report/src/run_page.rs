@@ -2,6 +2,9 @@
 
 use crate::{Block, Histogram, Marker, Page, Panel, Section, Strip, Table, TimePlots};
 
+/// Events that stand open; a longer list is folded away.
+const MOST_OPEN: usize = 20;
+
 /// What the page of a run shows. Whatever is empty is left out.
 #[derive(Debug, Clone, Default)]
 pub struct RunData {
@@ -15,6 +18,8 @@ pub struct RunData {
     pub strips: Vec<Strip>,
     /// Faults, set-points and operators' marks.
     pub markers: Vec<Marker>,
+    /// The same moments and all that are too many to be marked, one a row.
+    pub events: Table,
     /// The signals: angle, following error, torque, pulse rate, pressure and flow, latency.
     pub panels: Vec<Panel>,
     /// Timing of the processes.
@@ -33,6 +38,11 @@ pub fn run_page(run: RunData) -> Page {
     }
     let plots = TimePlots { strips: run.strips, markers: run.markers, panels: run.panels };
     page.sections.push(Section::new("Signals").with(Block::TimePlots(plots)));
+    if !run.events.rows.is_empty() {
+        let many = run.events.rows.len() > MOST_OPEN;
+        let section = if many { Section::folded("Events") } else { Section::new("Events") };
+        page.sections.push(section.with(Block::Table(run.events)));
+    }
     if !run.histograms.is_empty() {
         let mut timing = Section::new("Timing");
         timing.blocks.extend(run.histograms.into_iter().map(Block::Histogram));

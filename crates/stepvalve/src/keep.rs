@@ -27,9 +27,24 @@ pub fn parse_size(text: &str) -> Option<u64> {
     number.trim().parse::<u64>().ok()?.checked_mul(factor)
 }
 
+/// How long a ring's record is, in words: `14 min`, `2.3 h`.
+pub fn holds(bytes: u64, period_ns: u64, drive: bool) -> String {
+    let cycles = bytes as f64 / recording::bytes_per_cycle(drive) as f64;
+    match cycles * period_ns as f64 / 60e9 {
+        minutes if minutes < 100.0 => format!("{minutes:.0} min"),
+        minutes => format!("{:.1} h", minutes / 60.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ring_s_length_is_told() {
+        assert!(holds(2_000_000_000, 1_000_000, false).ends_with(" min"));
+        assert!(holds(2_000_000_000, 10_000_000, true).ends_with(" h"));
+    }
 
     #[test]
     fn sizes() {

@@ -1,7 +1,7 @@
 //! `stepvalve run`: the valve without an end, in real time, spoken to over its control socket.
 
 use crate::errand::{Errand, hand_over};
-use crate::keep::parse_keep;
+use crate::keep::{holds, parse_keep};
 use crate::loaded;
 use crate::output::Output;
 use crate::record_info::{Mode, record_info};
@@ -53,6 +53,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         complain(format_args!("note: {warning}"));
     }
     let output = Output::of_instance(&arguments.out)?;
+    if let Keep::Ring { bytes } = arguments.record {
+        let length = holds(bytes, loaded.scenario.period_ns, loaded.bridge.is_some());
+        complain(format_args!(
+            "note: the ring of {} MB holds the last {length}, and faults",
+            bytes / 1_000_000
+        ));
+    }
     let mission = Mission {
         name: arguments.instance.clone(),
         pace: Pace::Realtime,

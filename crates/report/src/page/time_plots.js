@@ -49,10 +49,36 @@ class TimePlots {
     this.whole = element("button", "", "Whole run");
     this.whole.type = "button";
     this.whole.addEventListener("click", () => this.show(this.full));
+    const csv = element("button", "", "CSV");
+    csv.type = "button";
+    csv.title = "Saves the samples in view as text: a column a signal, of the first time axis";
+    csv.addEventListener("click", () => this.save());
     const help = element("span", "help", "?");
     help.title = HELP;
-    bar.append(this.at, this.seen, this.whole, help);
+    bar.append(this.at, this.seen, this.whole, csv, help);
     return bar;
+  }
+
+  /** The samples in view as text with commas, SI or as the panels show them: the units stand in the first line. */
+  csv() {
+    const [axis] = this.axes, [from, to] = this.view;
+    const first = lowerBound(axis.time, from), end = firstAbove(axis.time, to);
+    const columns = this.panels.filter((panel) => panel.axis === axis).flatMap((panel) => panel.series
+      .map((series) => ({ name: `${panel.title}: ${series.name} (${panel.units[series.scale]})`, values: series.values })));
+    const quoted = (text) => `"${text.replaceAll("\"", "\"\"")}"`;
+    const lines = [["time (s)", ...columns.map(({ name }) => name)].map(quoted).join(",")];
+    for (let i = first; i < end; i++) {
+      lines.push([axis.time[i], ...columns.map(({ values }) => (values[i] === null || Number.isNaN(values[i]) ? "" : values[i]))].join(","));
+    }
+    return `${lines.join("\n")}\n`;
+  }
+
+  save() {
+    const link = element("a", "");
+    link.href = URL.createObjectURL(new Blob([this.csv()], { type: "text/csv" }));
+    link.download = `${document.title.replaceAll(/[^\w-]+/g, "-")}.csv`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
   resize(width) {

@@ -80,6 +80,35 @@ impl Events {
         markers.extend(of(&self.faults, Level::Fault));
         markers
     }
+
+    /// All events as a table, in the order of their times.
+    pub fn table(&self, table: &Table) -> ::report::Table {
+        let of = |what: &'static str, events: &[Event]| {
+            events.iter().map(|event| (event.row, what, event.label.clone())).collect::<Vec<_>>()
+        };
+        let points = self.set_points.iter().map(|point| (point.row, "set-point", point.label.clone()));
+        let mut all: Vec<_> = points.collect();
+        all.extend(of(if self.restarts { "restart" } else { "run" }, &self.runs));
+        all.extend(of("refusal", &self.refusals));
+        all.extend(of("lost steps", &self.lost_steps));
+        all.extend(of("drive", &self.drive_faults));
+        all.extend(of("fault", &self.faults));
+        all.sort_by_key(|(row, _, _)| *row);
+        let left_out = all.len().saturating_sub(MOST);
+        let row = |(row, what, label): (usize, &str, String)| {
+            vec![text::moment(table.at(row)), what.to_owned(), label]
+        };
+        let mut rows: Vec<_> = all.into_iter().take(MOST).map(row).collect();
+        if left_out > 0 {
+            rows.push(vec![
+                String::new(),
+                String::new(),
+                format!("and {} more", text::grouped(left_out as u64)),
+            ]);
+        }
+        let header = ["time", "what", ""].map(str::to_owned).to_vec();
+        ::report::Table { header, rows }
+    }
 }
 
 fn codes(

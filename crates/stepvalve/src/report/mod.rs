@@ -95,6 +95,7 @@ fn data(path: &Path) -> Result<RunData, anyhow::Error> {
         summary: figures.facts(&table, &events)?,
         strips: strips::read(&table, &events, &timing)?,
         markers: events.markers(&table),
+        events: events.table(&table),
         panels,
         histograms: timing::histograms(&timing)?,
         machine: machine(file, &timing)?,
