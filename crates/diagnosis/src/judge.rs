@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
-use crate::extend::hypothesis::{Correction, Free, Hypothesis};
+use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::spread;
@@ -16,8 +16,8 @@ use crate::name::refine::{fewer_orders, refine};
 use crate::name::round::next_cause;
 use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, select};
-use crate::name::selection::Selection;
-use crate::name::tried::{EQUAL, Tried};
+use crate::name::selection::{Round, Selection};
+use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::colour::colour;
@@ -53,7 +53,8 @@ pub(crate) fn judge<'a>(
 ) -> Result<Judgement<'a>, DiagnosisError> {
     let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
     let seen = left_with(&setting, &given.point, Jumps::Seen)?;
-    tell(Event::Noise { rms: rms_left(&setting, &seen, &Piece::is_fitted), noise: noise.total });
+    let rms = rms_left(&setting, &seen, &Piece::is_fitted);
+    tell(Event::Noise { rms, noise: noise.total.min(rms) });
     tell(Event::Step("screening causes"));
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
@@ -153,7 +154,55 @@ fn few(
     if leaves_noise(setting, corrected)? {
         return Ok(Some(nothing_yet(setting, given.clone())));
     }
+    if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected))? {
+        return Ok(Some(beyond));
+    }
     few_beside_corrections(setting, asked.able, (given, corrected), ranked)
+}
+
+/// A number of the model that is wrong beyond its tolerance, where that leaves no more than noise beside corrections of the others: each
+/// that the corrections alone take to its bound is tried. A search beside the corrections can't see it, since its own is in the way.
+fn beyond_tolerance(
+    setting: &Setting<'_>,
+    able: &[Candidate],
+    (given, corrected): (&Fitted, &Fitted),
+) -> Result<Option<Selection>, DiagnosisError> {
+    let mut found: Vec<(EffectId, Tried)> = Vec::new();
+    for of in corrected.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()) {
+        let Some(candidate) = able.iter().find(|candidate| candidate.id == of.id) else { continue };
+        if setting.is_over() {
+            return Ok(None);
+        }
+        let others = corrected.point.hypothesis.with_corrections_of(|id| id != of.id);
+        let level = Member::new(candidate, vec![of.value], candidate.free.clone());
+        let begin = Point { hypothesis: others.with(level), starts: corrected.point.starts.clone() };
+        let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { continue };
+        if leaves_noise(setting, &tried.fitted)? {
+            found.push((of.id, tried));
+        }
+    }
+    found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
+    let alike: Vec<(EffectId, Option<Member>)> = found
+        .iter()
+        .skip(1)
+        .filter(|(_, tried)| tried.rms <= found.first().map_or(0.0, |best| best.1.rms) + NEARLY)
+        .map(|(id, tried)| (*id, tried.fitted.point.hypothesis.members.last().cloned()))
+        .collect();
+    let Some((best, tried)) = found.into_iter().next() else { return Ok(None) };
+    let mut state = nothing_yet(setting, given.clone());
+    let round = Round {
+        rms_before: state.rms,
+        rivals: vec![(best, tried.rms)],
+        equals: alike.iter().map(|(id, _)| *id).collect(),
+        accepted: Some(best),
+    };
+    state.take(tried);
+    if !alike.is_empty() {
+        state.ambiguous.push((best, round.equals.clone()));
+        state.alternatives.extend(alike.into_iter().filter_map(|(_, member)| Some((best, member?))));
+    }
+    state.rounds.push(round);
+    Ok(Some(state))
 }
 
 /// The given model refitted with corrections; `None` if its residual is white without, or none are allowed.

@@ -107,7 +107,7 @@ pub(crate) fn conclude(
         format: "stepvalve-diagnosis".to_owned(),
         format_version: 1,
         verdict,
-        residual: vec![judged.residual()],
+        residual: vec![judged.residual(&after)],
         causes,
         ambiguous,
         rejected,

@@ -163,12 +163,15 @@ impl Judgement<'_> {
         Some(Cause { id: EffectId::MissedSteps, parameters, evidence, rms_gain })
     }
 
-    pub fn residual(&self) -> Residual {
+    /// The error of the given model beside the noise: no more of that than what the accepted causes leave, of which it is a part. What the
+    /// encoder makes of a torque may be told as more where its readings are filtered.
+    pub fn residual(&self, after: &[PieceResidual]) -> Residual {
         let channel = self.setting.campaign.kind.channel;
+        let left = rms_left(&self.setting, after, &|_: &Piece| true);
         Residual {
             quantity: channel.name().to_owned(),
             unit: channel.unit().to_owned(),
-            noise: self.noise.total,
+            noise: self.noise.total.min(left),
             rms: self.rms,
         }
     }
