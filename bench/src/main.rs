@@ -94,7 +94,7 @@ enum Bench {
     /// How far the loop of encoder, observer and motor is from instability; --docs docs/robustness.md
     Margins,
     /// Whether compensation is ever worse than none, over valves unlike the belief; --docs docs/robustness.md
-    Robustness,
+    Robustness(robustness::Arguments),
     /// Sim, bus, jitter, max and peers, one after the other
     All,
 }
@@ -139,7 +139,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
         Bench::Margins => margins::run(quick),
-        Bench::Robustness => robustness::run(quick),
+        Bench::Robustness(arguments) => robustness::run(arguments, quick),
         Bench::Compensation(arguments) => return compensation::run(arguments),
         Bench::All => return Ok(()),
     }?;

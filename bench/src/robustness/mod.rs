@@ -1,6 +1,7 @@
 //! `bench robustness`: whether compensation is ever worse than none, over valves that differ from the belief in one thing,
 //! cycles and encoders.
 
+mod valves;
 mod variations;
 
 use crate::output::{Results, Sheet};
@@ -9,8 +10,9 @@ use anyhow::{Context, Result, anyhow};
 use closed_loop::{Level, Outcome};
 use config::{Scenario, parse_model, parse_scenario};
 use serde_json::{Value, json};
+use std::f64::consts::TAU;
 use std::path::Path;
-use valve_model::Model;
+use valve_model::{Model, MotorParams};
 use variations::{Variation, variations};
 
 /// How much worse than none the compensated valve may be: what another sampling of the same friction events makes of it.
@@ -19,6 +21,17 @@ const WORST_PEAK: f64 = 1.10;
 
 /// Reversals of the pulses in one rest from which on a valve hunts: to and fro twice.
 const HUNTS: u64 = 3;
+
+/// Which valves.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct Arguments {
+    /// Valves drawn at random instead of the bench rig
+    #[arg(long, value_name = "N")]
+    valves: Option<u64>,
+    /// What they are drawn from; with N more than one, each further one is the next seed's
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+}
 
 /// Cycles, ms.
 const PERIODS_MS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 10.0];
@@ -59,89 +72,184 @@ impl Pair {
     }
 }
 
-/// Measures the whole grid.
+/// A valve that differs from its belief in one thing, in one scenario and cycle.
+struct Cell {
+    variation: String,
+    place: String,
+    pair: Pair,
+}
+
+/// Measures the whole grid, on the bench rig or on valves drawn at random.
 ///
 /// # Errors
 /// Scenarios or models that can't be read or wired.
-pub fn run(quick: bool) -> Result<Results> {
+pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
     let periods: &[f64] = if quick { &QUICK_PERIODS_MS } else { &PERIODS_MS };
-    let folder = Path::new("rt-config");
-    let belief = parse_model(&read(&folder.join("models/rig.toml"))?, "rig.toml")
+    let rig = parse_model(&read(Path::new("rt-config/models/rig.toml"))?, "rig.toml")
         .map_err(|errors| anyhow!("{errors}"))?;
-    let variations = variations(&belief)?;
-    let progress = Progress::new(variations.len());
-    let header = [
-        "what differs",
-        "runs",
-        "RMS, worst",
-        "peak, worst",
-        "told so",
-        "pulses at rest",
-        "hunts at rest",
-        "worse than none",
-        "of them unsaid",
-        "where worst",
-    ];
-    let mut sheet =
-        Sheet::new("robustness", "Compensation beside none, by what differs from the belief", &header);
-    let mut data = Vec::new();
-    let mut all = Vec::new();
-    for variation in &variations {
-        progress.next(variation.name.clone());
-        let pairs = pairs(variation, &belief, periods)?;
-        sheet.row(row(&variation.name, &pairs));
-        data.extend(pairs.iter().map(|(place, pair)| record(&variation.name, place, pair)));
-        all.extend(pairs);
-    }
-    sheet.row(row("all", &all));
+    let (sheets, cells) = match arguments.valves {
+        None => {
+            let cells = grid(&rig, periods, |shipped| shipped)?;
+            (vec![by_variation("robustness", &cells)], cells)
+        }
+        Some(count) => drawn(&rig, arguments.seed, count, periods)?,
+    };
+    let records: Vec<_> = cells.iter().map(record).collect();
     Ok(Results {
-        command: "robustness",
+        command: if arguments.valves.is_some() { "robustness-valves" } else { "robustness" },
         quick,
         machine: realtime::machine_facts(),
         scheduling: "no clock".to_owned(),
-        sheets: vec![sheet],
-        data: json!({"runs": data}),
+        sheets,
+        data: json!({"seed": arguments.seed, "runs": records}),
     })
 }
 
-/// Every scenario and cycle with one variation, each with its place in words.
-fn pairs(variation: &Variation, belief: &Model, periods: &[f64]) -> Result<Vec<(String, Pair)>> {
-    let mut pairs = Vec::new();
-    for name in SCENARIOS {
-        let path = format!("rt-config/scenarios/{name}.toml");
-        let shipped =
-            parse_scenario(&read(Path::new(&path))?, &path).map_err(|errors| anyhow!("{errors}"))?;
-        for period_ms in periods {
-            let scenario = Scenario { period_ns: (period_ms * 1e6) as u64, ..variation.scenario(&shipped) };
-            let level = Level { encoder: variation.counts.is_some(), ..Level::FULL };
-            let outcome = |level| variation.measure(&scenario, belief, level);
-            let pair = Pair { none: outcome(Level::NONE)?, with: outcome(level)? };
-            pairs.push((format!("{name}, {period_ms} ms"), pair));
+/// The grid on valves drawn at random: a table by what differs, and one by valve.
+fn drawn(rig: &Model, seed: u64, count: u64, periods: &[f64]) -> Result<(Vec<Sheet>, Vec<Cell>)> {
+    let mut by_valve = Sheet::new("robustness-by-valve", "The valves drawn", &BY_VALVE);
+    let mut all = Vec::new();
+    for index in 0..count {
+        let valve = valves::valve(rig, seed, index);
+        let mut cells = grid(&valve, periods, |shipped| valves::fitted(&shipped, &valve))
+            .with_context(|| valve.name.clone())?;
+        by_valve.row(valve_row(seed.wrapping_add(index), &valve, &cells));
+        for cell in &mut cells {
+            cell.place = format!("{}, {}", seed.wrapping_add(index), cell.place);
         }
+        all.extend(cells);
     }
-    Ok(pairs)
+    Ok((vec![by_variation("robustness-valves", &all), by_valve], all))
 }
 
-fn row(name: &str, pairs: &[(String, Pair)]) -> Vec<String> {
-    let worse: Vec<_> = pairs.iter().filter(|(_, pair)| pair.worse()).collect();
-    let most = |of: fn(&Pair) -> f64| pairs.iter().map(|(_, pair)| of(pair)).fold(0.0, f64::max);
-    let count = |of: fn(&Pair) -> bool| pairs.iter().filter(|(_, pair)| of(pair)).count();
-    let place = worse.iter().max_by(|a, b| a.1.peak().total_cmp(&b.1.peak()));
+fn grid(belief: &Model, periods: &[f64], fit: impl Fn(Scenario) -> Scenario) -> Result<Vec<Cell>> {
+    let variations = variations(belief)?;
+    let progress = Progress::new(variations.len());
+    let mut cells = Vec::new();
+    for variation in &variations {
+        progress.next(variation.name.clone());
+        for name in SCENARIOS {
+            let path = format!("rt-config/scenarios/{name}.toml");
+            let shipped =
+                parse_scenario(&read(Path::new(&path))?, &path).map_err(|errors| anyhow!("{errors}"))?;
+            cells.extend(runs(variation, belief, &fit(shipped), periods)?.into_iter().map(
+                |(period_ms, pair)| Cell {
+                    variation: variation.name.clone(),
+                    place: format!("{name}, {period_ms} ms"),
+                    pair,
+                },
+            ));
+        }
+    }
+    Ok(cells)
+}
+
+/// A scenario with one variation in each cycle, ms.
+fn runs(
+    variation: &Variation,
+    belief: &Model,
+    shipped: &Scenario,
+    periods: &[f64],
+) -> Result<Vec<(f64, Pair)>> {
+    let level = Level { encoder: variation.counts.is_some(), ..Level::FULL };
+    let pair = |period_ms: f64| {
+        let scenario = Scenario { period_ns: (period_ms * 1e6) as u64, ..variation.scenario(shipped) };
+        let outcome = |level| variation.measure(&scenario, belief, level);
+        Ok((period_ms, Pair { none: outcome(Level::NONE)?, with: outcome(level)? }))
+    };
+    periods.iter().map(|period_ms| pair(*period_ms)).collect()
+}
+
+const BY_VARIATION: [&str; 10] = [
+    "what differs",
+    "runs",
+    "RMS, worst",
+    "peak, worst",
+    "told so",
+    "pulses at rest",
+    "hunts at rest",
+    "worse than none",
+    "of them unsaid",
+    "where worst",
+];
+
+/// A row for each variation, and one for all.
+fn by_variation(id: &str, cells: &[Cell]) -> Sheet {
+    let mut sheet =
+        Sheet::new(id, "Compensation beside none, by what differs from the belief", &BY_VARIATION);
+    let mut names: Vec<&str> = Vec::new();
+    for cell in cells {
+        if !names.contains(&cell.variation.as_str()) {
+            names.push(&cell.variation);
+        }
+    }
+    for name in names {
+        sheet.row(row(name, cells.iter().filter(|cell| cell.variation == name)));
+    }
+    sheet.row(row("all", cells.iter()));
+    sheet
+}
+
+const BY_VALVE: [&str; 13] = [
+    "seed",
+    "friction law",
+    "teeth",
+    "micro-step",
+    "holding torque",
+    "resonance",
+    "Coulomb / holding",
+    "break-away / Coulomb",
+    "runs",
+    "told so",
+    "worse than none",
+    "of them unsaid",
+    "hunts at rest",
+];
+
+fn valve_row(seed: u64, valve: &Model, cells: &[Cell]) -> Vec<String> {
+    let motor = valve.motor.unwrap_or(MotorParams::BENCH_RIG);
+    let inertia = motor.rotor_inertia_kg_m2 + valve.load.map_or(0.0, |load| load.inertia_kg_m2);
+    let resonance_hz = (motor.holding_torque_nm * f64::from(motor.rotor_teeth) / inertia).sqrt() / TAU;
+    let coulomb_nm = valve.friction.steady_torque(1.0);
+    let count = |of: fn(&Pair) -> bool| cells.iter().filter(|cell| of(&cell.pair)).count().to_string();
+    vec![
+        seed.to_string(),
+        valve.friction.law().to_owned(),
+        motor.rotor_teeth.to_string(),
+        format!("{:.3} mrad", 1e3 * motor.microstep_angle_rad()),
+        format!("{:.1} N·m", motor.holding_torque_nm),
+        format!("{resonance_hz:.0} Hz"),
+        format!("{:.2}", coulomb_nm / motor.holding_torque_nm),
+        format!("{:.1}", valves::break_away(&valve.friction)),
+        cells.len().to_string(),
+        count(Pair::said_so),
+        count(Pair::worse),
+        count(|pair| pair.worse() && !pair.said_so()),
+        count(Pair::hunts),
+    ]
+}
+
+fn row<'a>(name: &str, cells: impl Iterator<Item = &'a Cell>) -> Vec<String> {
+    let cells: Vec<_> = cells.collect();
+    let worse: Vec<_> = cells.iter().filter(|cell| cell.pair.worse()).collect();
+    let most = |of: fn(&Pair) -> f64| cells.iter().map(|cell| of(&cell.pair)).fold(0.0, f64::max);
+    let count = |of: fn(&Pair) -> bool| cells.iter().filter(|cell| of(&cell.pair)).count();
+    let place = worse.iter().max_by(|a, b| a.pair.peak().total_cmp(&b.pair.peak()));
     vec![
         name.to_owned(),
-        pairs.len().to_string(),
+        cells.len().to_string(),
         format!("{:.2}", most(Pair::rms)),
         format!("{:.2}", most(Pair::peak)),
         count(Pair::said_so).to_string(),
         count(|pair| pair.with.restless_cycles > pair.none.restless_cycles).to_string(),
         count(Pair::hunts).to_string(),
         worse.len().to_string(),
-        worse.iter().filter(|(_, pair)| !pair.said_so()).count().to_string(),
-        place.map_or("-".to_owned(), |(place, _)| place.clone()),
+        worse.iter().filter(|cell| !cell.pair.said_so()).count().to_string(),
+        place.map_or("-".to_owned(), |cell| cell.place.clone()),
     ]
 }
 
-fn record(variation: &str, place: &str, pair: &Pair) -> Value {
+fn record(cell: &Cell) -> Value {
     let outcome = |of: &Outcome| {
         json!({
             "rms_rad": of.rms_rad,
@@ -153,7 +261,12 @@ fn record(variation: &str, place: &str, pair: &Pair) -> Value {
             "lost_teeth": of.lost_teeth,
         })
     };
-    json!({"variation": variation, "place": place, "none": outcome(&pair.none), "with": outcome(&pair.with)})
+    json!({
+        "variation": cell.variation,
+        "place": cell.place,
+        "none": outcome(&cell.pair.none),
+        "with": outcome(&cell.pair.with),
+    })
 }
 
 fn read(path: &Path) -> Result<String> {

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use closed_loop::{Level, Outcome, WiringError, measure_parts, wire_level};
 use config::Scenario;
-use valve_model::{Effect, EffectValue, FrictionParams, Model};
+use valve_model::{Effect, EffectValue, FrictionParams, Model, MotorParams};
 
 /// A valve that is not as believed, or an encoder.
 #[derive(Debug, Clone)]
@@ -52,11 +52,29 @@ const OFFSETS_DEG: [f64; 4] = [0.05, 0.35, 0.7, 1.2];
 /// A micro-step error of 5 % and 20 % of a full step.
 const MICROSTEP_ERRORS_RAD: [f64; 2] = [6e-4, 2.5e-3];
 
-/// All of them.
+/// By how much a motor's torques and angles are larger than the bench rig's, for which the numbers above are.
+struct Scale {
+    torque: f64,
+    angle: f64,
+}
+
+impl Scale {
+    fn of(motor: &MotorParams) -> Self {
+        let rig = MotorParams::BENCH_RIG;
+        Self {
+            torque: motor.holding_torque_nm / rig.holding_torque_nm,
+            angle: f64::from(rig.rotor_teeth) / f64::from(motor.rotor_teeth),
+        }
+    }
+}
+
+/// All of them, as large for this motor as they are for the bench rig's: torques in parts of its holding torque, angles in
+/// parts of its tooth pitch. The names say the bench rig's.
 ///
 /// # Errors
 /// An effect that the model refuses.
 pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
+    let scale = Scale::of(belief.motor.as_ref().context("a motor")?);
     let mut all = Vec::new();
     for counts in ENCODERS {
         let name = counts.map_or("no encoder".to_owned(), |counts| format!("encoder of {counts} counts"));
@@ -72,7 +90,7 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
         all.push(with_encoder(format!("friction × {factor}"), with_friction(belief, factor)));
     }
     for degrees in OFFSETS_DEG {
-        let offset_rad = f64::to_radians(degrees);
+        let offset_rad = scale.angle * f64::to_radians(degrees);
         let name = format!("encoder {degrees}° off the teeth");
         all.push(Variation { offset_rad, ..with_encoder(name, belief.clone()) });
     }
@@ -84,7 +102,7 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
             belief,
             name,
             "coupling-compliance",
-            &number("stiffness_nm_per_rad", stiffness),
+            &number("stiffness_nm_per_rad", stiffness * scale.torque / scale.angle),
         )?);
     }
     for half_width in BACKLASHES_RAD {
@@ -92,18 +110,19 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
             belief,
             format!("backlash of ± {half_width} rad"),
             "backlash",
-            &number("half_width_rad", half_width),
+            &number("half_width_rad", half_width * scale.angle),
         )?);
     }
     for torque in DETENTS_NM {
-        all.push(with_effect(belief, format!("detent of {torque} N·m"), "detent-torque", &first(torque))?);
+        let name = format!("detent of {torque} N·m");
+        all.push(with_effect(belief, name, "detent-torque", &first(torque * scale.torque))?);
     }
     for error in MICROSTEP_ERRORS_RAD {
         all.push(with_effect(
             belief,
             format!("micro-step error of {error} rad"),
             "microstep-error",
-            &first(error),
+            &first(error * scale.angle),
         )?);
     }
     Ok(all)
@@ -115,10 +134,13 @@ fn with_encoder(name: String, truth: Model) -> Variation {
 
 fn with_friction(belief: &Model, factor: f64) -> Model {
     let mut truth = belief.clone();
-    if let FrictionParams::LuGre(law) = &mut truth.friction {
-        law.coulomb_torque_nm *= factor;
-        law.static_torque_nm *= factor;
-    }
+    let (coulomb_nm, static_nm) = match belief.friction {
+        FrictionParams::Stribeck(law) => (law.coulomb_torque_nm, law.static_torque_nm),
+        FrictionParams::Dahl(law) => (law.coulomb_torque_nm, law.coulomb_torque_nm),
+        FrictionParams::LuGre(law) => (law.coulomb_torque_nm, law.static_torque_nm),
+        FrictionParams::Leuven(law) => (law.coulomb_torque_nm, law.static_torque_nm),
+    };
+    truth.friction.set_levels(factor * coulomb_nm, factor * static_nm);
     truth
 }
 
