@@ -107,7 +107,9 @@ fn friction_far_below_the_belief_is_told_and_no_longer_fed() {
                 .last()
                 .unwrap();
             let what = format!("{period_ns} ns, friction × {factor}");
-            assert_eq!(last.status.alarms, alarm::LOAD_BELOW_BELIEF, "{what}");
+            // Where hardly any is left, compensation is seen to do harm before the share is known, and is given up.
+            let may_add = if factor < 0.1 { alarm::NO_BENEFIT } else { 0 };
+            assert_eq!(last.status.alarms & !may_add, alarm::LOAD_BELOW_BELIEF, "{what}");
             let fed_nm = last.status.friction_estimate_nm - last.status.disturbance_estimate_nm;
             let share = fed_nm.abs() / 1.5;
             assert!((share - factor).abs() < 0.1, "{what}: feeds {share} of it");

@@ -35,16 +35,22 @@ pub mod alarm {
     pub const INERTIA: u64 = 1 << 4;
     /// The loop oscillated with the slower observer too; it is off, and only the feed-forward is left.
     pub const OBSERVER_OFF: u64 = 1 << 5;
+    /// The lead of the command makes the error larger than the load angle would; nothing is compensated any more.
+    pub const NO_BENEFIT: u64 = 1 << 6;
+    /// The valve takes clearly more torque than the belief expects, or its encoder has play.
+    pub const LOAD_ABOVE_BELIEF: u64 = 1 << 7;
     /// The first bit that is not used.
-    pub const END: u64 = 1 << 6;
+    pub const END: u64 = 1 << 8;
     /// Each bit with its name.
-    pub const NAMES: [(u64, &str); 6] = [
+    pub const NAMES: [(u64, &str); 8] = [
         (OSCILLATION, "the loop oscillated, observer slowed"),
         (OBSERVER_SATURATED, "observer at its limit"),
         (COMMANDS_LOST, "commands to the drive are lost, observer off"),
         (LOAD_BELOW_BELIEF, "less friction than believed, feed-forward reduced"),
         (INERTIA, "inertia other than believed, observer slowed"),
         (OBSERVER_OFF, "the loop oscillated again, observer off"),
+        (NO_BENEFIT, "compensation makes the error larger, compensation off"),
+        (LOAD_ABOVE_BELIEF, "more friction than believed, or an encoder with play"),
     ];
 
     /// The names of the bits that are set.

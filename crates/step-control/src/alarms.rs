@@ -21,6 +21,8 @@ pub(crate) struct Alarms {
     /// Commands lost, less those that arrived since by their weight.
     lost_commands: f64,
     raised: u64,
+    /// Whether compensation is given up.
+    gave_up: bool,
 }
 
 impl Alarms {
@@ -49,9 +51,28 @@ impl Alarms {
         if share.below_belief() {
             self.raised |= alarm::LOAD_BELOW_BELIEF;
         }
+        if share.above_belief() {
+            self.raised |= alarm::LOAD_ABOVE_BELIEF;
+        }
         if share.other_inertia() {
             self.raised |= alarm::INERTIA;
         }
+    }
+
+    /// Compensation makes the error larger.
+    pub(crate) fn note_harm(&mut self) {
+        self.raised |= alarm::NO_BENEFIT;
+        self.gave_up = true;
+    }
+
+    /// Another compensation was ordered: it has a trial of its own.
+    pub(crate) fn try_again(&mut self) {
+        self.gave_up = false;
+    }
+
+    /// Whether nothing is compensated any more.
+    pub(crate) fn gave_up(&self) -> bool {
+        self.gave_up
     }
 
     /// Whether the observer shall trust the belief less.
@@ -66,6 +87,6 @@ impl Alarms {
 
     /// Whether only the feed-forward is left.
     pub(crate) fn fell_back(&self) -> bool {
-        self.raised & (alarm::OBSERVER_OFF | alarm::COMMANDS_LOST) != 0
+        self.gave_up || self.raised & (alarm::OBSERVER_OFF | alarm::COMMANDS_LOST) != 0
     }
 }

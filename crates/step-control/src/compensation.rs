@@ -31,6 +31,19 @@ pub(crate) struct FeedForward {
 }
 
 impl FeedForward {
+    /// With the mean of this friction and the one of the cycle before. A change of the command that takes long cycles makes the
+    /// rotor ring the less the more of them it takes.
+    pub(crate) fn smoothed(self, friction_before_nm: f64) -> Self {
+        let change_nm = (friction_before_nm - self.friction_nm) / 2.0;
+        Self { friction_nm: self.friction_nm + change_nm, torque_nm: self.torque_nm + change_nm }
+    }
+
+    /// Feeds this part of all of it.
+    pub(crate) fn fade(&mut self, part: f64) {
+        self.torque_nm *= part;
+        self.friction_nm *= part;
+    }
+
     /// Feeds this share of sliding friction, which is `sliding_nm` at most. Less is taken off all of friction; more is
     /// added to what slides, since a load angle measured while sliding says nothing of what holds at rest.
     pub(crate) fn share(&mut self, share: f64, sliding_nm: f64) {

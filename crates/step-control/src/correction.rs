@@ -22,8 +22,8 @@ const SETTLING_S: f64 = 0.02;
 const HOLD_COUNTS: f64 = 2.0;
 const RELEASES: f64 = 2.0;
 
-/// Once the reference has rested for this time, every turn of the command after the first widens the window twofold, s: what goes
-/// to and fro then is backlash or stiction, and no correction ends it.
+/// Once the reference has rested for this time, every turn of the command after the first widens the window, s: twofold, and to
+/// the largest deviation since the turn before. What goes to and fro then is backlash or stiction, and no correction ends it.
 const HUNTS_AFTER_S: f64 = 0.1;
 const MOST_TURNS: i32 = 8;
 
@@ -57,6 +57,9 @@ pub(crate) struct Correction {
     /// How often the command has turned in this rest, and the direction of its last way.
     turns: i32,
     direction: f64,
+    /// The largest deviation since the last turn, and the window that the turns have left, rad.
+    swing_rad: f64,
+    widened_rad: f64,
     smoothed_rad: f64,
     holds: bool,
     /// Torque beyond the feed-forward in the last cycle, N·m.
@@ -73,6 +76,8 @@ impl Default for Correction {
             resting_cycles: 0,
             turns: 0,
             direction: 0.0,
+            swing_rad: 0.0,
+            widened_rad: 0.0,
             smoothed_rad: 0.0,
             holds: false,
             beyond_nm: 0.0,
@@ -236,30 +241,41 @@ impl Correction {
         self.resting_cycles = if rests { self.resting_cycles.saturating_add(1) } else { 0 };
         self.smoothed_rad += SMOOTHING * (reading_rad - self.smoothed_rad);
         let rested_s = self.resting_cycles as f64 * params.period_s;
-        self.count_turns(params, rested_s);
         let settled = rested_s >= SETTLING_S;
-        let widened = if self.holds { RELEASES } else { 1.0 } * f64::powi(2.0, (self.turns - 1).max(0));
-        let window = widened * window_rad(params, observer);
-        self.holds = settled && self.smoothed_rad.abs() < window;
+        let window_rad = window_rad(params, observer);
+        self.count_turns(params, rested_s, window_rad);
+        let window_rad = if self.holds { RELEASES } else { 1.0 } * window_rad.max(self.widened_rad);
+        self.holds = settled && self.smoothed_rad.abs() < window_rad;
     }
 }
 
 impl Correction {
     /// Counts the turns of a command whose reference rests.
-    fn count_turns(&mut self, params: &Params, rested_s: f64) {
+    fn count_turns(&mut self, params: &Params, rested_s: f64, window_rad: f64) {
         if rested_s < HUNTS_AFTER_S {
-            (self.turns, self.direction) = (0, 0.0);
+            (self.turns, self.direction, self.swing_rad, self.widened_rad) = (0, 0.0, 0.0, 0.0);
             return;
         }
+        self.swing_rad = self.swing_rad.max(self.smoothed_rad.abs());
         let way_rad = self.instant(0).command_rad - self.instant(1).command_rad;
         if way_rad.abs() < params.drive.microstep_angle_rad / 2.0 {
             return;
         }
         if way_rad * self.direction < 0.0 && self.turns < MOST_TURNS {
             self.turns += 1;
+            if self.turns > 1 {
+                self.widened_rad = self.swing_rad.max(2.0 * self.widened_rad.max(window_rad));
+            }
+            self.swing_rad = 0.0;
         }
         self.direction = way_rad.signum();
     }
+}
+
+/// Whether the encoder is too coarse for the observer: a valve that rests within its window is left alone, so it may be as
+/// far off as friction would leave it.
+pub(crate) fn is_too_coarse(params: &Params, observer: &Observer) -> bool {
+    HOLD_COUNTS * observer.settings.count_rad * params.stiffness_nm_per_rad() > params.coulomb_torque_nm
 }
 
 /// How near to its reference a resting valve is left alone, rad.

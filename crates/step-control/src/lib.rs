@@ -13,6 +13,7 @@ mod analysis;
 #[cfg(test)]
 #[path = "../tests/common/bench_rig.rs"]
 mod bench_rig;
+mod benefit;
 mod compensation;
 mod correction;
 mod design;

@@ -85,9 +85,10 @@ pub(crate) struct LoadShare {
     friction_beyond: f64,
     inertia_beyond: f64,
     beyond_2: f64,
-    /// Whether the share was once clearly another than 1, clearly low, and clearly not low.
+    /// Whether the share was once clearly another than 1, clearly low, clearly high, and clearly not low.
     differs: bool,
     below: bool,
+    above: bool,
     confirmed: bool,
     /// Whether the inertia was once clearly another.
     other_inertia: bool,
@@ -122,8 +123,14 @@ impl LoadShare {
             self.other_inertia |= matters && inertia_off > OTHER_INERTIA;
             self.differs |= (share - 1.0).abs() - CONFIDENCE * error > CLEARLY;
             self.below |= share + CONFIDENCE * error < CLEARLY_BELOW;
+            self.above |= share - CONFIDENCE * error > GREATEST;
             self.confirmed |= share - CONFIDENCE * error > DOUBTED;
         }
+    }
+
+    /// Whether another share than 1 is fed; kept until the next arming.
+    pub(crate) fn differs(&self) -> bool {
+        self.differs
     }
 
     /// Whether the inertia is clearly another than believed; kept until the next arming.
@@ -134,6 +141,12 @@ impl LoadShare {
     /// Whether the valve takes clearly less than believed; kept until the next arming.
     pub(crate) fn below_belief(&self) -> bool {
         self.below
+    }
+
+    /// Whether the valve takes clearly more than half as much again, or seems to: an encoder whose play is as large as
+    /// the lag that friction costs looks the same. Kept until the next arming.
+    pub(crate) fn above_belief(&self) -> bool {
+        self.above
     }
 
     /// The part of the believed friction to feed forward: all of it unless the valve clearly takes another. With `doubts`

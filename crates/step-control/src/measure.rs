@@ -1,5 +1,6 @@
 //! Following error and load angle, from the encoder and from what was commanded for the time of its reading.
 
+use crate::benefit::Benefit;
 use crate::params::{Compensation, Params};
 use crate::rotor::Seen;
 use crate::state::State;
@@ -41,8 +42,15 @@ pub(crate) fn measure(params: &Params, state: &mut State, feedback: Option<&Feed
     }
     note_load(params, state, age_cycles, feedback.angle_rad);
     let observation = &mut state.observation;
-    let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - feedback.angle_rad);
-    observation.load_angle_rad = Some(lag_rad - TAU * observation.recovery.teeth as f64);
+    let teeth = f64::from(params.motor.rotor_teeth);
+    let lag_rad = teeth * (commanded.command_rad - feedback.angle_rad);
+    let load_angle_rad = lag_rad - TAU * observation.recovery.teeth as f64;
+    observation.load_angle_rad = Some(load_angle_rad);
+    let (with_rad, without_rad) = (observation.behind_aim_rad, load_angle_rad / teeth);
+    // A command that a limit held back is not what it would be without compensation either.
+    if state.steering.limits == 0 && observation.benefit.harms(params, with_rad, without_rad) {
+        observation.alarms.note_harm();
+    }
     observation.lost = observation.recovery.lost(lag_rad);
 }
 
@@ -57,6 +65,11 @@ fn note_load(params: &Params, state: &mut State, age_cycles: u64, reading_rad: f
     let lag_rad = f64::from(params.motor.rotor_teeth) * (commanded.command_rad - reading_rad);
     let torque_nm = params.motor.available_torque_nm(expected.speed_rad_per_s) * lag_rad.sin()
         - params.motor.damping_nm_s_per_rad * expected.speed_rad_per_s;
+    let differed = observation.load_share.differs();
     observation.load_share.step(params, &expected, torque_nm);
+    if observation.load_share.differs() != differed {
+        // What is fed from now on is another compensation.
+        observation.benefit = Benefit::default();
+    }
     observation.alarms.note_share(&observation.load_share);
 }

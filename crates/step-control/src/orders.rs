@@ -11,6 +11,7 @@
 //! the scenario has to say how. An order whose last cycle is over does nothing, whatever the state, but for a
 //! disarm, which is never too late; an id is obeyed once.
 
+use crate::benefit::Benefit;
 use crate::input::Input;
 use crate::params::Params;
 use crate::state::State;
@@ -109,6 +110,8 @@ fn answer(
     }
     if kind == OperatorKind::SetParameter {
         let parameter = ControlParameter::from_code(order.parameter).unwrap_or(ControlParameter::None);
+        state.observation.benefit = Benefit::default();
+        state.observation.alarms.try_again();
         return state.tuning.set(params, parameter, order.value);
     }
     carry_out(params, state, kind, cycle, input)

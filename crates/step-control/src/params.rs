@@ -211,6 +211,9 @@ pub enum ControlError {
 /// hardly excites the resonance.
 const RE_ENTRY_PART: f64 = 1.0 / 8.0;
 
+/// Damping ratio below which a rotor rings on its bristles for more than one and a half periods.
+const RINGS_BELOW: f64 = 0.1;
+
 impl Params {
     /// These settings with an observer designed for them.
     #[must_use]
@@ -243,6 +246,14 @@ impl Params {
         let damping = self.motor.damping_nm_s_per_rad + self.viscous_nm_s_per_rad;
         let ratio = damping / (2.0 * (stiffness * self.inertia_kg_m2).sqrt());
         Self { shaper: Shaper::design(frequency, ratio, self.period_s), ..self }
+    }
+
+    /// Whether a rotor that stops rings on its bristles for some periods: its damping ratio there is below a tenth. Friction
+    /// relaxes then, and does not hold what the motion left.
+    pub(crate) fn bristles_ring(&self) -> bool {
+        let stiffness = self.stiffness_nm_per_rad() + self.friction.bristle_stiffness_nm_per_rad();
+        let damping = self.motor.damping_nm_s_per_rad + self.friction.bristle_damping_nm_s_per_rad();
+        damping < 2.0 * RINGS_BELOW * (stiffness * self.inertia_kg_m2).sqrt()
     }
 
     /// Half a period of the believed resonance of motor and load, s.

@@ -50,9 +50,12 @@ impl Ringing {
         self.amplitude_nm < QUIET * params.coulomb_torque_nm
     }
 
-    /// Whether the rotor swings about further than friction holds it, or soon will: its bristles relax, and the belief's do not.
-    pub(crate) fn relaxes(self, params: &Params) -> bool {
-        self.soon_nm > RINGS * params.coulomb_torque_nm
+    /// Whether the rotor swings about further than friction holds it, or soon will: its bristles relax, and the belief's do
+    /// not. Where it slides faster than it swings, the direction never changes, and its bristles stay bent.
+    pub(crate) fn relaxes(self, params: &Params, speed_rad_per_s: f64) -> bool {
+        let omega = std::f64::consts::PI / params.half_period_s();
+        let swings_rad_per_s = self.soon_nm / (params.inertia_kg_m2 * omega);
+        self.soon_nm > RINGS * params.coulomb_torque_nm && speed_rad_per_s.abs() < swings_rad_per_s
     }
 }
 
@@ -71,10 +74,10 @@ mod tests {
         for (period_s, rings) in [(1e-3, false), (4e-3, false), (8e-3, true)] {
             let params = Params { period_s, ..params() };
             let by_turn = Ringing::default().next(&params, 4.0 * period_s, &moves(0.0), false);
-            assert_eq!(by_turn.relaxes(&params), rings, "{period_s} s");
+            assert_eq!(by_turn.relaxes(&params, 0.0), rings, "{period_s} s");
             assert_eq!(by_turn.is_quiet(&params), !rings, "{period_s} s");
             let soon = Ringing::default().next(&params, 0.0, &moves(4.0 / period_s), false);
-            assert_eq!(soon.relaxes(&params), rings, "{period_s} s");
+            assert_eq!(soon.relaxes(&params, 0.0), rings, "{period_s} s");
             assert!(soon.is_quiet(&params), "nothing rings yet");
         }
     }
@@ -87,7 +90,7 @@ mod tests {
             let mut ringing = struck;
             (0..1000).find(|_| {
                 ringing = ringing.next(&params, 0.0, &moves(0.0), rests);
-                !ringing.relaxes(&params)
+                !ringing.relaxes(&params, 0.0)
             })
         };
         let (resting, sliding) = (cycles(true).unwrap(), cycles(false).unwrap());

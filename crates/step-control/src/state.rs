@@ -1,6 +1,7 @@
 //! What the controller remembers from cycle to cycle, in parts that each have one writer.
 
 use crate::alarms::Alarms;
+use crate::benefit::Benefit;
 use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
 use crate::correction::{Correction, Instant};
 use crate::homing_state::HomingState;
@@ -126,6 +127,10 @@ pub(crate) struct Steering {
     pub contact: Contact,
     /// The part of the believed friction that is fed forward while it moves.
     pub fed_part: f64,
+    /// The friction that was fed in the cycle before, N·m, where cycles are long.
+    pub friction_before_nm: f64,
+    /// What is left of all that is fed forward, where that fades: at rest on bristles that ring, and for good where it harms.
+    pub fading: f64,
     /// What long cycles set ringing, and whether the belief still knows the contact.
     pub ringing: Ringing,
     pub contact_known: bool,
@@ -157,6 +162,8 @@ impl Steering {
             aim: reference,
             contact: Contact::relaxed(),
             fed_part: 1.0,
+            friction_before_nm: 0.0,
+            fading: 1.0,
             ringing: Ringing::default(),
             contact_known: true,
             wanted: Wanted::default(),
@@ -199,6 +206,8 @@ pub(crate) struct Observation {
     pub alarms: Alarms,
     /// Which share of the believed friction the valve has.
     pub load_share: LoadShare,
+    /// Whether compensation makes the error smaller.
+    pub benefit: Benefit,
     /// Commands since arming that the drive did not have in time.
     pub missed_commands: u64,
     /// Whether this cycle's reading says that steps are lost.

@@ -3,7 +3,7 @@
 use crate::compensation::{
     Contact, FeedForward, Wanted, command_rad, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
 };
-use crate::correction::{Belief, Instant, Wish};
+use crate::correction::{Belief, Instant, Wish, is_too_coarse};
 use crate::load_share::Expected;
 use crate::params::{LostSteps, Params};
 use crate::rotor::Seen;
@@ -15,6 +15,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// While the target is further than this part of a tooth pitch behind the reference, the reference waits for it.
 const WAITS_BEYOND: f64 = 0.5;
+
+/// Less than this part of the feed-forward is none.
+const FADED: f64 = 1e-2;
 
 /// One cycle of it.
 pub(crate) fn track(params: &Params, state: &mut State) {
@@ -35,12 +38,18 @@ pub(crate) fn track(params: &Params, state: &mut State) {
         let sliding_nm =
             params.coulomb_torque_nm + params.viscous_nm_s_per_rad * target.speed_rad_per_s.abs();
         fed.share(fed_part(params, state), sliding_nm);
+        fed.fade(fading(params, state, &target));
         expected
     } else {
         state.steering.contact = Contact::relaxed();
         fed = FeedForward::default();
+        state.steering.friction_before_nm = 0.0;
         Expected::default()
     };
+    if params.period_s > params.half_period_s() && state.steering.contact_known {
+        let before_nm = std::mem::replace(&mut state.steering.friction_before_nm, fed.friction_nm);
+        fed = fed.smoothed(before_nm);
+    }
     state.steering.aim = target;
     let cut = aim(params, state, &target, &fed);
     let steering = &mut state.steering;
@@ -79,9 +88,22 @@ fn contact_is_known(params: &Params, state: &mut State, target: &Kinematics) -> 
     let (now, before) = (observation.correction.commanded(0), observation.correction.commanded(1));
     let turn_rad = target.angle_rad - 2.0 * now.reference_rad + before.reference_rad;
     steering.ringing = steering.ringing.next(params, turn_rad, target, rests);
-    let rings = steering.ringing.relaxes(params);
+    let rings = steering.ringing.relaxes(params, target.speed_rad_per_s);
     steering.contact_known = !rings && (steering.contact_known || !rests);
     steering.contact_known
+}
+
+/// What is left of what is fed forward where that fades: where it harms, and at rest where the rotor rings on its bristles
+/// for long, which relaxes them.
+fn fading(params: &Params, state: &mut State, target: &Kinematics) -> f64 {
+    let State { steering, observation, .. } = state;
+    let ends = observation.alarms.gave_up() || target.rests() && params.bristles_ring();
+    steering.fading =
+        if ends { steering.fading * (-params.period_s / params.half_period_s()).exp() } else { 1.0 };
+    if steering.fading < FADED {
+        steering.contact = Contact::relaxed();
+    }
+    steering.fading
 }
 
 /// The part of the believed friction that is fed forward.
@@ -150,7 +172,9 @@ pub(crate) fn re_enter_from_aim(params: &Params, state: &mut State) {
 fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForward) -> bool {
     let observation = &mut state.observation;
     let wish = match &params.observer {
-        Some(_) if observation.alarms.fell_back() => observation.correction.fall_back(params.period_s),
+        Some(observer) if observation.alarms.fell_back() || is_too_coarse(params, observer) => {
+            observation.correction.fall_back(params.period_s)
+        }
         Some(observer) => {
             state.tuning.settle(observer);
             let belief = Belief {

@@ -55,6 +55,16 @@ impl FrictionLaw {
         self.law.as_law().steady_nm(speed_rad_per_s, &Levels::NOMINAL)
     }
 
+    /// Stiffness of the bristles, N·m/rad; 0 for a law without.
+    pub fn bristle_stiffness_nm_per_rad(&self) -> f64 {
+        self.law.as_law().stiffness()
+    }
+
+    /// Damping of the bristles, N·m·s/rad; 0 for a law without.
+    pub fn bristle_damping_nm_s_per_rad(&self) -> f64 {
+        self.law.as_law().damping()
+    }
+
     /// The greatest deflection that a bristle has in steady motion, where it carries T_s, rad; 0 for a law without bristles.
     pub fn break_away_deflection_rad(&self) -> f64 {
         self.deflection_rad(self.steady_torque(f64::MIN_POSITIVE))
