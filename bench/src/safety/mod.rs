@@ -18,12 +18,14 @@ mod stopped;
 mod tally;
 
 use crate::output::Results;
-use anyhow::Result;
-use serde_json::json;
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 use tally::Tally;
 
 /// How much is tried.
-#[derive(Debug, Clone, Copy, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct Arguments {
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
@@ -34,6 +36,9 @@ pub struct Arguments {
     /// Of `safety`: trials between processes in lockstep [default: a twentieth]
     #[arg(long)]
     lockstep: Option<u64>,
+    /// Try nothing: add up the results of earlier runs with other seeds
+    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["seed", "trials", "lockstep"])]
+    merge: Vec<PathBuf>,
 }
 
 /// How long.
@@ -44,19 +49,69 @@ pub struct SoakArguments {
     minutes: f64,
 }
 
+/// What the campaigns of a command counted, and from which seeds.
+#[derive(Debug, Serialize, Deserialize)]
+struct Counts {
+    seeds: Vec<u64>,
+    tallies: Vec<Tally>,
+}
+
+impl Counts {
+    /// Of the campaigns `tried`, or of earlier results where those are to be added up.
+    fn of(arguments: &Arguments, tried: impl FnOnce(u64) -> Result<Vec<Tally>>) -> Result<Self> {
+        let seed = arguments.seed;
+        let Some((first, more)) = arguments.merge.split_first() else {
+            return Ok(Self { seeds: vec![seed], tallies: tried(seed)? });
+        };
+        let mut sum = Self::read(first)?;
+        for path in more {
+            let other = Self::read(path)?;
+            if let Some(seed) = other.seeds.iter().find(|seed| sum.seeds.contains(seed)) {
+                bail!("{}: seed {seed} is among the files before, expected another", path.display());
+            }
+            if other.tallies.len() != sum.tallies.len() {
+                bail!("{}: results of another command", path.display());
+            }
+            sum.seeds.extend(other.seeds);
+            sum.tallies.iter_mut().zip(other.tallies).for_each(|(tally, other)| tally.add(other));
+        }
+        Ok(sum)
+    }
+
+    fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+        let mut results: Value = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+        let counts = results.pointer_mut("/data/counts").map(Value::take).unwrap_or_default();
+        serde_json::from_value(counts)
+            .with_context(|| format!("{}: no counts of `bench safety` or `safety-live`", path.display()))
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "counts": self,
+            "violations": self.tallies.iter().map(Tally::violations).sum::<u64>(),
+            "found": self.tallies.iter().map(Tally::found).collect::<Vec<_>>(),
+        })
+    }
+}
+
 /// Everything that needs no clock.
 ///
 /// # Errors
-/// Where a trial could not be made at all. What a trial found is in the results.
+/// Where a trial could not be made at all, or earlier results can't be read. What a trial found is in the results.
 pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
-    let trials = arguments.trials.unwrap_or(if quick { 600 } else { 200_000 });
-    let mut one_thread = Tally::default();
-    in_process::campaign(arguments.seed, trials, &mut one_thread)?;
-    let mut processes = Tally::default();
-    let between = arguments.lockstep.unwrap_or(if quick { 20 } else { trials / 20 });
-    lockstep::campaign(arguments.seed, between, &mut processes)?;
-    let mut inputs = Tally::default();
-    files::campaign(arguments.seed, trials, &mut inputs)?;
+    let counts = Counts::of(arguments, |seed| {
+        let trials = arguments.trials.unwrap_or(if quick { 600 } else { 200_000 });
+        let mut one_thread = Tally::default();
+        in_process::campaign(seed, trials, &mut one_thread)?;
+        let mut processes = Tally::default();
+        let between = arguments.lockstep.unwrap_or(if quick { 20 } else { trials / 20 });
+        lockstep::campaign(seed, between, &mut processes)?;
+        let mut inputs = Tally::default();
+        files::campaign(seed, trials, &mut inputs)?;
+        Ok(vec![one_thread, processes, inputs])
+    })?;
+    let [one_thread, processes, inputs] = counts.tallies.as_slice() else { bail!("three tables expected") };
     Ok(Results {
         command: "safety",
         quick,
@@ -67,11 +122,7 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
             processes.sheet("safety-lockstep", "The same between processes in lockstep; times in cycles"),
             inputs.short_sheet("safety-files", "Files that are wrong, cut or damaged"),
         ],
-        data: json!({
-            "seed": arguments.seed,
-            "violations": one_thread.violations() + processes.violations() + inputs.violations(),
-            "found": [one_thread.found(), processes.found(), inputs.found()],
-        }),
+        data: counts.json(),
     })
 }
 
@@ -80,13 +131,17 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
 /// # Errors
 /// As [`run`].
 pub fn run_live(arguments: &Arguments, quick: bool) -> Result<Results> {
-    let trials = arguments.trials.unwrap_or(if quick { 24 } else { 1000 });
-    let mut running = Tally::default();
-    live::campaign(arguments.seed, trials * 7 / 10, &mut running)?;
-    let mut around = Tally::default();
-    odd::campaign(arguments.seed, trials * 3 / 10, &mut around)?;
-    let mut orders = Tally::default();
-    stopped::campaign(arguments.seed, trials, &mut orders)?;
+    let counts = Counts::of(arguments, |seed| {
+        let trials = arguments.trials.unwrap_or(if quick { 24 } else { 1000 });
+        let mut running = Tally::default();
+        live::campaign(seed, trials * 7 / 10, &mut running)?;
+        let mut around = Tally::default();
+        odd::campaign(seed, trials * 3 / 10, &mut around)?;
+        let mut orders = Tally::default();
+        stopped::campaign(seed, trials, &mut orders)?;
+        Ok(vec![running, around, orders])
+    })?;
+    let [running, around, orders] = counts.tallies.as_slice() else { bail!("three tables expected") };
     Ok(Results {
         command: "safety-live",
         quick,
@@ -95,13 +150,9 @@ pub fn run_live(arguments: &Arguments, quick: bool) -> Result<Results> {
         sheets: vec![
             running.sheet("safety-live", "Faults on a running instance, by kind; times in cycles of 1 ms"),
             around.short_sheet("safety-around", "Faults of start, end and surroundings"),
-            stopped::sheet(&orders),
+            stopped::sheet(orders),
         ],
-        data: json!({
-            "seed": arguments.seed,
-            "violations": running.violations() + around.violations() + orders.violations(),
-            "found": [running.found(), around.found(), orders.found()],
-        }),
+        data: counts.json(),
     })
 }
 

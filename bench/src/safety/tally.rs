@@ -1,6 +1,7 @@
 //! Trials counted by kind of fault.
 
 use crate::output::Sheet;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -25,7 +26,7 @@ pub struct Outcome {
 }
 
 /// Trials of one kind.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Row {
     trials: u64,
     stopped: u64,
@@ -34,7 +35,7 @@ struct Row {
     violations: u64,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Worst {
     seen: Option<u64>,
     bound: u64,
@@ -57,7 +58,7 @@ impl Worst {
 }
 
 /// All trials.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Tally {
     rows: BTreeMap<String, Row>,
     words: Vec<String>,
@@ -83,6 +84,21 @@ impl Tally {
                 self.words.push(format!("{}: {violation}", outcome.exact));
             }
         }
+    }
+
+    /// Counts the trials of another campaign too.
+    pub fn add(&mut self, other: Self) {
+        for (fault, more) in other.rows {
+            let row = self.rows.entry(fault).or_default();
+            row.trials += more.trials;
+            row.stopped += more.stopped;
+            row.violations += more.violations;
+            for (worst, seen) in [(&mut row.reaction, more.reaction), (&mut row.standstill, more.standstill)]
+            {
+                worst.note(seen.seen.map(|cycles| (cycles, seen.bound)));
+            }
+        }
+        self.words.extend(other.words);
     }
 
     /// Trials with something that must not be.
@@ -129,5 +145,29 @@ impl Tally {
             sheet.row([fault.to_owned(), row.trials.to_string(), row.violations.to_string()]);
         }
         sheet
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(fault: &str, reaction: Option<(u64, u64)>) -> Outcome {
+        Outcome { fault: fault.to_owned(), stopped: reaction.is_some(), reaction, ..Outcome::default() }
+    }
+
+    #[test]
+    fn two_campaigns_added_up_are_the_one_of_all_their_trials() {
+        let trials = [outcome("drop", Some((3, 6))), outcome("delay", None), outcome("drop", Some((7, 6)))];
+        let (mut whole, mut parts) = (Tally::default(), [Tally::default(), Tally::default()]);
+        for (index, trial) in trials.into_iter().enumerate() {
+            whole.note(trial.clone());
+            parts[index % 2].note(trial);
+        }
+        let [mut sum, more] = parts;
+        let text = serde_json::to_string(&more).unwrap();
+        sum.add(serde_json::from_str(&text).unwrap());
+        assert_eq!(sum.sheet("t", "t").rows, whole.sheet("t", "t").rows);
+        assert_eq!((sum.violations(), sum.found()), (1, whole.found()));
     }
 }

@@ -230,3 +230,46 @@ fn braking_way(params: &Params, way: f64) -> f64 {
     let way = way.abs();
     (way * (way / change - 1.0) / 2.0).max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::tests::params;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn friction_is_spread_and_all_of_it_fades() {
+        let fed = FeedForward { friction_nm: 1.5, torque_nm: 1.8 };
+        assert_eq!(fed.smoothed(-1.5), FeedForward { friction_nm: 0.0, torque_nm: 1.8 - 1.5 });
+        assert_eq!(fed.smoothed(1.5), fed);
+        let mut faded = fed;
+        faded.fade(0.5);
+        assert_eq!(faded, FeedForward { friction_nm: 0.75, torque_nm: 0.9 });
+    }
+
+    #[test]
+    fn the_limit_of_the_pull_leaves_the_way_to_brake() {
+        // 400 MHz/s at 1 ms: 400 micro-steps a cycle less each cycle, so 1000 a cycle go on by 600 and 200.
+        let params = params();
+        let microstep_rad = 50.0 * params.drive.microstep_angle_rad;
+        assert_relative_eq!(braking_way(&params, 1000.0), 750.0, max_relative = 1e-9);
+        let way =
+            |steps: f64| Rotor { deviation_rad: 0.0, way_rad: steps * params.drive.microstep_angle_rad };
+        let cut = |rotor: Rotor, lead_rad| {
+            lead_within_pull_out(&params, lead_rad, &rotor, MicrostepsPerCycle(1000.0))
+        };
+        let braking_rad = 750.0 * microstep_rad;
+        // The command approaches by what it moves beyond the rotor's own way.
+        for (rotor, ahead_rad) in [(way(0.0), braking_rad), (way(1000.0), 0.0)] {
+            let (kept_rad, was_cut) = cut(rotor, 3.0);
+            assert!(was_cut);
+            assert_relative_eq!(kept_rad, (MAX_PULL_RAD - ahead_rad).max(0.0), epsilon = 1e-9);
+            let (kept_rad, was_cut) = cut(rotor, -3.0);
+            assert!(was_cut);
+            assert_relative_eq!(kept_rad, -MAX_PULL_RAD, epsilon = 1e-9);
+        }
+        let aside = Rotor { deviation_rad: 0.01, way_rad: 1000.0 * params.drive.microstep_angle_rad };
+        assert_relative_eq!(cut(aside, 3.0).0, 0.5 + MAX_PULL_RAD, epsilon = 1e-9);
+        assert_eq!(cut(aside, 0.3), (0.3, false));
+    }
+}

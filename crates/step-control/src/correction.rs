@@ -295,3 +295,69 @@ fn window_rad(params: &Params, observer: &Observer) -> f64 {
 fn age(params: &Params, observer: &Observer) -> usize {
     params.age_cycles(&observer.settings)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observer::ObserverSettings;
+    use crate::params::tests::params;
+
+    const COUNT_RAD: f64 = 5e-5;
+
+    fn observed(count_rad: f64) -> Params {
+        let settings = ObserverSettings {
+            bandwidth_hz: 320.0,
+            torque_limit_nm: 3.0,
+            count_rad,
+            noise_rad: 1e-5,
+            delay_cycles: 0,
+            damps: true,
+        };
+        params().with_observer(settings)
+    }
+
+    /// A rest in which the command goes to and fro every 20 cycles and the reading deviates by as much.
+    fn hunting(amplitude_rad: f64, cycles: u32) -> Correction {
+        let params = observed(COUNT_RAD);
+        let mut correction = Correction::default();
+        let rests = Kinematics::default();
+        for cycle in 0..cycles {
+            let direction = if cycle / 20 % 2 == 0 { 1.0 } else { -1.0 };
+            let command_rad = correction.commanded(0).command_rad + direction * 1e-4;
+            correction.push(Instant { command_rad, ..Instant::default() });
+            let observer = params.observer.as_ref().unwrap();
+            correction.rest(&params, observer, &rests, direction * amplitude_rad);
+        }
+        correction
+    }
+
+    #[test]
+    fn hunting_widens_the_window_to_the_swing_seen() {
+        let window_rad = 2.0 * COUNT_RAD;
+        assert_eq!(hunting(2e-3, 115).widened_rad, 0.0, "one turn may be a correction");
+        // Within 20 cycles the filter sees seven eighths of the way between the two ends.
+        let seen = hunting(2e-3, 121);
+        assert!(seen.turns == 2 && (1e-3..2e-3).contains(&seen.widened_rad), "{seen:?}");
+        assert!(seen.holds);
+        assert_eq!(hunting(1e-5, 121).widened_rad, 2.0 * window_rad, "at least twofold");
+        assert_eq!(hunting(1e-5, 141).widened_rad, 4.0 * window_rad);
+    }
+
+    #[test]
+    fn a_reference_that_moves_ends_what_the_rest_before_widened() {
+        let params = observed(COUNT_RAD);
+        let mut correction = hunting(2e-3, 200);
+        let moves = Kinematics { speed_rad_per_s: 1.0, ..Kinematics::default() };
+        correction.rest(&params, params.observer.as_ref().unwrap(), &moves, 0.0);
+        assert_eq!((correction.turns, correction.widened_rad, correction.holds), (0, 0.0, false));
+    }
+
+    #[test]
+    fn an_encoder_is_too_coarse_where_its_window_is_wider_than_frictions_lag() {
+        // 1.5 N·m on 300 N·m/rad: 5 mrad, which is 2 counts of 2.5 mrad.
+        for (count_rad, coarse) in [(1e-5, false), (2.4e-3, false), (2.6e-3, true)] {
+            let params = observed(count_rad);
+            assert_eq!(is_too_coarse(&params, params.observer.as_ref().unwrap()), coarse, "{count_rad} rad");
+        }
+    }
+}

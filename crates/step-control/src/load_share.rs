@@ -247,4 +247,14 @@ mod tests {
         let (params, found) = seen(3.0, 1.0, 0.1, 2.0);
         assert_eq!(found.used(&params, false), GREATEST);
     }
+
+    #[test]
+    fn more_than_can_be_fed_is_told() {
+        for (share, told) in [(1.0, false), (1.4, false), (1.7, true), (3.0, true)] {
+            let (_, found) = seen(share, 1.0, 0.1, 2.0);
+            assert_eq!(found.above_belief(), told, "{share}");
+        }
+        let (_, uncertain) = seen(1.6, 1.0, 6.0, 2.0);
+        assert!(!uncertain.above_belief(), "ringing four times as large as friction");
+    }
 }

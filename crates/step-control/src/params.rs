@@ -310,4 +310,36 @@ pub(crate) mod tests {
             ReferenceLimits { min_angle_rad: None, max_angle_rad: None, ..rig.reference_limits };
         Params { compensation: Compensation::Full, reference_limits, ..rig }
     }
+
+    #[test]
+    fn bristles_ring_where_nothing_damps_them() {
+        use valve_model::{DahlParams, FrictionParams, LuGreParams};
+        let rings = |friction: FrictionParams| {
+            Params { friction: FrictionLaw::new(&friction), ..params() }.bristles_ring()
+        };
+        // Critical damping of 1300 N·m/rad on 5e-4 kg·m²: 1.6 N·m·s/rad. The motor has 0.02 of it.
+        let lugre = |bristle_damping_nm_s_per_rad| {
+            FrictionParams::LuGre(LuGreParams { bristle_damping_nm_s_per_rad, ..LuGreParams::BENCH_RIG })
+        };
+        assert!(!rings(lugre(1.0)) && !rings(lugre(0.15)));
+        assert!(rings(lugre(0.13)) && rings(lugre(0.0)));
+        assert!(rings(FrictionParams::Dahl(DahlParams {
+            coulomb_torque_nm: 1.5,
+            bristle_stiffness_nm_per_rad: 1000.0,
+            viscous_nm_s_per_rad: 0.0,
+            dahl_exponent: 1.0,
+        })));
+    }
+
+    #[test]
+    fn a_reference_leaps_where_no_reversal_at_full_speed_goes() {
+        let limits = params().reference_limits;
+        let most_rad = |time_s: f64| 2.0 * limits.max_speed_rad_per_s * 1.01 * time_s + 1e-3;
+        for time_s in [1e-3, 0.05] {
+            for direction in [1.0, -1.0] {
+                assert!(!limits.leapt(direction * 0.999 * most_rad(time_s), time_s));
+                assert!(limits.leapt(direction * 1.001 * most_rad(time_s), time_s));
+            }
+        }
+    }
 }

@@ -96,4 +96,14 @@ mod tests {
         let (resting, sliding) = (cycles(true).unwrap(), cycles(false).unwrap());
         assert!(resting < 2 && sliding > 4, "{resting} cycles at rest, {sliding} while sliding");
     }
+
+    #[test]
+    fn a_valve_that_slides_faster_than_it_swings_keeps_its_bristles_bent() {
+        // A turn of 4 rad/s swings with as much.
+        let params = Params { period_s: 8e-3, ..params() };
+        let ringing = Ringing::default().next(&params, 4.0 * 8e-3, &moves(0.0), false);
+        for (speed, relaxes) in [(0.0, true), (3.9, true), (-3.9, true), (4.1, false), (-4.1, false)] {
+            assert_eq!(ringing.relaxes(&params, speed), relaxes, "{speed} rad/s");
+        }
+    }
 }
