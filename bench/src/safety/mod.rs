@@ -108,7 +108,9 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
         let between = arguments.lockstep.unwrap_or(if quick { 20 } else { trials / 20 });
         lockstep::campaign(seed, between, &mut processes)?;
         let mut inputs = Tally::default();
-        files::campaign(seed, trials, &mut inputs)?;
+        if trials > 0 {
+            files::campaign(seed, trials, &mut inputs)?;
+        }
         Ok(vec![one_thread, processes, inputs])
     })?;
     let [one_thread, processes, inputs] = counts.tallies.as_slice() else { bail!("three tables expected") };
