@@ -189,9 +189,15 @@ impl<V: FnMut(Item<'_>) -> Walk> Walker<V> {
 
     /// The records of a chunk, once its CRC has been found right.
     fn chunk(&mut self, header: &ChunkHeader, data: &[u8]) -> Result<Walk, String> {
-        if !header.compression.is_empty() {
-            return Err(format!("compressed with {}, which records never are", header.compression));
-        }
+        let unpacked;
+        let data = match header.compression.as_str() {
+            "" => data,
+            "zstd" => {
+                unpacked = unpacked_from(data, header.uncompressed_size)?;
+                &unpacked
+            }
+            other => return Err(format!("compressed with {other}, expected zstd or nothing")),
+        };
         let crc = crc32fast::hash(data);
         if crc != header.uncompressed_crc {
             return Err(format!("CRC {crc:#010x}, expected {:#010x}", header.uncompressed_crc));
@@ -246,6 +252,18 @@ impl<V: FnMut(Item<'_>) -> Walk> Walker<V> {
         if let Some(channel) = channel {
             self.channels.insert(id, channel);
         }
+    }
+}
+
+/// A chunk's records. Its size is the header's word, which is believed up to the limit of a record.
+fn unpacked_from(data: &[u8], size: u64) -> Result<Vec<u8>, String> {
+    let size = usize::try_from(size).ok().filter(|size| *size <= RECORD_LIMIT_BYTES);
+    let size = size.ok_or_else(|| format!("more than {} MB in a chunk", RECORD_LIMIT_BYTES >> 20))?;
+    let unpacked = zstd::bulk::decompress(data, size).map_err(|error| format!("zstd: {error}"))?;
+    if unpacked.len() == size {
+        Ok(unpacked)
+    } else {
+        Err(format!("{} bytes, expected {size}", unpacked.len()))
     }
 }
 

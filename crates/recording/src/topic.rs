@@ -135,7 +135,7 @@ impl Topic {
 /// Bytes of a record that a message takes beside its words: CDR's header, MCAP's record and its index entry.
 const AROUND_A_MESSAGE: usize = 4 + 31 + 16;
 
-/// Bytes of a record that a cycle in real time takes, with a drive on a bus or without.
+/// Bytes of a record that a cycle in real time takes before chunks are compressed, with a drive on a bus or without.
 pub fn bytes_per_cycle(drive: bool) -> u64 {
     let every_cycle = |topic: &&Topic| match topic {
         Topic::SetPoint | Topic::OperatorCommand | Topic::RecorderProgress => false,

@@ -2,13 +2,14 @@
 //!
 //! Messages gather in a chunk in memory; [`Writer::flush`] closes it with its CRC and hands it to the system in
 //! one piece. So a killed recorder loses at most what came after the last flush, and a cut file ends inside at
-//! most one chunk. Nothing is compressed: a cycle's messages are about 1 kB.
+//! most one chunk. Chunks are compressed with zstd, at its quickest level and in the caller's thread: this is the recorder's
+//! process, not the loop's.
 
 use crate::schema::{self, Schema};
 use crate::{Gap, RecordInfo, RecordingError, Topic, cdr};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{McapError, WriteOptions};
+use mcap::{Compression, McapError, WriteOptions};
 use signals::{Body, Header, Message, Source};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,6 +23,9 @@ pub(crate) const NOTES_PATH: &str = "/recorder/notes";
 
 /// A chunk is closed at this size even when nobody flushes, and the buffer before the file holds a whole one.
 const CHUNK_BYTES: u64 = 1 << 20;
+
+/// Beyond it a record shrinks little and costs several times the work.
+const ZSTD_LEVEL: u32 = 1;
 
 type Inner = mcap::Writer<NoSeek<BufWriter<File>>>;
 
@@ -61,7 +65,10 @@ impl Writer {
             let buffered = BufWriter::with_capacity(2 * CHUNK_BYTES as usize, file);
             let mut inner = WriteOptions::new()
                 .library(format!("stepvalve {}", info.program_version))
-                .compression(None)
+                .compression(Some(Compression::Zstd))
+                .compression_level(ZSTD_LEVEL)
+                // Workers of its own would take cores that the loop has.
+                .compression_threads(0)
                 .chunk_size(Some(CHUNK_BYTES))
                 .disable_seeking(true)
                 .create(NoSeek::new(buffered))?;

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Keep::Ring { bytes } = arguments.record {
         let length = holds(bytes, loaded.scenario.period_ns, loaded.bridge.is_some());
         complain(format_args!(
-            "note: the ring of {} MB holds the last {length}, and faults",
+            "note: the ring of {} MB holds at least the last {length}, and faults",
             bytes / 1_000_000
         ));
     }
