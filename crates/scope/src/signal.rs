@@ -55,7 +55,7 @@ pub(crate) struct Signal {
     pub(crate) name: String,
     pub(crate) topic: Topic,
     pub(crate) field: Field,
-    unit: &'static str,
+    pub(crate) unit: &'static str,
     codes: Option<Codes>,
 }
 

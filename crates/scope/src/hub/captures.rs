@@ -213,9 +213,10 @@ impl State {
             return None;
         }
         self.ids += 1;
-        let settings = self.trigger.as_ref().map(|(_, machine)| machine.settings());
-        let (word, text) = match settings {
-            Some(settings) if !pending.by_hand && window.trigger.is_some() => describe(settings),
+        let (word, text) = match &self.trigger {
+            Some((signal, machine)) if !pending.by_hand && window.trigger.is_some() => {
+                describe(machine.settings(), signal.unit)
+            }
             _ if pending.by_hand => ("view", "what the page showed".to_owned()),
             _ => ("forced", "without a trigger".to_owned()),
         };
@@ -257,19 +258,30 @@ fn announced(capture: &Capture, file: Option<&str>) -> Value {
 }
 
 /// A word for file names, and a sentence.
-fn describe(settings: &Settings) -> (&'static str, String) {
+fn describe(settings: &Settings, unit: &str) -> (&'static str, String) {
     let signal = &settings.signal;
+    let level = |level: f64| {
+        let unit = if unit == "1" { "" } else { unit };
+        format!("{} {unit}", short(level)).trim_end().to_owned()
+    };
     match settings.condition {
-        Condition::Edge { level, .. } => ("edge", format!("{signal} passed {level}")),
-        Condition::Level { level, above: true } => ("level", format!("{signal} was above {level}")),
-        Condition::Level { level, above: false } => ("level", format!("{signal} was below {level}")),
+        Condition::Edge { level: at, .. } => ("edge", format!("{signal} passed {}", level(at))),
+        Condition::Level { level: at, above: true } => ("level", format!("{signal} was above {}", level(at))),
+        Condition::Level { level: at, above: false } => {
+            ("level", format!("{signal} was below {}", level(at)))
+        }
         Condition::Window { low, high, inside: true } => {
-            ("window", format!("{signal} came between {low} and {high}"))
+            ("window", format!("{signal} came between {} and {}", short(low), level(high)))
         }
         Condition::Window { low, high, inside: false } => {
-            ("window", format!("{signal} left {low} to {high}"))
+            ("window", format!("{signal} left {} to {}", short(low), level(high)))
         }
         Condition::Change => ("change", format!("{signal} changed")),
         Condition::Raised => ("raised", format!("{signal} was raised")),
     }
+}
+
+/// Four significant digits.
+fn short(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }

@@ -48,7 +48,7 @@ class Panels {
     const range = states ? (u, low, high) => [Math.min(low ?? 0, 0) - 0.5, Math.max(high ?? 1, 1) + 0.5] : (u, low, high) => roomy(low, high);
     const values = (u, splits, axis, space, step) => splits.map((value) => (states ? stateName(first, value) : tick(value, step)));
     const made = new uPlot({
-      width: Math.max(200, panel.plotPlace.clientWidth), height: PANEL_HEIGHT, padding: [8, 8, 0, 0],
+      width: Math.max(200, panel.plotPlace.clientWidth), height: PANEL_HEIGHT, padding: [8, 18, 0, 0],
       cursor: {
         y: false, drag: { x: true, y: false, dist: 5, setScale: false },
         sync: { key: CURSORS_KEY, scales: ["x", null], setSeries: false },
@@ -149,7 +149,7 @@ class Panels {
 
   tellValues() {
     const tracks = this.view.tracks(), { a, b } = this.cursors;
-    this.panels.forEach((panel) => panel.names.tell(tracks, this.hovered(), a, b, panel.factor, panel.text));
+    this.panels.forEach((panel) => panel.names.tell(tracks, this.hovered(), a, b, panel.factor));
   }
 
   /** For whoever owns the panels. */
@@ -184,23 +184,27 @@ class Names {
   constructor(place, signals) {
     this.table = element("table", "");
     this.head = this.table.createTHead().insertRow();
+    this.head.append(...["now", "a", "b", "d"].map(() => element("th", "")));
     const body = this.table.createTBody();
     this.rows = signals.map((signal, index) => {
-      const row = body.insertRow(), name = element("th", ""), mark = element("span", "mark");
+      const name = body.insertRow().appendChild(element("th", "")), mark = element("span", "mark");
+      const unit = shownUnit(signal.unit).text;
+      name.colSpan = 4;
       mark.style.background = `var(--series-${index % SERIES_COLOURS})`;
       // Long names may break where their words end.
-      name.append(mark, ...signal.name.split(/(?<=[._])/).flatMap((word) => [word, element("wbr", "")]));
-      row.append(name);
-      return { signal, row, cells: ["now", "a", "b", "d"].map(() => row.appendChild(element("td", ""))) };
+      name.append(mark, ...signal.name.split(/(?<=[._])/).flatMap((word) => [word, element("wbr", "")]), unit ? ` (${unit})` : "");
+      const row = body.insertRow();
+      return { signal, cells: ["now", "a", "b", "d"].map(() => row.appendChild(element("td", ""))) };
     });
     place.append(this.table);
   }
 
   /** Values at the mouse, or the newest; at both cursors, and between them. */
-  tell(tracks, hovered, a, b, factor, unit) {
+  tell(tracks, hovered, a, b, factor) {
     const both = a !== null && b !== null;
-    this.head.replaceChildren(...["", hovered === null ? "newest" : "mouse", a === null ? "" : "A", b === null ? "" : "B", both ? "\u0394" : ""]
-      .map((text) => element("th", "", text)));
+    [hovered === null ? "newest" : "mouse", a === null ? "" : "A", b === null ? "" : "B", both ? "\u0394" : ""].forEach((text, index) => {
+      if (this.head.cells[index].textContent !== text) this.head.cells[index].textContent = text;
+    });
     for (const { signal, cells } of this.rows) {
       const track = tracks.of(signal.topic);
       const read = (cycle) => (cycle === null ? null : track.at(signal.field, cycle));
@@ -208,7 +212,7 @@ class Names {
       const delta = both && values[1] !== null && values[2] !== null ? values[2] - values[1] : null;
       const wanted = [true, a !== null, b !== null, both];
       [...values, delta].forEach((value, index) => {
-        const text = !wanted[index] ? "" : value === null ? "\u2013" : named(signal, value, index === 3, factor, unit);
+        const text = !wanted[index] ? "" : value === null ? "\u2013" : named(signal, value, index === 3, factor);
         if (cells[index].textContent !== text) cells[index].textContent = text;
       });
     }
@@ -216,13 +220,12 @@ class Names {
 }
 
 /** A value as people read it: a state by its name, flags by theirs. */
-function named(signal, value, isDelta, factor, unit) {
+function named(signal, value, isDelta, factor) {
   if (signal.codes.length && !isDelta) {
     if (!signal.flags) return signal.codes.find(([code]) => code === value)?.[1] ?? String(value);
     const set = signal.codes.filter(([bit]) => Math.floor(value / bit) % 2 === 1).map(([, name]) => name);
     return set.length > 2 ? `${set.length} set` : set.join(", ") || "none";
   }
   const shown = value * factor;
-  const text = Number.isInteger(value) && factor === 1 ? String(value).replace("-", MINUS) : reading(shown, Math.abs(shown));
-  return unit ? `${text} ${unit}` : text;
+  return Number.isInteger(value) && factor === 1 ? String(value).replace("-", MINUS) : reading(shown, Math.abs(shown));
 }
