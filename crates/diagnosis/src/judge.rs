@@ -34,6 +34,8 @@ const CORRECTING: usize = 6;
 const FEW: usize = 2;
 /// A correction is clear from so many of its standard errors on.
 const CLEAR: f64 = 2.0;
+/// Zeros by run explain a log where they leave this part of what one zero and few causes leave, or less: they are many numbers.
+const MUCH_LESS: f64 = 0.9;
 /// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
@@ -59,15 +61,16 @@ pub(crate) fn judge<'a>(
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
     let few = few(&setting, asked, (&given, corrected.as_ref()), &mut ranked)?;
-    if few.is_none()
+    if let Few::Not { reached } = few
         && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
+        && with_zeros.selection.rms < MUCH_LESS * reached
     {
         return Ok(with_zeros);
     }
     let begun = given.point.clone();
     let selection = match few {
-        Some(few) => few,
-        None => select(&setting, asked.able, given, earlier, &mut ranked)?,
+        Few::Found(few) => *few,
+        Few::Not { .. } => select(&setting, asked.able, given, earlier, &mut ranked)?,
     };
     let selection = with_corrections(&setting, selection, corrected, asked.corrections)?;
     tell(Event::Step("measuring the gain"));
@@ -82,10 +85,10 @@ pub(crate) fn judge_few<'a>(
 ) -> Result<Option<Judgement<'a>>, DiagnosisError> {
     let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
-    let Some(few) = few(&setting, asked, (&given, corrected.as_ref()), &mut |_| {})? else {
+    let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), &mut |_| {})? else {
         return Ok(None);
     };
-    let selection = with_corrections(&setting, few, corrected, asked.corrections)?;
+    let selection = with_corrections(&setting, *few, corrected, asked.corrections)?;
     judgement(setting, noise, selection, &given.point, asked.seed).map(Some)
 }
 
@@ -143,19 +146,32 @@ fn judgement<'a>(
     Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
 }
 
-/// No cause, where corrections alone leave no more than noise, or few beside them; `None` where it takes more.
+/// What no cause, or few, explain beside corrections.
+enum Few {
+    /// They leave no more than noise.
+    Found(Box<Selection>),
+    /// They leave more; the least held-out RMS, in parts of the noise.
+    Not { reached: f64 },
+}
+
+/// No cause, where corrections alone leave no more than noise, or few beside them. Corrections that get there at their bounds are held
+/// against one number that is off by more.
 fn few(
     setting: &Setting<'_>,
     asked: Asked<'_>,
     (given, corrected): (&Fitted, Option<&Fitted>),
     ranked: &mut Tell<'_>,
-) -> Result<Option<Selection>, DiagnosisError> {
-    let Some(corrected) = corrected else { return Ok(None) };
-    if leaves_noise(setting, corrected)? {
-        return Ok(Some(nothing_yet(setting, given.clone())));
+) -> Result<Few, DiagnosisError> {
+    let Some(corrected) = corrected else { return Ok(Few::Not { reached: f64::INFINITY }) };
+    let found = |selection: Selection| Ok(Few::Found(Box::new(selection)));
+    let alone = Tried::judged(setting, corrected.clone());
+    let within = leaves_noise(setting, corrected)?;
+    let beyond = beyond_tolerance(setting, asked.able, (given, corrected))?;
+    if let Some(beyond) = beyond.filter(|beyond| !within || beyond.rms < alone.rms - EQUAL) {
+        return found(beyond);
     }
-    if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected))? {
-        return Ok(Some(beyond));
+    if within {
+        return found(nothing_yet(setting, given.clone()));
     }
     few_beside_corrections(setting, asked.able, (given, corrected), ranked)
 }
@@ -225,7 +241,7 @@ fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, Diagnosi
     Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)) || colour(setting, &left).is_some())
 }
 
-/// One cause or two that leave no more than noise together with corrections of the model's numbers; `None` where it takes more.
+/// One cause or two that leave no more than noise together with corrections of the model's numbers, if it takes no more.
 ///
 /// Asked first: against numbers that are off by their tolerance, a search without corrections finds causes for those too.
 fn few_beside_corrections(
@@ -233,12 +249,12 @@ fn few_beside_corrections(
     able: &[Candidate],
     (given, corrected): (&Fitted, &Fitted),
     ranked: &mut Tell<'_>,
-) -> Result<Option<Selection>, DiagnosisError> {
+) -> Result<Few, DiagnosisError> {
     let first = nothing_yet(setting, given.clone());
     let mut state = nothing_yet(setting, corrected.clone());
     for causes in 0..FEW {
         if setting.is_over() {
-            return Ok(None);
+            break;
         }
         let screening = screen(setting, able, &state.fitted)?;
         if causes == 0 {
@@ -246,15 +262,15 @@ fn few_beside_corrections(
             ranked(&state.first_ranking);
         }
         if !next_cause(setting, &screening.ranked, &mut state)? {
-            return Ok(None);
+            break;
         }
         refine(setting, &mut state)?;
         if leaves_noise(setting, &state.fitted)? {
             (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
-            return Ok(Some(state));
+            return Ok(Few::Found(Box::new(state)));
         }
     }
-    Ok(None)
+    Ok(Few::Not { reached: state.rms })
 }
 
 /// Refits the selected causes together with corrections of the model's parameters, so that their intervals include
