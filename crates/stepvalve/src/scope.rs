@@ -29,7 +29,7 @@ pub struct Arguments {
     /// How many captures may save themselves
     #[arg(long, value_name = "N", default_value_t = 100)]
     captures: usize,
-    /// A page of this origin may connect too, with the token: https://app.foxglove.dev
+    /// A page of this origin may connect too, with the token; for Foxglove in a browser `https://app.foxglove.dev`
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<String>,
     #[command(flatten)]
