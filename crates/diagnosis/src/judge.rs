@@ -56,7 +56,7 @@ pub(crate) fn judge<'a>(
     let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
     let seen = left_with(&setting, &given.point, Jumps::Seen)?;
     let rms = rms_left(&setting, &seen, &Piece::is_fitted);
-    tell(Event::Noise { rms, noise: noise.total.min(rms) });
+    tell(Event::Noise { rms, noise: noise.told(rms) });
     tell(Event::Step("screening causes"));
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));

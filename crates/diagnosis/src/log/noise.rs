@@ -51,6 +51,16 @@ pub(crate) struct NoiseLevel {
     pub per_independent: f64,
     /// The noise's share of what counts as the error of a sample; the rest is misfit. 1: noise alone.
     pub share: f64,
+    /// The user gave it: it is not estimated.
+    pub given: bool,
+}
+
+impl NoiseLevel {
+    /// What is told as the noise where so much is left. An estimate is no more than that, of which it is a part: what the encoder makes
+    /// of a torque may be estimated as more where its readings are filtered. A given noise stands.
+    pub fn told(&self, left: f64) -> f64 {
+        if self.given { self.total } else { self.total.min(left) }
+    }
 }
 
 /// Estimates the noise where it isn't known, and sets the pieces' weights.
@@ -107,6 +117,7 @@ pub(crate) fn estimate(
         total: (sum / f64::max(count, 1.0)).sqrt(),
         per_independent: 1.0,
         share: 1.0,
+        given: options.noise.is_some(),
     }
 }
 

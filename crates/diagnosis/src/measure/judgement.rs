@@ -163,15 +163,14 @@ impl Judgement<'_> {
         Some(Cause { id: EffectId::MissedSteps, parameters, evidence, rms_gain })
     }
 
-    /// The error of the given model beside the noise: no more of that than what the accepted causes leave, of which it is a part. What the
-    /// encoder makes of a torque may be told as more where its readings are filtered.
+    /// The error of the given model beside the noise, which is a part of what the accepted causes leave.
     pub fn residual(&self, after: &[PieceResidual]) -> Residual {
         let channel = self.setting.campaign.kind.channel;
         let left = rms_left(&self.setting, after, &|_: &Piece| true);
         Residual {
             quantity: channel.name().to_owned(),
             unit: channel.unit().to_owned(),
-            noise: self.noise.total.min(left),
+            noise: self.noise.told(left),
             rms: self.rms,
         }
     }
