@@ -202,6 +202,81 @@ fn a_restart_of_the_generation_is_survived_and_a_dead_instance_is_told() {
     });
 }
 
+/// The cycles of a frame of live samples that holds one topic.
+fn live_cycles(frame: &[u8]) -> Vec<u64> {
+    let word = |at: usize| u32::from_le_bytes(frame[at..at + 4].try_into().unwrap()) as usize;
+    if word(0) != 0 {
+        return Vec::new();
+    }
+    let (rows, columns) = (word(8), word(12));
+    let begin = 24 + 4 * columns.next_multiple_of(2);
+    let cycle = |row: usize| f64::from_le_bytes(frame[begin + 8 * row..][..8].try_into().unwrap()) as u64;
+    (0..rows).map(cycle).collect()
+}
+
+#[test]
+fn a_gap_on_the_bus_is_told_with_its_place_and_length() {
+    despite_stalls(|place| {
+        let run = armed(place);
+        let scope = Scope::start(place, &[]);
+        let mut socket = scope.socket();
+        socket.send(Message::text(r#"{"do":"show","signals":["feedback.angle_rad"]}"#)).unwrap();
+        let pid = Pid::from_raw(scope.process.id().cast_signed());
+        let (mut cycles, mut gaps) = (Vec::<u64>::new(), Vec::<(u64, u64)>::new());
+        while gaps.is_empty() || cycles.last().is_none_or(|last| *last < gaps[0].0 + 500) {
+            match socket.read().unwrap() {
+                Message::Binary(frame) => cycles.extend(live_cycles(&frame)),
+                Message::Text(text) => {
+                    let told: Value = serde_json::from_str(&text).unwrap();
+                    if told["is"] == "gap" {
+                        gaps.push((told["before_cycle"].as_u64().unwrap(), told["lost"].as_u64().unwrap()));
+                    }
+                }
+                _ => {}
+            }
+            // Long enough for a reader's buffer of a second to run over.
+            if cycles.len() > 200 && gaps.is_empty() {
+                kill(pid, Signal::SIGSTOP).unwrap();
+                std::thread::sleep(std::time::Duration::from_millis(2500));
+                kill(pid, Signal::SIGCONT).unwrap();
+            }
+        }
+        let [(before, lost)] = gaps[..] else { panic!("{gaps:?}") };
+        let last = cycles.iter().rfind(|cycle| **cycle < before).unwrap();
+        let found = cycles.iter().find(|cycle| **cycle > *last).unwrap();
+        println!("cycles {last} to {found}: {lost} lost");
+        assert_eq!(*found, before, "the gap is told at another place than it is");
+        // Cycles that the plant skipped itself are no loss.
+        assert!((1000..before - last).contains(&lost), "{lost} of {} cycles", before - last - 1);
+        drop(scope);
+        end_instance(run, Signal::SIGTERM).expect_code(0);
+    });
+}
+
+#[test]
+fn captures_save_themselves_up_to_the_limit_and_no_further() {
+    let place = TestPlace::new();
+    let run = armed(&place);
+    let folder = place.path("kept");
+    let scope = Scope::start(&place, &["--captures", "3", "--out", folder.to_str().unwrap()]);
+    let mut socket = scope.socket();
+    let mut ask = |request: Value| socket.send(Message::text(request.to_string())).unwrap();
+    // Always true: a capture every tenth of a second, without an end.
+    let condition = serde_json::json!({ "kind": "level", "level": 0.5, "above": true });
+    ask(serde_json::json!({ "do": "auto-save", "on": true }));
+    ask(serde_json::json!({ "do": "trigger", "settings": {
+        "signal": "feedback.oil_temperature_c", "condition": condition, "mode": "normal", "pre_cycles": 20, "post_cycles": 80,
+    }}));
+    let said = next_text(&mut socket, "error")["text"].as_str().unwrap().to_owned();
+    assert!(said.contains("3 captures are saved") && said.contains("--captures"), "{said}");
+    assert_eq!(next_text(&mut socket, "trigger")["auto_save"], false);
+    // The trigger goes on, and nothing more is saved of what it finds.
+    (0..5).for_each(|_| assert!(next_text(&mut socket, "capture")["id"].is_u64()));
+    assert_eq!(segments(&folder).len(), 3);
+    drop(scope);
+    end_instance(run, Signal::SIGTERM).expect_code(0);
+}
+
 #[test]
 fn in_lockstep_every_payload_is_the_same_beside_a_scope() {
     let place = TestPlace::new();

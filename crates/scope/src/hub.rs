@@ -41,6 +41,8 @@ struct State {
     /// The trigger's state as it was told last.
     told: Value,
     auto_save: bool,
+    /// Captures in the folder when `auto_save` was set, and those handed to the saver since.
+    kept: usize,
     pending: Vec<Pending>,
     recent: Recent,
     clients: BTreeMap<u64, Client>,
@@ -57,6 +59,7 @@ impl Hub {
             trigger: None,
             told: Value::Null,
             auto_save: false,
+            kept: 0,
             pending: Vec::new(),
             recent: Recent::default(),
             clients: BTreeMap::new(),

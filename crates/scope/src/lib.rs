@@ -10,6 +10,7 @@
 //! docs/scope.md is the guide.
 #![forbid(unsafe_code)]
 
+mod aside;
 mod block;
 mod capture;
 mod client;

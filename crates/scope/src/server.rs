@@ -1,5 +1,6 @@
 //! The server: accepts clients, reads the bus, saves captures.
 
+use crate::aside::stand_aside;
 use crate::block::Block;
 use crate::capture::Capture;
 use crate::client;
@@ -30,6 +31,8 @@ const MOST_CONNECTIONS: usize = 64;
 pub struct Options {
     /// The instance's folder; `None` to look at captures alone.
     pub instance: Option<PathBuf>,
+    /// The cores of the loop's processes, which the server keeps off.
+    pub loop_cores: Vec<usize>,
     /// Captures that can be opened, wherever they are.
     pub files: Vec<PathBuf>,
     /// Port on 127.0.0.1; 0 for any that is free.
@@ -80,6 +83,8 @@ pub fn serve(
     interruption: &Interruption,
     opened: impl FnOnce(&Opened),
 ) -> Result<(), ScopeError> {
+    // Before there are threads.
+    stand_aside(&options.loop_cores);
     let port_error = |source| ScopeError::Port { port: options.port, source };
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.port)).map_err(port_error)?;
     let port = listener.local_addr().map_err(port_error)?.port();

@@ -59,8 +59,8 @@ impl Store {
         let shown = self.folder.display().to_string();
         std::fs::create_dir_all(&self.folder)
             .map_err(|source| NotSaved::Folder { path: shown.clone(), source })?;
-        let taken: Vec<u32> = self.list().iter().filter_map(|saved| number(&saved.name)).collect();
-        let next = taken.iter().max().map_or(1, |last| last + 1);
+        let names = self.names();
+        let next = names.iter().filter_map(|name| number(name)).max().map_or(1, |last| last + 1);
         let free = NUMBERS.contains(&next).then_some(next).ok_or(NotSaved::Full(shown))?;
         let path = self.folder.join(format!("capture-{free:04}-{}.mcap", capture.cause.word));
         capture.write(&path)?;
@@ -82,11 +82,16 @@ impl Store {
         Err(failed(String::from_utf8_lossy(&output.stderr).trim().to_owned()))
     }
 
-    /// The captures that can be opened: those of the folder, and those that the user named.
-    pub(crate) fn list(&self) -> Vec<Saved> {
+    /// The names of the captures in the folder.
+    pub(crate) fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        let mut found: Vec<_> = names.filter(|name| number(name).is_some()).collect();
+        names.filter(|name| number(name).is_some()).collect()
+    }
+
+    /// The captures that can be opened: those of the folder, and those that the user named.
+    pub(crate) fn list(&self) -> Vec<Saved> {
+        let mut found = self.names();
         found.sort();
         found.extend(self.named.iter().map(|path| path.display().to_string()));
         let hdf5 = |name: &String| self.path(name).is_some_and(|path| path.with_extension("h5").exists());

@@ -3,6 +3,7 @@
 use crate::operator::Which;
 use crate::say::say;
 use anyhow::{Context, anyhow};
+use config::parse_scenario;
 use scope::{Opened, Options, serve};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -50,6 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let options = Options {
         folder: folder(arguments, instance.as_deref())?,
+        loop_cores: instance.as_deref().map(loop_cores).unwrap_or_default(),
         instance,
         files: arguments.files.clone(),
         port: arguments.port,
@@ -100,6 +102,14 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
         recording::read_info(file).map_err(Failure::input)?;
     }
     Ok(())
+}
+
+/// The cores that the instance's scenario gives to the processes with deadlines.
+fn loop_cores(instance: &Path) -> Vec<usize> {
+    let text = whereabouts(instance).map(|at| at.info.texts.scenario).unwrap_or_default();
+    let timing = parse_scenario(&text, "scenario").map(|scenario| scenario.timing);
+    let cores = timing.map(|timing| [timing.plant.core, timing.trajectory.core, timing.controller.core]);
+    cores.into_iter().flatten().flatten().collect()
 }
 
 fn folder(arguments: &Arguments, instance: Option<&Path>) -> Result<PathBuf, Failure> {

@@ -67,11 +67,15 @@ impl Hub {
                 let newest = state.history.newest_cycle();
                 state.machine()?.force(newest);
             }
-            Request::AutoSave { on } => self.lock().auto_save = on,
+            Request::AutoSave { on } => {
+                let mut state = self.lock();
+                (state.auto_save, state.kept) = (on, self.store.names().len());
+            }
             Request::Save { from, to, zero } => return self.save_view(from, to, zero),
             Request::SaveCapture { id } => {
-                let capture = self.lock().recent.get(id).ok_or("this capture is not held any more")?;
-                self.hand_to_saver(capture);
+                let mut state = self.lock();
+                let capture = state.recent.get(id).ok_or("this capture is not held any more")?;
+                self.hand_to_saver(&mut state, capture);
             }
             Request::Samples { id } => {
                 let state = self.lock();
@@ -177,7 +181,7 @@ impl Hub {
 
     fn save(&self, state: &mut State, capture: &Arc<Capture>, by_hand: bool) {
         let limit = self.store.limit;
-        if !by_hand && self.store.list().len() >= limit {
+        if !by_hand && state.kept >= limit {
             state.auto_save = false;
             let text = format!(
                 "{limit} captures are saved: no more are saved by themselves. --captures sets the limit"
@@ -185,10 +189,11 @@ impl Hub {
             state.tell_pages(&json!({ "is": "error", "text": text }));
             return;
         }
-        self.hand_to_saver(Arc::clone(capture));
+        self.hand_to_saver(state, Arc::clone(capture));
     }
 
-    fn hand_to_saver(&self, capture: Arc<Capture>) {
+    fn hand_to_saver(&self, state: &mut State, capture: Arc<Capture>) {
+        state.kept += 1;
         // The saver ends with the server.
         let _ = self.saver.send(capture);
     }
