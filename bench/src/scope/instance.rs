@@ -6,7 +6,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
@@ -32,7 +32,7 @@ impl Counts {
     }
 }
 
-/// An instance that turns its valve, recorded into a small ring.
+/// An instance that turns its valve, recorded into a ring.
 pub(super) struct Instance<'a> {
     workplace: &'a Workplace,
     process: Child,
@@ -47,7 +47,8 @@ impl<'a> Instance<'a> {
         let scenario =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../rt-config/scenarios/rotation-200khz.toml");
         let mut command = workplace.stepvalve()?;
-        command.args(["run", "--instance", "bench", "--record", "ring=64MB", "--out"]);
+        // The ring holds the turns, which come last.
+        command.args(["run", "--instance", "bench", "--record", "ring=2GB", "--out"]);
         command.arg(workplace.path("record")).arg(scenario);
         let process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
         let instance = Self { workplace, process };
@@ -105,6 +106,11 @@ impl<'a> Instance<'a> {
         let opened: Value = serde_json::from_str(&line).context("stepvalve scope --json")?;
         let page = opened.get("page").and_then(Value::as_str).context("no page's address")?.to_owned();
         Ok(Scope { process, page })
+    }
+
+    /// The folder of its record.
+    pub(super) fn record(&self) -> PathBuf {
+        self.workplace.path("record")
     }
 
     /// Ends it; how its processes were scheduled, in words.

@@ -3,17 +3,18 @@
 mod browser;
 mod client;
 mod instance;
+mod turns;
 mod usage;
 
 use crate::output::{Results, Sheet, digits};
 use crate::programs::Workplace;
 use anyhow::{Context, Result};
 use browser::Browser;
-use client::Client;
-use instance::{Counts, Instance, Scope};
+use instance::Instance;
 use serde_json::{Value, json};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use turns::{show, take_turns, work_in_cycles};
 use usage::Usage;
 
 /// Ten signals of four messages.
@@ -58,8 +59,10 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
     let seconds = if quick { 10 } else { arguments.seconds };
     let (page, page_data) = watch_page(&instance, seconds, quick)?;
     let (turn, rounds) = if quick { (3, 1) } else { (arguments.turn, arguments.rounds) };
-    let (turns, turns_data) = take_turns(&instance, Duration::from_secs(turn), rounds)?;
+    let taken = take_turns(&instance, Duration::from_secs(turn), rounds)?;
+    let record = instance.record();
     let scheduling = instance.end()?;
+    let (turns, turns_data) = show(&taken, &work_in_cycles(&record, &taken)?, turn);
     Ok(Results {
         command: "scope",
         quick,
@@ -115,77 +118,4 @@ fn watch_page(instance: &Instance<'_>, seconds: u64, quick: bool) -> Result<(She
     let data =
         json!({ "page": found, "cpu_percent": cpu_percent, "growth_mb": growth_mb, "skipped": skipped });
     Ok((sheet, data))
-}
-
-/// What the loop is beside in a turn.
-#[derive(Debug, Clone, Copy)]
-enum Beside {
-    Nothing,
-    Client,
-    StoppedClient,
-    StoppedScope,
-}
-
-impl Beside {
-    const ALL: [Self; 4] = [Self::Nothing, Self::Client, Self::StoppedClient, Self::StoppedScope];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Nothing => "no scope",
-            Self::Client => "a scope and a client that reads",
-            Self::StoppedClient => "a scope and a client that does not read",
-            Self::StoppedScope => "a scope that was stopped (SIGSTOP)",
-        }
-    }
-}
-
-/// The loop's overruns with and without a scope, in turns. Coming and going of the scope is part of its turns.
-fn take_turns(instance: &Instance<'_>, turn: Duration, rounds: u64) -> Result<(Sheet, Value)> {
-    let mut found = vec![Vec::new(); Beside::ALL.len()];
-    for round in 0..rounds as usize {
-        for step in 0..Beside::ALL.len() {
-            // Another order each time: none is always behind the same neighbour.
-            let which = (step + round) % Beside::ALL.len();
-            if let (Some(beside), Some(counts)) = (Beside::ALL.get(which), found.get_mut(which)) {
-                counts.push(take_turn(instance, *beside, turn)?);
-            }
-        }
-    }
-    let title = format!("overruns of the loop's processes, {rounds} turns of {} s each", turn.as_secs());
-    let header =
-        ["the loop is beside", "overruns", "by turn", "cycles skipped", "messages missed in the loop"];
-    let mut sheet = Sheet::new("scope-turns", title, &header);
-    let mut data = Vec::new();
-    for (beside, counts) in Beside::ALL.iter().zip(&found) {
-        let sum = |part: fn(&Counts) -> u64| counts.iter().map(part).sum::<u64>().to_string();
-        let each: Vec<_> = counts.iter().map(|counts| counts.overruns.to_string()).collect();
-        let cells = [sum(|one| one.overruns), each.join(" "), sum(|one| one.skipped), sum(|one| one.missed)];
-        sheet.row([beside.name().to_owned()].into_iter().chain(cells));
-        data.push(json!({ "beside": beside.name(), "overruns": each }));
-    }
-    Ok((sheet, Value::Array(data)))
-}
-
-fn take_turn(instance: &Instance<'_>, beside: Beside, turn: Duration) -> Result<Counts> {
-    let before = instance.counts()?;
-    let begun = Instant::now();
-    let watched: Option<(Scope, Client)> = match beside {
-        Beside::Nothing => None,
-        _ => {
-            let scope = instance.scope(&[])?;
-            let client = Client::connect(&scope.page, &SIGNALS, !matches!(beside, Beside::StoppedClient))?;
-            Some((scope, client))
-        }
-    };
-    if let (Beside::StoppedScope, Some((scope, _))) = (beside, &watched) {
-        sleep(turn / 4);
-        scope.stop()?;
-    }
-    sleep(turn.saturating_sub(begun.elapsed()));
-    if let Some((scope, client)) = watched {
-        scope.go_on()?;
-        drop(scope);
-        client.end();
-    }
-    Ok(instance.counts()?.since(&before))
 }
