@@ -5,6 +5,9 @@ const X_AXIS_HEIGHT = 24;
 const X_LABEL_HEIGHT = 18;
 const Y_AXIS_WIDTH = 78;
 const MARGIN = 16;
+/** Legends stand beside their plots from this width on, and take so much of it; the style sheet has the same number. */
+const LEGEND_WIDTH = 330;
+const WIDE = 1000;
 const MISSING = "\u2013";
 /** Samples per pixel column from which a moving signal is a band rather than a line. */
 const DENSE = 100;
@@ -81,7 +84,9 @@ class TimePlots {
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
-  resize(width) {
+  resize(whole) {
+    const wide = whole >= WIDE, width = wide ? whole - LEGEND_WIDTH : whole;
+    this.place.classList.toggle("wide", wide);
     if (this.plots) this.plots.forEach((plot) => plot.setSize({ width, height: plot.height }));
     else this.plots = this.draw(width);
     // uPlot lays itself out in a microtask of its own.
@@ -90,18 +95,22 @@ class TimePlots {
 
   draw(width) {
     const plots = [];
-    if (this.strips.names.length) {
-      this.place.append(this.strips.head);
-      plots.push(this.stripPlot(width));
-    }
+    if (this.strips.names.length) plots.push(this.stripPlot(width, this.row(this.strips.head)));
     this.panels.forEach((panel, index) => {
       const head = element("div", "plot-head");
       head.append(element("span", "plot-title", panel.title));
-      this.place.append(head);
       plots.push(this.panelPlot(width, panel, head, index === this.panels.length - 1));
     });
     plots.forEach((plot) => plot.over.addEventListener("wheel", (event) => this.wheel(plot, event), { passive: false }));
     return plots;
+  }
+
+  /** A plot's place, with its head: above it, or beside it where the window is wide. */
+  row(head) {
+    const row = element("div", "plot-row");
+    row.append(head);
+    this.place.append(row);
+    return row;
   }
 
   /** What all plots of the stack have in common. */
@@ -141,7 +150,7 @@ class TimePlots {
     };
   }
 
-  stripPlot(width) {
+  stripPlot(width, place) {
     return new uPlot({
       ...this.shared(width, this.strips.height),
       padding: [0, this.rightAxis ? Y_AXIS_WIDTH : MARGIN, 0, 0],
@@ -149,7 +158,7 @@ class TimePlots {
       axes: [this.xAxis(this.panels.length === 0), this.strips.axis()],
       series: [{}, { scale: "rows" }],
       hooks: this.hooks((u) => this.strips.paint(u)),
-    }, [this.full, [null, null]], this.place);
+    }, [this.full, [null, null]], place);
   }
 
   panelPlot(width, panel, head, last) {
@@ -169,7 +178,7 @@ class TimePlots {
         this.strips.paintLines(u);
         if (panel.series.every((series) => series.empty)) paintNote(u, "no values");
       }, (u) => this.adapt(u, panel)),
-    }, [panel.axis.time, ...panel.series.map((series) => series.values)], this.place);
+    }, [panel.axis.time, ...panel.series.map((series) => series.values)], this.row(head));
   }
 
   yAxis(unit, index) {
