@@ -1,6 +1,7 @@
 //! The page of a run: made by `simulate`, readable in a browser, and never half-written.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 use stepvalve_tests::{Finished, TestPlace, despite_stalls, repository};
@@ -41,6 +42,41 @@ fn simulate_leaves_a_page_that_a_browser_shows() {
             look_at(&page, &panels);
         }
     });
+}
+
+/// What a fact of the page says.
+fn fact(page: &Path, name: &str) -> String {
+    let html = std::fs::read_to_string(page).unwrap();
+    let found = html.split(&format!("<dt>{name}</dt><dd>")).nth(1).expect(name);
+    found.split("</dd>").next().unwrap().to_owned()
+}
+
+#[test]
+fn the_page_counts_the_overruns_that_simulate_counts() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("step-sequence.toml", 0.5, &[]);
+    let summary = |out: &str, options: &[&str]| -> Value {
+        let run = place.start_simulate(&scenario, "realtime", out, options);
+        let finished = Finished::from(run.wait_with_output().unwrap());
+        serde_json::from_str(&finished.stdout).unwrap_or_else(|_| panic!("{}", finished.stderr))
+    };
+    let last = summary("plain", &[])["cycles"].as_u64().unwrap() - 1;
+    // One in the middle, and one in the last cycle, behind which no further message counts it.
+    let faults = [200, last].map(|at| format!("overrun step-controller cycles=2 at={at}"));
+    let [first, second] = faults.each_ref().map(String::as_str);
+    let options = ["--allow-injection", "--inject", first, "--inject", second];
+    let said = summary("late", &options);
+    let sum = |key: &str| -> u64 {
+        let processes = said["processes"].as_object().unwrap().values();
+        processes.filter_map(|process| process["timing"][key].as_u64()).sum()
+    };
+    let (overruns, skipped) = (sum("overruns"), sum("skipped_cycles"));
+    assert!(overruns >= 2, "{overruns} overruns: the faults did not happen");
+    let cycles = if skipped == 1 { "cycle" } else { "cycles" };
+    assert_eq!(
+        fact(&place.path("late/run.html"), "Overruns"),
+        format!("{overruns}, {skipped} {cycles} skipped")
+    );
 }
 
 #[test]

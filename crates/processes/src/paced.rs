@@ -196,8 +196,9 @@ fn realtime_cycles<C: Cyclic>(
         steady.note(wake.cycle, work.is_warm(), || work.published().0 + timing.published());
         let mut stamp = Stamp::realtime(&wake);
         work.cycle(wake.cycle, wake.skipped, &mut stamp);
+        // Before the message that tells it: so the last cycle's overrun is in the record too.
+        stats.finished(&wake, stamp.last_ns);
         timing.write(wake.cycle, stamp.last_ns, loop_timing(&wake, &stamp, stats, work.missed(), priority));
-        stats.finished(&wake, now_ns());
         // The correction of Feedback k applies from cycle k+2 in every process: all have received it by the end of
         // cycle k.
         timer.steer(std::mem::replace(&mut correction_ns, work.phase_correction_ns()));

@@ -146,18 +146,20 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// By how much a count that begins again at every start rose in all, and in which rows.
+    /// By how much a count that begins again at every start rose in all, and in which rows. A cycle that has no row counts too.
     fn rises(&self, field: &str, mut note: impl FnMut(usize)) -> Result<u64, RunLogError> {
-        let (mut before, mut sum) = (0, 0);
-        self.each(field, |row, count| {
-            let count = count as u64;
-            let rise = count.checked_sub(before).unwrap_or(count);
-            if rise > 0 {
-                note(row);
+        self.column(field, |values| {
+            let (mut before, mut sum) = (0, 0);
+            for (row, count) in self.rows.iter().zip(values) {
+                let count = count as u64;
+                let rise = count.checked_sub(before).unwrap_or(count);
+                if rise > 0 {
+                    row.iter().for_each(|row| note(*row as usize));
+                }
+                (before, sum) = (count, sum + rise);
             }
-            (before, sum) = (count, sum + rise);
-        })?;
-        Ok(sum)
+            sum
+        })
     }
 
     fn each(&self, field: &str, mut note: impl FnMut(usize, f64)) -> Result<(), RunLogError> {
