@@ -256,6 +256,20 @@ fn without_a_cyclictest_that_works_the_loops_own_timer_measures() {
 }
 
 #[test]
+fn where_no_terminal_shows_a_bar_there_is_a_line_every_few_seconds() {
+    let place = TestPlace::new();
+    let root = FakeMachine::good(place.path("machine"));
+    let mut doctor = place.command("stepvalve");
+    doctor
+        .args(["doctor", "--json", "--measure", "7s", "--root"])
+        .arg(root.folder())
+        .env("PATH", "/nonexistent");
+    let said = String::from_utf8(doctor.output().unwrap().stderr).unwrap();
+    let lines = said.lines().filter(|line| line.ends_with(" s  measuring wake-up latency, of 7 s"));
+    assert!(lines.count() >= 2, "{said}");
+}
+
+#[test]
 fn coalescing_is_asked_for_where_a_bus_is() {
     let place = TestPlace::new();
     let machine = FakeMachine::good(place.path("machine"));

@@ -1,6 +1,7 @@
 //! `stepvalve convert`: a record becomes a run file.
 
 use crate::files::name;
+use crate::pulse::Pulse;
 use crate::say::say;
 use anyhow::{Context, anyhow};
 use processes::complain;
@@ -31,12 +32,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for segment in &arguments.segments {
         recording::read_info(segment).map_err(Failure::input)?;
     }
+    let pulse = Pulse::new(|| "converting".to_owned());
     let converted = match run_log::convert(&arguments.segments, out) {
         Err(error @ (RunLogError::NoCycles { .. } | RunLogError::Record(_))) => {
             return Err(Failure::input(error));
         }
         converted => converted.with_context(|| name(out))?,
     };
+    drop(pulse);
     for segment in &converted.report.segments {
         for damage in &segment.damage {
             complain(format_args!("{}: {damage}", name(&segment.path)));

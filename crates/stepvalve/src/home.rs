@@ -1,6 +1,7 @@
 //! `stepvalve home`: the angle's zero is found and the motor's teeth aligned to the encoder, on a running instance.
 
 use crate::operator::{Plain, find, tell};
+use crate::pulse::Pulse;
 use crate::say::say;
 use indicatif::ProgressBar;
 use std::path::Path;
@@ -26,7 +27,10 @@ pub fn run(arguments: &Plain) -> Result<Outcome, Failure> {
         return tell(begun, &arguments.which);
     }
     let bar = ProgressBar::new_spinner();
+    let shown = bar.clone();
+    let pulse = Pulse::new(move || shown.message());
     let status = follow(&socket, &interruption, &bar);
+    drop(pulse);
     bar.finish_and_clear();
     let Some(status) = status? else {
         let stopped = disarm(folder(&socket));

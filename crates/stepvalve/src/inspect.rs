@@ -1,6 +1,7 @@
 //! `stepvalve inspect`: what is wrong with a log itself, before anything is computed from it.
 
 use crate::files::{self, name};
+use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers;
 use anyhow::Context;
@@ -33,8 +34,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(file) => Some(config::parse_model(&files::read(file)?, &name(file)).map_err(Failure::input)?),
         None => None,
     };
+    let pulse = Pulse::new(|| "inspecting".to_owned());
     let log = strangers::log(&arguments.log)?;
     let found = inspect(&log, model.as_ref());
+    drop(pulse);
     if arguments.json {
         let all = json!({
             "format": "stepvalve-inspection", "format_version": 1, "log": name(&arguments.log),

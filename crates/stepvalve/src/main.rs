@@ -25,6 +25,7 @@ mod operator;
 mod output;
 mod paper;
 mod predict;
+mod pulse;
 mod record_info;
 mod replay;
 mod report;

@@ -1,41 +1,44 @@
-//! How far a diagnosis is: a line that changes on a terminal, a line for each step elsewhere.
+//! How far a diagnosis is: a line that changes on a terminal; elsewhere a line for each step, and while a step goes on.
 
+use crate::pulse::Pulse;
 use crate::say::say;
 use diagnosis::Event;
 use indicatif::{ProgressBar, ProgressStyle};
 use processes::complain;
 use std::io::{IsTerminal, stderr};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Causes of the first ranking that are told.
 const FIRST: usize = 5;
 
 /// Tells what is being done. Dropped, it leaves the terminal as it was.
 pub struct Progress {
-    bar: Option<ProgressBar>,
-    begun: Instant,
+    /// On a terminal it is drawn; elsewhere it holds the time and the step.
+    bar: ProgressBar,
+    drawn: bool,
+    _pulse: Pulse,
 }
 
 impl Progress {
     /// Begins to tell.
     pub fn new() -> Self {
-        let bar = stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new_spinner();
-            if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
-                bar.set_style(style);
-            }
+        let drawn = stderr().is_terminal();
+        let bar = if drawn { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+        if let (true, Ok(style)) = (drawn, ProgressStyle::with_template("{spinner} {elapsed} {msg}")) {
+            bar.set_style(style);
             bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        });
-        Self { bar, begun: Instant::now() }
+        }
+        let shown = bar.clone();
+        let pulse = Pulse::new(move || format!("still: {}", shown.message()));
+        Self { bar, drawn, _pulse: pulse }
     }
 
     /// A step begins.
     pub fn step(&self, what: &'static str) {
-        match &self.bar {
-            Some(bar) => bar.set_message(what),
+        self.bar.set_message(what);
+        if !self.drawn {
             // Files of jobs are read later: lines with their time.
-            None => complain(format_args!("{:7.1} s  {what}", self.begun.elapsed().as_secs_f64())),
+            complain(format_args!("{:7.1} s  {what}", self.bar.elapsed().as_secs_f64()));
         }
     }
 
@@ -57,15 +60,10 @@ impl Progress {
 
     /// All is done.
     pub fn end(self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.finish_and_clear();
     }
 
     fn aside(&self, tell: impl FnOnce()) {
-        match &self.bar {
-            Some(bar) => bar.suspend(tell),
-            None => tell(),
-        }
+        self.bar.suspend(tell);
     }
 }

@@ -2,6 +2,7 @@
 //! with the loop's own timer.
 
 use super::target::Target;
+use crate::pulse::Pulse;
 use anyhow::{Context, Result, anyhow, bail};
 use hdrhistogram::Histogram;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -49,6 +50,7 @@ pub fn measure(target: &Target, duration: Duration) -> Result<Measurement, Failu
         bar.set_style(style);
     }
     bar.set_message(format!("{} s", duration.as_secs_f64()));
+    let pulse = Pulse::new(move || format!("measuring wake-up latency, of {} s", duration.as_secs_f64()));
     let result = match cyclictest(target, duration, &bar) {
         Ok(Some(measured)) => Ok(measured),
         Ok(None) => built_in(target, duration, &bar),
@@ -57,6 +59,7 @@ pub fn measure(target: &Target, duration: Duration) -> Result<Measurement, Failu
             built_in(target, duration, &bar)
         }
     };
+    drop(pulse);
     bar.finish_and_clear();
     Ok(result?)
 }

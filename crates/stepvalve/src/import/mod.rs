@@ -5,6 +5,7 @@ mod mapping;
 mod recipe;
 
 use crate::files::name;
+use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers;
 use anyhow::{Context, anyhow, ensure};
@@ -112,6 +113,8 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
         ..Log::default()
     };
     let progress = ProgressBar::new(arguments.files.len() as u64);
+    let (read, files) = (progress.clone(), arguments.files.len());
+    let _pulse = Pulse::new(move || format!("{} of {files} files read", read.position()));
     let mut numbers_left = MAX_NUMBERS;
     for (index, file) in arguments.files.iter().enumerate() {
         let mut run = Run { name: run_name(arguments, index, file), ..Run::default() };

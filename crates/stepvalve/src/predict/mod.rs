@@ -3,6 +3,7 @@
 pub mod runs;
 
 use crate::files::{self, name};
+use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers;
 use anyhow::{Context, anyhow};
@@ -66,6 +67,8 @@ fn predict_and_write(
     tasks: Vec<Task>,
 ) -> Result<Vec<Predicted>, Failure> {
     let progress = ProgressBar::new(log.runs.len() as u64);
+    let (done, runs) = (progress.clone(), log.runs.len());
+    let pulse = Pulse::new(move || format!("{} of {runs} runs predicted", done.position()));
     let written = std::thread::scope(|scope| {
         let (sender, done) = mpsc::channel();
         let progress = &progress;
@@ -74,6 +77,7 @@ fn predict_and_write(
         });
         write(out, log, done)
     });
+    drop(pulse);
     progress.finish_and_clear();
     written
 }

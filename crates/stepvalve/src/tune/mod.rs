@@ -5,6 +5,7 @@ mod motion;
 mod torque;
 
 use crate::files;
+use crate::pulse::Pulse;
 use crate::say::say;
 use anyhow::{Context, anyhow};
 use config::{ModelComments, parse_model, parse_scenario, write_model};
@@ -47,8 +48,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         )));
     }
     let motion = identification(&scenario);
+    let pulse = Pulse::new(|| "fitting the belief".to_owned());
     let seen = record(&motion, &truth, &belief).context("the identification run").map_err(Failure::Input)?;
     let found = fit(&belief, &start, &seen, motion.period_s()).context("the fit")?;
+    drop(pulse);
     report(&found, &start, motion.duration_s);
     let tuned = Model { friction: FrictionParams::LuGre(found.friction), ..belief };
     whole_file::write(&arguments.out, write_model(&tuned, &comments(&found)))

@@ -1,0 +1,42 @@
+//! Signs of life where no terminal shows a bar: a line on stderr every few seconds, for files of jobs and for pipes.
+
+use processes::complain;
+use std::io::{IsTerminal, stderr};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// From one line to the next.
+const APART: Duration = Duration::from_secs(3);
+
+/// Tells until it is dropped.
+pub struct Pulse {
+    running: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+impl Pulse {
+    /// Tells what `what` says, with the time that has passed, unless stderr is a terminal.
+    pub fn new(what: impl Fn() -> String + Send + 'static) -> Self {
+        if stderr().is_terminal() {
+            return Self { running: None };
+        }
+        let (sender, dropped) = channel();
+        let begun = Instant::now();
+        let thread = std::thread::spawn(move || {
+            while dropped.recv_timeout(APART) == Err(RecvTimeoutError::Timeout) {
+                complain(format_args!("{:7.1} s  {}", begun.elapsed().as_secs_f64(), what()));
+            }
+        });
+        Self { running: Some((sender, thread)) }
+    }
+}
+
+impl Drop for Pulse {
+    fn drop(&mut self) {
+        if let Some((sender, thread)) = self.running.take() {
+            drop(sender);
+            // It says nothing that could fail.
+            let _ = thread.join();
+        }
+    }
+}
