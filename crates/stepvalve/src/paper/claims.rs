@@ -28,15 +28,19 @@ const OIL: OilParams = OilParams {
 };
 
 fn fact(id: &str, value: f64, unit: &'static str, stated: Option<f64>, text: &str) -> Fact {
-    Fact { id: id.to_owned(), text: text.to_owned(), value, unit, stated }
+    Fact { group: "", id: id.to_owned(), text: text.to_owned(), value, unit, stated }
 }
 
 /// All of them.
 pub fn facts() -> Vec<Fact> {
-    let mut facts = viscous();
-    facts.extend(seals());
-    facts.extend(speeds());
-    facts
+    let groups = [
+        ("Viscous friction: equation (4) and Table 1", viscous()),
+        ("Seals: equations (7) to (9) and (12)", seals()),
+        ("Speeds and bristles of Table 1", speeds()),
+    ];
+    let named =
+        |(group, facts): (&'static str, Vec<Fact>)| facts.into_iter().map(move |fact| Fact { group, ..fact });
+    groups.into_iter().flat_map(named).collect()
 }
 
 /// σ2 of equation (4), with Table 1's "diameters" as radii and as diameters.

@@ -109,7 +109,15 @@ impl Sine {
             "{}: largest friction torque under a sine of 1 Hz and {SINE_RAD_PER_S} rad/s (figures 7, 12)",
             self.name
         );
-        vec![Fact { id: format!("sine_peak_{}", self.name), text, value: peak, unit: "N·m", stated: None }]
+        let group = "Friction under a sine of speed (figures 7 and 12)";
+        vec![Fact {
+            group,
+            id: format!("sine_peak_{}", self.name),
+            text,
+            value: peak,
+            unit: "N·m",
+            stated: None,
+        }]
     }
 
     pub fn to_json(&self) -> Value {
@@ -121,6 +129,7 @@ impl Rotation {
     pub fn facts(&self) -> Vec<Fact> {
         let khz = self.pulse_rate_hz / 1e3;
         let fact = |what: &str, value: f64, unit: &'static str, stated: Option<f64>, text: &str| Fact {
+            group: "Rotation by the motor (figures 10 and 11)",
             id: format!("rotation_{khz}khz_{}_{what}", self.name),
             text: format!("{} at {khz} kHz: {text}", self.name),
             value,

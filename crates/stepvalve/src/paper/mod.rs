@@ -4,14 +4,17 @@ mod claims;
 mod figures;
 mod page;
 mod ramp;
+mod verdict;
 
 use crate::files::name;
+use crate::pulse::Pulse;
 use crate::say::say;
 use anyhow::{Context, Result, anyhow};
 use config::parse_model;
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
 use valve_model::{FrictionParams, LuGreParams, Model};
+use verdict::Verdict;
 
 /// Where to write.
 #[derive(clap::Args)]
@@ -31,6 +34,8 @@ pub struct Candidate {
 
 /// A number of the paper's, or about it, found by calculation.
 pub struct Fact {
+    /// The heading that it stands under.
+    pub group: &'static str,
     /// A name for it, as on stdout and in paper.json.
     pub id: String,
     /// What it is.
@@ -45,10 +50,18 @@ pub struct Fact {
 
 /// Everything on the page.
 struct Findings {
+    verdicts: Vec<Verdict>,
     facts: Vec<Fact>,
     sines: Vec<figures::Sine>,
     rotations: Vec<figures::Rotation>,
     ramps: Vec<ramp::Ramps>,
+}
+
+impl Fact {
+    /// Its unit behind a number; nothing for a pure number.
+    fn unit_shown(&self) -> String {
+        if self.unit == "1" { String::new() } else { format!(" {}", self.unit) }
+    }
 }
 
 /// Calculates everything, prints every number, writes the page and the same as JSON.
@@ -61,11 +74,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(Failure::Input(anyhow!("{} exists: give --out another folder", name(taken))));
     }
     std::fs::create_dir_all(&arguments.out).with_context(|| name(&arguments.out)).map_err(Failure::Input)?;
+    let pulse = Pulse::new(|| "calculating".to_owned());
     let findings = find()?;
-    for fact in &findings.facts {
-        let stated = fact.stated.map_or_else(String::new, |stated| format!("  (paper: {stated})"));
-        say(format_args!("{} = {} {}{stated}  # {}", fact.id, Short(fact.value), fact.unit, fact.text));
-    }
+    drop(pulse);
+    findings.tell();
     let document = serde_json::to_string_pretty(&findings.to_json()).context("paper.json")?;
     page::page(&findings).write_html(&html).with_context(|| name(&html))?;
     whole_file::write(&json, document + "\n").with_context(|| name(&json))?;
@@ -87,7 +99,7 @@ fn find() -> Result<Findings> {
     facts.extend(sines.iter().flat_map(figures::Sine::facts));
     facts.extend(rotations.iter().flat_map(figures::Rotation::facts));
     facts.extend(ramps.iter().flat_map(ramp::Ramps::facts));
-    Ok(Findings { facts, sines, rotations, ramps })
+    Ok(Findings { verdicts: verdict::verdicts(&facts)?, facts, sines, rotations, ramps })
 }
 
 /// The paper's two sets as printed, the rig's, and Table 1's bristles with torques at which the motor can turn.
@@ -119,11 +131,33 @@ fn candidates() -> Result<Vec<Candidate>> {
 }
 
 impl Findings {
+    /// Verdicts first, then each number under its heading.
+    fn tell(&self) {
+        say(format_args!("{}\n", verdict::headline(&self.verdicts)));
+        for Verdict { claim, outcome, why } in &self.verdicts {
+            say(format_args!("{:<10} {claim}: {why}", outcome.word()));
+        }
+        for facts in self.groups() {
+            say(format_args!("\n{}", facts.first().map_or("", |fact| fact.group)));
+            for fact in facts {
+                let stated = fact.stated.map_or_else(String::new, |stated| format!("  (paper: {stated})"));
+                let unit = fact.unit_shown();
+                say(format_args!("{} = {}{unit}{stated}  # {}", fact.id, Short(fact.value), fact.text));
+            }
+        }
+    }
+
+    /// The facts by their headings.
+    fn groups(&self) -> impl Iterator<Item = &[Fact]> {
+        self.facts.chunk_by(|a, b| a.group == b.group)
+    }
+
     fn to_json(&self) -> serde_json::Value {
-        let fact = |fact: &Fact| serde_json::json!({ "id": fact.id, "text": fact.text, "value": fact.value, "unit": fact.unit, "stated": fact.stated });
+        let fact = |fact: &Fact| serde_json::json!({ "group": fact.group, "id": fact.id, "text": fact.text, "value": fact.value, "unit": fact.unit, "stated": fact.stated });
         serde_json::json!({
             "format": "stepvalve-paper",
             "format_version": 1,
+            "verdicts": self.verdicts.iter().map(Verdict::to_json).collect::<Vec<_>>(),
             "facts": self.facts.iter().map(fact).collect::<Vec<_>>(),
             "figure_7_and_12": self.sines.iter().map(figures::Sine::to_json).collect::<Vec<_>>(),
             "figure_10_and_11": self.rotations.iter().map(figures::Rotation::to_json).collect::<Vec<_>>(),

@@ -1,29 +1,45 @@
 //! paper.html.
 
 use super::figures::{Rotation, Sine};
+use super::verdict::{self, Verdict};
 use super::{Findings, Short};
 use report::{Axis, Block, Hue, Page, Section, Style, Table, XyPlot, XySeries};
 
 /// The page.
 pub fn page(findings: &Findings) -> Page {
-    let headline = "What the paper states, beside what its own equations and parameters give.";
-    let mut page = Page::new("Friction of a stepped rotary flow control valve", headline);
-    page.sections.push(numbers(findings));
+    let headline = verdict::headline(&findings.verdicts);
+    let mut page = Page::new("Friction of a stepped rotary flow control valve: the paper, checked", headline);
+    page.sections.push(verdicts(findings));
     page.sections.push(sines(findings));
     page.sections.push(rotations(findings));
     page.sections.push(ramps(findings));
+    page.sections.extend(numbers(findings));
     page
 }
 
-fn numbers(findings: &Findings) -> Section {
-    let rows = findings.facts.iter().map(|fact| {
-        let stated = fact.stated.map_or_else(|| "–".to_owned(), |stated| Short(stated).to_string());
-        let unit = if fact.unit == "1" { "" } else { fact.unit };
-        vec![fact.text.clone(), format!("{} {unit}", Short(fact.value)), stated, fact.id.clone()]
-    });
-    let header = ["what", "found", "the paper", "name in paper.json"].map(str::to_owned).to_vec();
-    let table = Table { header, rows: rows.collect() };
-    Section::new("Table 1 and the numbers").with(Block::Table(table))
+fn verdicts(findings: &Findings) -> Section {
+    let row = |verdict: &Verdict| {
+        vec![verdict.outcome.word().to_owned(), verdict.claim.to_owned(), verdict.why.clone()]
+    };
+    let header = ["", "the paper states", "what its numbers say"].map(str::to_owned).to_vec();
+    let table = Table { header, rows: findings.verdicts.iter().map(row).collect() };
+    Section::new("What became of its statements").with(Block::Table(table))
+}
+
+/// Every number, folded away under its heading.
+fn numbers(findings: &Findings) -> impl Iterator<Item = Section> {
+    findings.groups().map(|facts| {
+        let rows = facts.iter().map(|fact| {
+            let unit = fact.unit_shown();
+            let stated =
+                fact.stated.map_or_else(|| "–".to_owned(), |stated| format!("{}{unit}", Short(stated)));
+            vec![fact.text.clone(), format!("{}{unit}", Short(fact.value)), stated, fact.id.clone()]
+        });
+        let header = ["what", "found", "the paper", "name in paper.json"].map(str::to_owned).to_vec();
+        let heading = facts.first().map_or("", |fact| fact.group);
+        let heading = format!("{heading}: {} numbers", facts.len());
+        Section::folded(heading).with(Block::Table(Table { header, rows: rows.collect() }))
+    })
 }
 
 fn plot(title: &str, x: Axis, y: Axis, series: Vec<XySeries>) -> Block {

@@ -93,6 +93,7 @@ impl Ramps {
 
     pub fn facts(&self) -> Vec<Fact> {
         let fact = |what: &str, value: f64, unit: &'static str, text: &str| Fact {
+            group: "Starts and slow motion",
             id: format!("{what}_{}", self.name),
             text: format!("{}: {text}", self.name),
             value,
