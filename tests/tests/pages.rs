@@ -128,3 +128,45 @@ fn bad_files_are_refused_and_nothing_is_written() {
         assert_eq!(std::fs::read_dir(&pages).unwrap().count(), 0, "something was written");
     }
 }
+
+#[test]
+fn two_runs_stand_on_one_page() {
+    let place = TestPlace::new();
+    let given = place.shortened("sine-1hz.toml", 5.0, &[]);
+    place.simulate(&given, "in-process", "full").expect_code(0);
+    let bare = place.shortened("sine-1hz.toml", 5.0, &[("level", "level = \"none\"")]);
+    place.simulate(&bare, "in-process", "none").expect_code(0);
+    let compare = |a: &str, b: &str, out: &str| {
+        let paths = [a, b, out].map(|name| place.path(name).to_str().unwrap().to_owned());
+        place.stepvalve(&["compare", &paths[0], &paths[1], "--out", &paths[2]])
+    };
+    // A run's folder, and a file.
+    let finished = compare("full", "none/run.h5", "both.html").expect_code(0);
+    let page = place.path("both.html");
+    let said = headline(&page);
+    assert!(said.starts_with("Following error: 0.0") && finished.stdout.contains(&said), "{said}");
+    let html = std::fs::read_to_string(&page).unwrap();
+    for line in [
+        "A  level = &quot;full&quot;",
+        "B  level = &quot;none&quot;",
+        "A angle",
+        "B angle",
+        "A state",
+        "B state",
+    ] {
+        assert!(html.contains(line), "{line} is not on the page");
+    }
+    look_at(&page, &PANELS);
+    // The same run twice: nothing differs.
+    compare("full", "full", "same.html").expect_code(0);
+    let html = std::fs::read_to_string(place.path("same.html")).unwrap();
+    assert!(html.contains("both were made from the same texts"));
+    let before = std::fs::read(&page).unwrap();
+    compare("full", "none", "both.html").expect_code(2);
+    assert_eq!(std::fs::read(&page).unwrap(), before);
+    for (a, b, named) in [("missing", "full", "missing"), ("full", "missing.h5", "missing.h5")] {
+        let refused = compare(a, b, "other.html").expect_code(2);
+        assert!(refused.stderr.contains(named), "{}", refused.stderr);
+        assert!(!place.path("other.html").exists());
+    }
+}

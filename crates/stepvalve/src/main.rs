@@ -129,6 +129,11 @@ enum Command {
     Replay(replay::Arguments),
     /// Turn a run file into a page with plots (run.html)
     Report(report::Arguments),
+    /// Put two runs on one page: key figures beside each other, signals over each other, what differs in their files
+    Compare(report::compare::Arguments),
+    /// Write the page of two runs, within limits
+    #[command(hide = true)]
+    DrawComparison(report::compare::Limited),
 }
 
 fn main() -> ExitCode {
@@ -168,6 +173,8 @@ fn main() -> ExitCode {
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Compare(arguments) => report::compare::run(&arguments),
+        Command::DrawComparison(arguments) => report::compare::draw(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,5 +1,9 @@
-//! `stepvalve report`: a run file becomes a page with plots.
+//! `stepvalve report`: a run file becomes a page with plots; `stepvalve compare`: two runs become one.
 
+pub mod compare;
+
+mod common_time;
+mod differences;
 mod events;
 mod figures;
 mod panels;
@@ -10,6 +14,7 @@ mod text;
 mod timing;
 
 use crate::files::name;
+use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers::{self, Limits};
 use ::report::{RunData, TimeAxis, run_page};
@@ -50,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
     }
     let limits = Limits::of_work(run).with_context(|| name(run)).map_err(Failure::Input)?;
+    let _pulse = Pulse::new(|| "drawing the page".to_owned());
     strangers::watched(run, "draw-page", &[run, out], &limits)?;
     Ok(Outcome::Done)
 }
@@ -87,10 +93,10 @@ fn data(path: &Path) -> Result<RunData, anyhow::Error> {
     let series = plan.series() + timing.len() * timing::SERIES;
     let details = figures.details(&table);
     let axis = TimeAxis::new(&table.time_s, series, &details).with_context(|| name(path))?;
-    let mut panels = plan.draw(&table, &axis)?;
+    let mut panels = plan.draw(&table, &|values| Ok(axis.trace(values)?))?;
     panels.extend(timing::panels(&timing, &axis)?);
     Ok(RunData {
-        title: title(file, path)?,
+        title: table.title(path)?,
         headline: figures.headline(&table, &events),
         summary: figures.facts(&table, &events)?,
         strips: strips::read(&table, &events, &timing)?,
@@ -101,11 +107,6 @@ fn data(path: &Path) -> Result<RunData, anyhow::Error> {
         machine: machine(file, &timing)?,
         texts: texts(file)?,
     })
-}
-
-fn title(file: &RunFile, path: &Path) -> Result<String, anyhow::Error> {
-    let title = file.text("title")?.filter(|title| !title.is_empty());
-    Ok(title.unwrap_or_else(|| name(path.file_name().map_or(path, Path::new))))
 }
 
 fn machine(file: &RunFile, timing: &[timing::ProcessTiming]) -> Result<Vec<(String, String)>, anyhow::Error> {

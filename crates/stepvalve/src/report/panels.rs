@@ -3,7 +3,7 @@
 use super::figures::Figures;
 use super::set_points::{FollowedSetPoint, flow_wanted};
 use super::table::Table;
-use ::report::{Line, Panel, TimeAxis, Trace};
+use ::report::{Line, Panel, Trace};
 use anyhow::Result;
 use run_log::RunLogError;
 
@@ -24,6 +24,9 @@ struct Signal {
     /// Left out where the file has this other column.
     unless: Option<&'static str>,
 }
+
+/// Puts one value a row onto a time axis.
+pub type Lay<'a> = dyn Fn(&mut dyn Iterator<Item = f64>) -> Result<Trace> + 'a;
 
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
@@ -113,11 +116,17 @@ impl Plan<'_> {
         self.signals.len() + usize::from(self.flow_wanted) + usize::from(self.temperature)
     }
 
-    /// Reads them, one after the other.
+    /// Shows following errors in the larger of its unit and another plan's, so that they share an axis.
+    pub fn share_unit(&mut self, other: &mut Self) {
+        let coarser = if self.error_unit.1 < other.error_unit.1 { self.error_unit } else { other.error_unit };
+        (self.error_unit, other.error_unit) = (coarser, coarser);
+    }
+
+    /// Reads them, one after the other; `lay` puts one value a row onto the page's time axis.
     ///
     /// # Errors
     /// Where the file can't be read.
-    pub fn draw(&self, table: &Table, axis: &TimeAxis) -> Result<Vec<Panel>> {
+    pub fn draw(&self, table: &Table, lay: &Lay<'_>) -> Result<Vec<Panel>> {
         let mut panels: Vec<Panel> = Vec::new();
         for signal in &self.signals {
             if panels.last().is_none_or(|panel| panel.title != signal.panel) {
@@ -128,7 +137,7 @@ impl Plan<'_> {
                 _ => (signal.unit, signal.factor),
             };
             let (Some(panel), Some(trace)) =
-                (panels.pop(), trace(table, axis, signal.column, factor, signal.running_only)?)
+                (panels.pop(), trace(table, lay, signal.column, factor, signal.running_only)?)
             else {
                 continue;
             };
@@ -136,14 +145,14 @@ impl Plan<'_> {
         }
         if self.flow_wanted {
             let wanted = flow_wanted(self.set_points, table.time_s.len()).map(|flow| flow * 60e3);
-            let wanted =
+            let mut wanted =
                 wanted.zip(&table.running).map(|(flow, running)| if *running { flow } else { f64::NAN });
-            let trace = axis.trace(wanted)?;
+            let trace = lay(&mut wanted)?;
             if let Some(panel) = panels.pop_if(|panel| panel.title == FLOW_PANEL) {
                 panels.push(panel.with_line("flow wanted", "L/min", trace, Line::Dashed));
             }
         }
-        if let (true, Some(trace)) = (self.temperature, trace(table, axis, "oil_temperature", 1.0, false)?) {
+        if let (true, Some(trace)) = (self.temperature, trace(table, lay, "oil_temperature", 1.0, false)?) {
             panels.push(Panel::new("Oil temperature").with("oil temperature", "°C", trace));
         }
         Ok(panels)
@@ -152,18 +161,18 @@ impl Plan<'_> {
 
 fn trace(
     table: &Table,
-    axis: &TimeAxis,
+    lay: &Lay<'_>,
     column: &str,
     factor: f64,
     running_only: bool,
 ) -> Result<Option<Trace>> {
     let trace = table.file.column(column, |values| {
-        let shown = values
+        let mut shown = values
             .zip(&table.running)
             .map(|(value, running)| if running_only && !running { f64::NAN } else { value * factor });
-        axis.trace(shown)
+        lay(&mut shown)
     })?;
-    Ok(trace.transpose()?)
+    trace.transpose()
 }
 
 fn varies(table: &Table, column: &str) -> Result<bool, RunLogError> {

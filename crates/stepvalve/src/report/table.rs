@@ -1,5 +1,6 @@
 //! The run file as the page needs it: the rows' times, and in which of them the controller followed.
 
+use crate::files::name;
 use run_log::{RunFile, RunLogError};
 use signals::ControllerState;
 use std::path::Path;
@@ -30,6 +31,15 @@ impl Table {
         let closed_loop = states.is_some();
         let running = states.unwrap_or_else(|| vec![true; time_s.len()]);
         Ok(Self { file, time_s, running, closed_loop })
+    }
+
+    /// The run's title, or else its file's name.
+    ///
+    /// # Errors
+    /// [`RunLogError`].
+    pub fn title(&self, path: &Path) -> Result<String, RunLogError> {
+        let title = self.file.text("title")?.filter(|title| !title.is_empty());
+        Ok(title.unwrap_or_else(|| name(path.file_name().map_or(path, Path::new))))
     }
 
     /// A row's time, s.

@@ -45,6 +45,15 @@ impl Limits {
         Ok(Self { memory_bytes: limits.memory_bytes + ANY_BYTES, cpu_s: 2 * limits.cpu_s, ..limits })
     }
 
+    /// For work on two files at once.
+    pub fn and(&self, other: &Self) -> Self {
+        Self {
+            numbers: self.numbers + other.numbers,
+            memory_bytes: self.memory_bytes + other.memory_bytes,
+            cpu_s: self.cpu_s + other.cpu_s,
+        }
+    }
+
     fn of_size(bytes: u64, memory_per_byte: u64) -> Self {
         Self {
             // Twice the file's size in bytes, beside what any file may have.
