@@ -339,7 +339,12 @@ impl<'a> Field<'a> {
             return match parse_quantity(text, dimension) {
                 Ok(value) if bounds.contain(value) => value,
                 Ok(_) => self.refused(&expected()),
-                Err(error) => self.refused(&error.expected),
+                Err(error) if dimension.si_unit().is_empty() => self.refused(&error.expected),
+                Err(error) => self.refused(&format!(
+                    "{}; a bare number without quotes is in {}",
+                    error.expected,
+                    dimension.si_unit()
+                )),
             };
         }
         match self.plain_number() {

@@ -209,12 +209,7 @@ fn with_units(dimension: Dimension) -> String {
     if dimension == Dimension::Ratio {
         return "a ratio such as 0.5 or \"50%\"".to_owned();
     }
-    format!(
-        "{} with a unit ({}); a bare number without quotes is in {}",
-        dimension.name(),
-        dimension.unit_list(),
-        dimension.si_unit()
-    )
+    format!("{} with a unit ({})", dimension.name(), dimension.unit_list())
 }
 
 /// A text fit for one line of a message: control characters escaped, cut after 60 characters.
