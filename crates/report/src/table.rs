@@ -4,8 +4,11 @@ use crate::html::escaped;
 
 /// A number with its unit and its range is no longer.
 const NUMBER_CHARS: usize = 40;
+/// A cell that is longer holds a sentence.
+const SENTENCE_CHARS: usize = 45;
 
-/// A table; cells that begin with a number stand to the right.
+/// A table; cells that begin with a number stand to the right. On a narrow screen a table with sentences in it becomes a list of its
+/// rows, each cell behind its column's name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// The columns' names; empty for none.
@@ -16,7 +19,10 @@ pub struct Table {
 
 impl Table {
     pub(crate) fn to_html(&self) -> String {
-        let mut html = String::from("<div class=\"scroll\"><table>");
+        let sentences = self.rows.iter().flatten().any(|text| text.chars().count() > SENTENCE_CHARS);
+        let list = sentences && !self.header.is_empty();
+        let mut html =
+            format!("<div class=\"scroll\"><table{}>", if list { " class=\"as-list\"" } else { "" });
         if !self.header.is_empty() {
             let numeric = |column: usize| {
                 let mut cells = self.rows.iter().filter_map(|row| row.get(column));
@@ -31,8 +37,9 @@ impl Table {
         html.push_str("<tbody>");
         for row in &self.rows {
             html.push_str("<tr>");
-            for text in row {
-                cell(&mut html, "td", text, is_number(text));
+            for (column, text) in row.iter().enumerate() {
+                let name = self.header.get(column).filter(|_| list);
+                labelled(&mut html, text, name);
             }
             html.push_str("</tr>");
         }
@@ -44,6 +51,13 @@ impl Table {
 pub(crate) fn cell(html: &mut String, tag: &str, text: &str, number: bool) {
     let class = if number { " class=\"number\"" } else { "" };
     html.push_str(&format!("<{tag}{class}>{}</{tag}>", escaped(text)));
+}
+
+/// A cell that knows its column's name.
+fn labelled(html: &mut String, text: &str, name: Option<&String>) {
+    let Some(name) = name else { return cell(html, "td", text, is_number(text)) };
+    let class = if is_number(text) { " class=\"number\"" } else { "" };
+    html.push_str(&format!("<td{class} data-name=\"{}\">{}</td>", escaped(name), escaped(text)));
 }
 
 pub(crate) fn is_number(text: &str) -> bool {

@@ -58,6 +58,25 @@ fn a_page_appears_whole_or_not_at_all() {
 }
 
 #[test]
+fn cells_of_a_table_with_sentences_know_their_columns() {
+    let text = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
+    let page = |rows| {
+        let table = Table { header: text(["\"cause\"", "for it"]), rows };
+        let mut page = report::Page::new("t", "");
+        page.sections.push(Section::new("s").with(Block::Table(table)));
+        page.to_html()
+    };
+    let short = page(vec![text(["Coulomb", "1.5"])]);
+    assert!(!short.contains("<table class=\"as-list\">") && short.contains("<td>Coulomb</td>"));
+    let long =
+        page(vec![text(["Coulomb", "its friction is higher than the model has it, in both directions"])]);
+    assert!(
+        long.contains("<table class=\"as-list\">")
+            && long.contains("<td data-name=\"&quot;cause&quot;\">Coulomb</td>")
+    );
+}
+
+#[test]
 fn numbers_in_tables_stand_to_the_right() {
     let text = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
     let rows = vec![text(["Coulomb", "1.5"]), text(["offset", "−0.2"]), text(["other", "–"])];

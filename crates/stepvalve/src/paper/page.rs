@@ -21,7 +21,7 @@ fn verdicts(findings: &Findings) -> Section {
     let row = |verdict: &Verdict| {
         vec![verdict.outcome.word().to_owned(), verdict.claim.to_owned(), verdict.why.clone()]
     };
-    let header = ["", "the paper states", "what its numbers say"].map(str::to_owned).to_vec();
+    let header = ["verdict", "the paper states", "what its numbers say"].map(str::to_owned).to_vec();
     let table = Table { header, rows: findings.verdicts.iter().map(row).collect() };
     Section::new("What became of its statements").with(Block::Table(table))
 }
