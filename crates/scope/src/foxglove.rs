@@ -8,6 +8,7 @@ use recording::{CDR_HEADER, Topic, schema_of};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// Opcode of a message's data.
 const MESSAGE_DATA: u8 = 1;
@@ -47,9 +48,17 @@ pub(crate) fn greetings() -> [Value; 2] {
         })
         .collect();
     [
-        json!({ "op": "serverInfo", "name": "stepvalve scope", "capabilities": [], "metadata": {} }),
+        json!({
+            "op": "serverInfo", "name": "stepvalve scope", "capabilities": [], "metadata": {}, "sessionId": session(),
+        }),
         json!({ "op": "advertise", "channels": channels }),
     ]
+}
+
+/// One for as long as this server runs: a viewer that connects again sees whether it is the same.
+fn session() -> &'static str {
+    static SESSION: OnceLock<String> = OnceLock::new();
+    SESSION.get_or_init(|| realtime::now_ns().to_string())
 }
 
 /// What is subscribed to after a request; an answer where it can't be followed.

@@ -227,5 +227,6 @@ function named(signal, value, isDelta, factor) {
     return set.length > 2 ? `${set.length} set` : set.join(", ") || "none";
   }
   const shown = value * factor;
-  return Number.isInteger(value) && factor === 1 ? String(value).replace("-", MINUS) : reading(shown, Math.abs(shown));
+  // Five digits: an angle at rest differs from its reference in the fifth.
+  return Number.isInteger(value) && factor === 1 ? String(value).replace("-", MINUS) : reading(shown, Math.abs(shown) / 10);
 }
