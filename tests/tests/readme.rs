@@ -153,7 +153,14 @@ fn follow_readme(place: &TestPlace, python: &Path) {
     running.take().into_iter().for_each(end);
     let found = std::fs::read_to_string(home.join("found/diagnosis.json")).unwrap();
     assert!(found.contains("\"explained\"") && found.contains("pressure-dependent-friction"), "{found}");
-    for made in ["sine.html", "sine.png", "predicted.h5", "runs/bench/events.jsonl", "my-scenario.toml"] {
+    for made in [
+        "sine.html",
+        "sine.png",
+        "compare.html",
+        "predicted.h5",
+        "runs/bench/events.jsonl",
+        "my-scenario.toml",
+    ] {
         assert!(home.join(made).exists(), "{made}");
     }
 }

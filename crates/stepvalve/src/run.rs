@@ -122,14 +122,18 @@ fn report(out: &Path, json: bool, ending: &Ending) -> Result<(), Failure> {
         say(serde_json::to_string_pretty(&stay).map_err(anyhow::Error::from)?);
         return Ok(());
     }
-    say(format_args!("stopped after {} starts of the processes", ending.generations));
+    match ending.generations {
+        0 | 1 => say("stopped"),
+        starts => say(format_args!("stopped; the processes were started {starts} times")),
+    }
     let output = Output::of_instance(out)?;
     let segments = output.segments();
     if !segments.is_empty() {
         let folder = output.folder().display();
         say(format_args!(
-            "record: {} segments; stepvalve convert {folder}/run-*.mcap --out run.h5",
-            segments.len()
+            "record: {} segment{}; stepvalve convert {folder}/run-*.mcap --out run.h5",
+            segments.len(),
+            if segments.len() == 1 { "" } else { "s" }
         ));
     }
     Ok(())
