@@ -91,13 +91,16 @@ pub(crate) struct Child {
 }
 
 /// The core of a process in lockstep, where there are two: trajectory and controller take turns, so they share one and hand
-/// it to each other; the plant works beside them on the other, and leaves it to the recorder while it waits.
+/// it to each other; the plant works beside them on the other. The recorder, which compresses, has a third where there is one; else it
+/// has the plant's while that waits.
 pub(crate) fn lockstep_core(source: Source) -> Option<usize> {
-    let two = std::thread::available_parallelism().is_ok_and(|cores| cores.get() >= 2);
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     match source {
-        Source::Trajectory | Source::Controller if two => Some(0),
-        Source::Plant | Source::Recorder if two => Some(1),
-        _ => None,
+        _ if cores < 2 => None,
+        Source::Trajectory | Source::Controller => Some(0),
+        Source::Plant => Some(1),
+        Source::Recorder => Some(if cores > 2 { 2 } else { 1 }),
+        Source::Supervisor => None,
     }
 }
 
