@@ -10,6 +10,11 @@ fn the_papers_claims_beside_what_the_model_gives() {
     let out = place.path("paper");
     let finished = place.stepvalve(&["paper", "--out", out.to_str().unwrap()]).expect_code(0);
     let html = std::fs::read_to_string(out.join("paper.html")).unwrap();
+    // What became of the statements comes first, here and on the terminal.
+    let verdict = html.find("What became of its statements").expect("verdicts");
+    assert!(verdict < html.find("Figures 7 and 12").unwrap());
+    assert!(finished.stdout.starts_with("7 statements of the paper"), "{}", finished.stdout);
+    assert!(finished.stdout.find("refuted    the motor turns") < finished.stdout.find("sigma2_radii = "));
     for heading in
         ["Table 1", "Figures 7 and 12", "Figure 10", "Figure 11", "peak at the start against the ramp"]
     {
