@@ -40,6 +40,17 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// An empty one that holds so much before it grows.
+    pub(crate) fn with_room(bytes: usize, messages: usize) -> Self {
+        Self { entries: Vec::with_capacity(messages), bytes: Vec::with_capacity(bytes) }
+    }
+
+    /// Bytes that it holds before it grows.
+    #[cfg(test)]
+    pub(crate) fn room(&self) -> usize {
+        self.bytes.capacity()
+    }
+
     /// Adds a message; `append` puts its bytes behind the others.
     pub(crate) fn push(&mut self, topic: Topic, cycle: u64, append: impl FnOnce(&mut Vec<u8>)) {
         let begin = self.bytes.len();

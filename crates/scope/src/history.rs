@@ -4,8 +4,13 @@ use crate::block::{Block, Stored, has_cycle};
 use recording::Gap;
 use std::collections::VecDeque;
 
-/// A block is closed at this size, so that the oldest goes in small pieces.
+/// A block is closed at this size, so that the oldest goes in small pieces. All blocks are alike, however much came at once after a
+/// stall: a block that grew would keep its memory as long as the history lasts.
 const BLOCK_BYTES: usize = 256 << 10;
+/// Room for the message that closes it.
+const ROOM_BYTES: usize = 4 << 10;
+/// Messages in a block: most are larger than 96 bytes.
+const BLOCK_MESSAGES: usize = BLOCK_BYTES / 96;
 /// Gaps that are remembered; more than these are counted all the same.
 const GAPS: usize = 1000;
 
@@ -24,7 +29,7 @@ pub(crate) struct History {
     cycles: u64,
     closed: VecDeque<(u64, Block)>,
     open: Block,
-    spare: Vec<Block>,
+    spare: Option<Block>,
     lost: VecDeque<Lost>,
     first_cycle: Option<u64>,
     newest_cycle: u64,
@@ -36,8 +41,8 @@ impl History {
         Self {
             cycles,
             closed: VecDeque::new(),
-            open: Block::default(),
-            spare: Vec::new(),
+            open: Block::with_room(BLOCK_BYTES + ROOM_BYTES, BLOCK_MESSAGES),
+            spare: None,
             lost: VecDeque::new(),
             first_cycle: None,
             newest_cycle: 0,
@@ -57,6 +62,9 @@ impl History {
                 self.newest_cycle = self.newest_cycle.max(stored.cycle);
             }
             self.open.push(stored.topic, stored.cycle, |bytes| bytes.extend_from_slice(stored.bytes));
+            if self.open.len() >= BLOCK_BYTES {
+                self.close();
+            }
         }
         for lost in lost {
             if self.lost.len() == GAPS {
@@ -64,12 +72,14 @@ impl History {
             }
             self.lost.push_back(*lost);
         }
-        if self.open.len() >= BLOCK_BYTES {
-            let mut next = self.spare.pop().unwrap_or_default();
-            next.clear();
-            self.closed.push_back((self.newest_cycle, std::mem::replace(&mut self.open, next)));
-        }
         self.forget();
+    }
+
+    /// Goes on with the next block: one that was forgotten, or a new one.
+    fn close(&mut self) {
+        let next =
+            self.spare.take().unwrap_or_else(|| Block::with_room(BLOCK_BYTES + ROOM_BYTES, BLOCK_MESSAGES));
+        self.closed.push_back((self.newest_cycle, std::mem::replace(&mut self.open, next)));
     }
 
     fn forget(&mut self) {
@@ -77,9 +87,11 @@ impl History {
         while let Some((newest, _)) = self.closed.front()
             && *newest < oldest
         {
-            self.spare.extend(self.closed.pop_front().map(|(_, block)| block));
-            // One is enough: blocks come and go one by one.
-            self.spare.truncate(1);
+            // One is kept: blocks come and go one by one.
+            if let Some((_, mut block)) = self.closed.pop_front() {
+                block.clear();
+                self.spare = Some(block);
+            }
         }
         while self.lost.front().is_some_and(|lost| lost.before_cycle < oldest) {
             self.lost.pop_front();
@@ -160,5 +172,17 @@ mod tests {
         let (cut, _) = history.cut(1234, 2345);
         let cycles: Vec<_> = cut.iter().map(|stored| stored.cycle).collect();
         assert_eq!(cycles, (1234..=2345).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_burst_leaves_no_larger_block_behind() {
+        let mut history = History::new(5000);
+        let burst = 3 * BLOCK_BYTES as u64 / 200;
+        history.take(&came(0..burst), &[]);
+        (burst..burst + 20_000).step_by(10).for_each(|start| history.take(&came(start..start + 10), &[]));
+        history.take(&came(burst + 20_000..2 * burst + 20_000), &[]);
+        let all = history.closed.iter().map(|(_, block)| block).chain([&history.open]).chain(&history.spare);
+        all.for_each(|block| assert_eq!(block.room(), BLOCK_BYTES + ROOM_BYTES));
+        assert!(history.iter().map(|stored| stored.cycle).is_sorted());
     }
 }
