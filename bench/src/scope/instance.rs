@@ -122,7 +122,7 @@ impl<'a> Instance<'a> {
         let state = status.get("state").and_then(Value::as_str).unwrap_or("unknown");
         kill(pid(&self.process), Signal::SIGTERM)?;
         self.process.wait()?;
-        Ok(format!("as rotation-200khz.toml asks for; the valve was {state} at the end"))
+        Ok(format!("as rotation-200khz.toml asks for; the valve's state at the end was \"{state}\""))
     }
 }
 
