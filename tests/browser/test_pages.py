@@ -22,7 +22,7 @@ PANELS = ["Angle", "Following error", "Torque", "Torque reserve", "Pulse rate", 
 
 
 def make_pages(folder):
-    example = ["cargo", "run", "--quiet", "--release", "-p", "report", "--example", "sample_pages", "--", folder]
+    example = ["cargo", "run", "--quiet", "-p", "report", "--example", "sample_pages", "--", folder]
     subprocess.run(example, cwd=ROOT, check=True)
 
 
@@ -258,13 +258,23 @@ class Pages(unittest.TestCase):
         self.assertEqual(colours["model"], colours["given"], "both are the given model")
         self.assertEqual(len({colour for of in colours.values() for colour in of}), 3, colours)
 
+    def plot_and_legend(self, index):
+        """Where a plot and its legend are in the window."""
+        return self.run_js("""const plot = document.querySelectorAll('.stack .uplot')[arguments[0]];
+            const legend = plot.closest('.plot-row').querySelector('.u-legend');
+            return { plot: plot.getBoundingClientRect().toJSON(), legend: legend.getBoundingClientRect().toJSON() };""", index)
+
     def test_hiding_a_signal_resizing_and_moving_with_the_wheel(self):
         plots = self.open("run.html")
-        width = plots[1].size["width"]
+        wide = self.plot_and_legend(1)
+        self.assertGreaterEqual(wide["legend"]["left"], wide["plot"]["right"], "where there is room the legend stands beside its plot")
         self.driver.set_window_size(800, 700)
         self.addCleanup(self.driver.set_window_size, 1280, 900)
         settle(self.driver)
-        self.assertLess(self.plots()[1].size["width"], width - 300)
+        narrow = self.plot_and_legend(1)
+        self.assertLessEqual(narrow["legend"]["bottom"], narrow["plot"]["top"] + 1, "else above it")
+        self.assertLess(narrow["plot"]["right"], wide["plot"]["right"] - 100)
+        self.assertLessEqual(self.run_js("return document.documentElement.scrollWidth"), 800, "nothing sticks out")
         wheel = "arguments[0].dispatchEvent(new WheelEvent('wheel', {deltaY: arguments[1], ctrlKey: arguments[2], " \
                 "shiftKey: !arguments[2], clientX: 400, bubbles: true, cancelable: true}))"
         self.run_js(wheel, plots[1], -100, True)
