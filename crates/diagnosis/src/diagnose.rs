@@ -16,6 +16,7 @@ use crate::measure::doubt::misfit;
 use crate::measure::judgement::Judgement;
 use crate::options::Options;
 use crate::outcome::Verdict;
+use crate::show::loose::loose;
 use crate::show::mains::{Mains, mains};
 use crate::show::observe::shows_zeros;
 use crate::show::residual::left;
@@ -91,6 +92,7 @@ pub fn diagnose(
     let corrected = corrections(&campaign.facts, &able, options.tolerance);
     let asked = Asked { first: &first, corrections: &corrected, able: &able, seed: options.seed };
     let judged = judge(setting, noise, asked, None, tell)?;
+    campaign.allow_all();
     if setting.is_over() {
         return conclude(&judged, &able, &unable);
     }
@@ -134,11 +136,32 @@ pub fn diagnose(
             (judge(setting, noise, asked, Some(&earlier), tell)?, noise)
         }
     };
+    let (_, left_by_all) = judged.everywhere(&judged.selection.fitted)?;
+    let (judged, noise) = match loose(&judged.setting, &left_by_all) {
+        None => (judged, noise),
+        Some(found) => {
+            tell(Event::Step("once more, without ripples that have a phase of their own in each run"));
+            let point = judged.selection.fitted.point.clone();
+            let ready = judged.setting.ready(&point.hypothesis)?;
+            campaign.take_out_ripples(found.ripples, &found.by_piece);
+            let noise = estimate(&mut campaign, &ready, &point.starts, options, workers);
+            let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+            (judge(setting, noise, asked, None, tell)?, noise)
+        }
+    };
     if let Some(misfit) = misfit(&judged)? {
         tell(Event::Step("once more, with what the causes leave as an error of every sample"));
+        let first = judged.selection;
         let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
         let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
         let judged = judge(setting, noise, asked, None, tell)?;
+        // A search that came to its end before it found anything takes nothing back.
+        let found = !judged.selection.fitted.point.hypothesis.members.is_empty();
+        let judged = if found || !setting.is_over() {
+            judged
+        } else {
+            judge(setting, noise, asked, Some(&first), tell)?
+        };
         return conclude(&judged, &able, &unable);
     }
     let Some(colour) = judged.colour()? else {

@@ -17,6 +17,7 @@ use crate::name::round::next_cause;
 use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, select};
 use crate::name::selection::{Round, Selection};
+use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
@@ -32,8 +33,12 @@ use valve_model::EffectId;
 const CORRECTING: usize = 6;
 /// Causes that are looked for beside corrections.
 const FEW: usize = 2;
+/// A candidate that by its linearised gain leaves more than this, in parts of the noise, is not fitted in the hope that it leaves noise.
+const HOPELESS: f64 = 1.5;
 /// A correction is clear from so many of its standard errors on.
 const CLEAR: f64 = 2.0;
+/// A level beyond its tolerance cuts this part of the held-out error at least.
+const LEVEL: f64 = 0.02;
 /// Zeros by run explain a log where they leave this part of what one zero and few causes leave, or less: they are many numbers.
 const MUCH_LESS: f64 = 0.9;
 /// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
@@ -72,7 +77,7 @@ pub(crate) fn judge<'a>(
         Few::Found(few) => *few,
         Few::Not { .. } => select(&setting, asked.able, given, earlier, &mut ranked)?,
     };
-    let selection = with_corrections(&setting, selection, corrected, asked.corrections)?;
+    let selection = with_corrections(&setting, selection, corrected, asked)?;
     tell(Event::Step("measuring the gain"));
     judgement(setting, noise, selection, &begun, asked.seed)
 }
@@ -88,7 +93,7 @@ pub(crate) fn judge_few<'a>(
     let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), &mut |_| {})? else {
         return Ok(None);
     };
-    let selection = with_corrections(&setting, *few, corrected, asked.corrections)?;
+    let selection = with_corrections(&setting, *few, corrected, asked)?;
     judgement(setting, noise, selection, &given.point, asked.seed).map(Some)
 }
 
@@ -261,6 +266,11 @@ fn few_beside_corrections(
             state.first_ranking = screening.ranking();
             ranked(&state.first_ranking);
         }
+        // The last one that is allowed has to leave no more than noise.
+        let best = screening.ranked.first().map_or(0.0, |best| best.gain);
+        if causes + 1 == FEW && state.rms - best > HOPELESS {
+            break;
+        }
         if !next_cause(setting, &screening.ranked, &mut state)? {
             break;
         }
@@ -279,8 +289,9 @@ fn with_corrections(
     setting: &Setting<'_>,
     mut selection: Selection,
     corrected: Option<Fitted>,
-    corrections: &[Correction],
+    asked: Asked<'_>,
 ) -> Result<Selection, DiagnosisError> {
+    let corrections = asked.corrections;
     let Some(corrected) = corrected else { return Ok(selection) };
     let mut point = selection.fitted.point.clone();
     point.hypothesis.members.retain(|member| {
@@ -295,7 +306,8 @@ fn with_corrections(
     let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
     point.hypothesis.corrections = others.collect();
     let fitted = fit(setting, point, &Piece::is_fitted, CORRECTING)?;
-    selection.take(without_idle_corrections(setting, Tried::judged(setting, fitted))?);
+    let joint = levels_beyond(setting, asked.able, Tried::judged(setting, fitted))?;
+    selection.take(without_idle_corrections(setting, joint)?);
     // Beside the corrections some harmonics may be within their own errors.
     for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
         if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
@@ -304,6 +316,30 @@ fn with_corrections(
         }
     }
     Ok(selection)
+}
+
+/// A number of the model that the corrections beside the causes take to its bound, as a cause where the held-out error falls with it: it is
+/// off by more. The torque's scale is then left as given: beside a level that can't go further it stands in for it, and takes the causes'
+/// torques with it.
+fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Result<Tried, DiagnosisError> {
+    let at_bound: Vec<Correction> =
+        joint.fitted.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()).cloned().collect();
+    let mut best = joint;
+    for of in at_bound.iter().filter(|of| !matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset)) {
+        let Some(candidate) = able.iter().find(|candidate| candidate.id == of.id) else { continue };
+        if setting.is_over() {
+            break;
+        }
+        let hypothesis = &best.fitted.point.hypothesis;
+        let others = hypothesis.with_corrections_of(|id| id != of.id && id != EffectId::TorqueGain);
+        let member = Member::new(candidate, vec![of.value], candidate.free.clone());
+        let begin = Point { hypothesis: others.with(member), starts: best.fitted.point.starts.clone() };
+        let tried = if_possible(Tried::from(setting, begin, STEPS))?;
+        if let Some(tried) = tried.filter(|tried| tried.rms < best.rms - FLOOR.max(LEVEL * best.rms)) {
+            best = tried;
+        }
+    }
+    Ok(best)
 }
 
 /// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a

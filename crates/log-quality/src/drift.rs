@@ -3,7 +3,7 @@
 use crate::expected::{AS_IT_IS, Expected};
 use crate::finding::{Finding, Kind, Place, Severity};
 use crate::windows::{Source, Window, windows};
-use log_data::{Channel, Log};
+use log_data::{Channel, Log, Run};
 use valve_model::Model;
 
 /// Stretches of the log in which a zero is told, about; fewer than the second tell no trend.
@@ -14,6 +14,11 @@ const DEVIATIONS: f64 = 4.0;
 /// Less than this part of the friction changes no result that matters.
 const MATTERS: f64 = 0.05;
 
+/// Pressures that differ by less than this part of the largest are one; and of pairs of runs that differ in it, the excess of those in
+/// one order that makes a trend.
+const ONE_PRESSURE: f64 = 0.1;
+const MOSTLY: f64 = 0.3;
+
 /// A stretch's middle, and the zero in it.
 struct Zero {
     time_s: f64,
@@ -23,7 +28,7 @@ struct Zero {
 
 pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Option<Finding> {
     let expected = Expected::new(Some(model?), true)?;
-    if !log.is_on_one_clock() {
+    if !log.is_on_one_clock() || pressure_follows_time(log) {
         return None;
     }
     let source = Source { angle: Channel::Angle, measured: Channel::Torque, integrated: false, lag: false };
@@ -50,6 +55,29 @@ pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Option<Finding> {
         place: Place::of(&[Channel::Torque], Vec::new()),
         mend: "let the transducer warm up, and record its zero before each run".to_owned(),
     })
+}
+
+/// Whether the pressure rises or falls from run to run over the log: a torque that goes by it then moves with time too, and is no zero.
+fn pressure_follows_time(log: &Log) -> bool {
+    let mean = |run: &&Run| {
+        let values = run.pressure_drop_pa.as_ref()?.iter().filter(|value| value.is_finite());
+        let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+        (count > 0).then(|| sum / f64::from(count))
+    };
+    let runs = log.runs_in_time();
+    let means: Vec<f64> = runs.iter().filter_map(mean).collect();
+    let most = means.iter().map(|mean| mean.abs()).fold(0.0, f64::max);
+    let mut order = 0.0;
+    let mut pairs = 0.0;
+    for (index, earlier) in means.iter().enumerate() {
+        for later in
+            means.iter().skip(index + 1).filter(|later| (*later - earlier).abs() > ONE_PRESSURE * most)
+        {
+            order += (later - earlier).signum();
+            pairs += 1.0;
+        }
+    }
+    pairs > 0.0 && f64::abs(order) > MOSTLY * pairs
 }
 
 /// The zeros of a window, cut into so many parts; of those that slide both ways.

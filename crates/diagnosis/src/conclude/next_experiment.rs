@@ -4,6 +4,9 @@ use crate::log::facts::Facts;
 use crate::outcome::{Ambiguity, Dependence, Judged, Verdict};
 use valve_model::EffectId;
 
+/// No rotary drive swings a load faster than this.
+const MOST_DRIVEN_HZ: f64 = 500.0;
+
 /// A sentence or two.
 pub(crate) fn next_experiment(
     verdict: Verdict,
@@ -118,6 +121,11 @@ fn separating(ids: &[EffectId], facts: &Facts) -> String {
         Separating::RingingLoad => {
             let inertia = facts.load_inertia.unwrap_or(1e-4);
             let hertz = (facts.stiffness.unwrap_or(1e3) / inertia).sqrt() / std::f64::consts::TAU;
+            if hertz > MOST_DRIVEN_HZ {
+                return format!(
+                    "the deflection under a torque at rest, by a second encoder on the load's side: load and stiffness ring at {hertz:.0} Hz, faster than a drive can swing them"
+                );
+            }
             format!(
                 "a sweep of small sines up to about {hertz:.0} Hz, where load and stiffness ring, at one pressure and temperature"
             )

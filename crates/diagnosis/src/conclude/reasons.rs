@@ -14,6 +14,8 @@ use valve_model::EffectId;
 pub(crate) struct Against {
     /// Together they leave too large a residual.
     pub doubtful: bool,
+    /// Of doubtful causes those that nothing speaks against.
+    pub spared: Vec<EffectId>,
     /// Series over the angle that stand in for a gear, each with the gear's order.
     pub geared: Vec<(EffectId, f64)>,
     /// Causes that increase the error on held-out runs.
@@ -25,6 +27,11 @@ pub(crate) struct Against {
 }
 
 impl Against {
+    /// True if a selected cause leaves too much to be one.
+    pub fn doubts(&self, id: EffectId) -> bool {
+        self.doubtful && !self.spared.contains(&id)
+    }
+
     /// True if the effect is a series over the angle, and one of those stands in for a gear.
     pub fn is_geared(&self, id: EffectId) -> bool {
         !self.geared.is_empty() && is_over_the_angle(id)
@@ -33,13 +40,15 @@ impl Against {
 
 /// The groups of causes that can't be told apart, and why.
 pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Facts) -> Vec<Ambiguity> {
-    let groups = selection.ambiguous.iter().filter(|_| !against.doubtful || against.mostly);
+    let groups = selection.ambiguous.iter().filter(|(best, _)| !against.doubts(*best) || against.mostly);
     let geared = |id: EffectId| against.is_geared(id);
-    let open = groups.filter(|(best, others)| !geared(*best) && !others.iter().any(|id| geared(*id)));
+    let open = groups.filter(|(best, others)| {
+        !geared(*best) && !others.iter().any(|id| geared(*id)) && !against.unclear.contains(best)
+    });
     open.map(|(best, others)| {
         let ids = std::iter::once(best).chain(others).copied().collect();
         let mut reason = why_alike(selection, *best, others, facts);
-        if against.doubtful {
+        if against.doubts(*best) {
             reason = format!("each removes the largest part of the error, not all of it; {reason}");
         }
         Ambiguity { ids, reason, best: None, rivals: Vec::new() }
@@ -102,7 +111,8 @@ fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> O
                 .to_owned(),
         );
     }
-    (against.doubtful && selected).then(|| "fits part of it, but leaves too much to be the cause".to_owned())
+    (against.doubts(id) && selected)
+        .then(|| "fits part of it, but leaves too much to be the cause".to_owned())
 }
 
 /// Why a candidate was not selected.

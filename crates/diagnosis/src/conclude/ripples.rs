@@ -73,7 +73,7 @@ pub(crate) fn kept_out(offered: &Offered, unit: &str) -> String {
     )
 }
 
-/// Ripples over the angle in what the accepted causes leave, where anything is left.
+/// Ripples over the angle: those that were taken out run by run, and others in what the accepted causes leave, where anything is left.
 pub(crate) fn ripples_left(
     judged: &Judgement<'_>,
     verdict: Verdict,
@@ -88,7 +88,13 @@ pub(crate) fn ripples_left(
         std_error: of.std_error,
         in_phase: of.in_phase,
     };
-    ripples_by_run(&judged.setting, after).into_iter().map(told).collect()
+    let loose = judged.setting.campaign.loose_ripples.iter().map(|of| RippleLeft {
+        order: of.order,
+        amplitude: of.amplitude,
+        std_error: of.std_error,
+        in_phase: false,
+    });
+    loose.chain(ripples_by_run(&judged.setting, after).into_iter().map(told)).collect()
 }
 
 /// The sentence on ripples that are left.

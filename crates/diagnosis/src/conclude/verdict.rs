@@ -12,9 +12,9 @@ use crate::extend::catalogue::Untestable;
 use crate::extend::hypothesis::Member;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
-use crate::measure::accept::{Accepted, accept, best_of_groups, members_with_numbers};
+use crate::measure::accept::{Accepted, accept, best_of_groups, groups_within_errors, members_with_numbers};
 use crate::measure::alternatives::rivals;
-use crate::measure::doubt::{is_doubtful, is_noise};
+use crate::measure::doubt::{is_doubtful, is_noise, spared};
 use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
@@ -42,18 +42,25 @@ pub(crate) fn conclude(
 ) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
     let facts = &judged.setting.campaign.facts;
-    let is_over = judged.setting.is_over();
+    let is_over = judged.setting.is_over() || judged.setting.campaign.was_cut_short();
     let (point_of_all, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_of_all = structure(&judged.setting, &left_of_all);
     let tone = tone(&judged.setting, &left_of_all);
     let mut against = Against {
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all),
+        spared: Vec::new(),
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
         unclear: Vec::new(),
         mostly: false,
     };
-    let nearest = if against.doubtful { nearest(judged, &structure_of_all)? } else { None };
+    if against.doubtful {
+        let places = spared(judged, &structure_of_all)?;
+        let members = &selection.fitted.point.hypothesis.members;
+        against.spared = places.iter().filter_map(|at| Some(members.get(*at)?.candidate.id)).collect();
+    }
+    let all_doubted = against.doubtful && against.spared.is_empty();
+    let nearest = if all_doubted { nearest(judged, &structure_of_all)? } else { None };
     let with_all = judged.gain_of(&left_of_all).rms_after;
     let mut kept = undisputed(selection, &against);
     let ripples = ripples(judged, &left_of_all, structure_of_all.per_independent);
@@ -64,6 +71,7 @@ pub(crate) fn conclude(
     let Accepted { point, after, mut causes, corrected, covariance, harmful, unclear } =
         without_what_only_harms(judged, accepted)?;
     (against.harmful, against.unclear) = (harmful, unclear);
+    against.unclear.extend(groups_within_errors(judged)?);
     let structure_kept = structure(&judged.setting, &after);
     tell_phases(judged, &ripples, &mut causes);
     let mut offered = offer(judged, &ripples, &drifting, with_all)?;
@@ -80,7 +88,10 @@ pub(crate) fn conclude(
         &causes,
         &ambiguous,
         is_rounding(&judged.setting, &after)
-            || judged.noise.share == 1.0 && is_noise(&structure_kept) && tone.is_none(),
+            || judged.noise.share == 1.0
+                && is_noise(&structure_kept)
+                && tone.is_none()
+                && judged.setting.campaign.loose_ripples.is_empty(),
     );
     let mut rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     rejected.retain(|of| !offered.iter().any(|offered| offered.id == of.id));
@@ -194,7 +205,7 @@ fn cut_short() -> String {
 /// Indices of the members to which nothing is objected and that are in no group of twins.
 fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
     let disputed = |id: EffectId| {
-        against.doubtful || selection.ambiguous.iter().any(|(of, _)| *of == id) || against.is_geared(id)
+        against.doubts(id) || selection.ambiguous.iter().any(|(of, _)| *of == id) || against.is_geared(id)
     };
     let members = selection.fitted.point.hypothesis.members.iter().enumerate();
     members.filter(|(_, member)| !disputed(member.candidate.id)).map(|(index, _)| index).collect()
@@ -328,8 +339,8 @@ fn shown(judged: &Judgement<'_>, piece: &Piece, before: &PieceResidual, after: &
         speed_rad_per_s: (0..piece.len()).map(|index| piece.kinematics(index).1).collect(),
         pressure_pa: piece.driven.pressure_pa().to_vec(),
         temperature_c: piece.driven.temperature_c().to_vec(),
-        measured: piece.with_hum(&piece.measured),
-        before: piece.with_hum(&before.predicted),
-        after: piece.with_hum(&after.predicted),
+        measured: piece.as_recorded(&piece.measured),
+        before: piece.as_recorded(&before.predicted),
+        after: piece.as_recorded(&after.predicted),
     }
 }

@@ -17,6 +17,12 @@ const POSITION_ORDERS: usize = 128;
 const LOW_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
 const FRICTION_ORDERS: usize = 6;
+/// The stiffness beside which a coupling is compared where friction has no bristles, N·m/rad; the softest that is looked for has this
+/// part of it as compliance. Of a load that swings more often than this between two samples the log tells nothing, and its motion
+/// would take thousands of steps.
+const USUAL_STIFFNESS: f64 = 1e3;
+const SOFTEST: f64 = 0.3;
+const MOST_SWINGS: f64 = 16.0;
 /// Initial damping of a coupling, in multiples of what prevents squeal; and the least value of that, N·m·s/rad.
 const QUIET: f64 = 2.0;
 const LEAST_DAMPING: f64 = 1e-3;
@@ -152,6 +158,11 @@ fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
         EffectId::CouplingCompliance if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
             none("load inertia behind a coupling")
         }
+        EffectId::CouplingCompliance if swings_between_samples(facts) > MOST_SWINGS => Some(format!(
+            "the log is sampled every {:.1} ms, in which the load on a coupling as soft as shows would swing {:.0} times",
+            1e3 * facts.step_s,
+            swings_between_samples(facts)
+        )),
         EffectId::AngleDependentFriction | EffectId::PositionTorque | EffectId::FlowTorque
             if facts.angle_rad.1 - facts.angle_rad.0 < 0.1 =>
         {
@@ -159,6 +170,19 @@ fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
         }
         _ => None,
     }
+}
+
+/// How often the load on the softest coupling that is looked for would swing from one sample to the next; 0 where the angle is predicted,
+/// from a command that is known between the samples.
+fn swings_between_samples(facts: &Facts) -> f64 {
+    let Some(inertia) = facts.load_inertia.filter(|_| facts.kind.motion_is_measured) else { return 0.0 };
+    let softest = 1.0 / (SOFTEST * rigid_enough(facts));
+    (softest / inertia).sqrt() * facts.step_s / std::f64::consts::TAU
+}
+
+/// The compliance of friction's own bristles, rad/(N·m); a usual one where there are none.
+fn rigid_enough(facts: &Facts) -> f64 {
+    1.0 / facts.stiffness.unwrap_or(USUAL_STIFFNESS)
 }
 
 fn parameter(key: &'static str, map: Map, neutral: f64, bounds: (f64, f64), step: f64) -> Parameter {
@@ -245,13 +269,19 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
 }
 
 fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
+    let most = match id {
+        EffectId::MicrostepError => 0.1,
+        // Friction beside its mean: no more of it goes than there is.
+        EffectId::AngleDependentFriction => 0.95,
+        _ => 1e9,
+    };
     let of = |slot: usize, key| Parameter {
         key,
         slot: Some(slot),
         map: Map::Plain,
         neutral: 0.0,
-        lower: if id == EffectId::MicrostepError { -0.1 } else { -1e9 },
-        upper: if id == EffectId::MicrostepError { 0.1 } else { 1e9 },
+        lower: -most,
+        upper: most,
         step,
     };
     let parameters: Vec<Parameter> =
@@ -421,7 +451,7 @@ fn hysteresis() -> Candidate {
 /// A compliant coupling. Its damping starts at twice what keeps the spool from squealing, and is freed only if the data
 /// ask for it.
 fn compliance(facts: &Facts) -> Candidate {
-    let usual = 1.0 / facts.stiffness.unwrap_or(1e3);
+    let usual = rigid_enough(facts);
     let compliance = parameter("stiffness_nm_per_rad", Map::Inverse, 0.0, (1e-12, 1.0), 0.02 * usual);
     let quiet = QUIET * facts.squeal.max(LEAST_DAMPING);
     let most = 1e3 * quiet;
@@ -432,7 +462,7 @@ fn compliance(facts: &Facts) -> Candidate {
     Candidate {
         id: EffectId::CouplingCompliance,
         parameters: vec![compliance, damping],
-        probes: [0.05, 0.3].map(probe).to_vec(),
+        probes: [0.05, SOFTEST].map(probe).to_vec(),
         free: vec![0],
         optional: Vec::new(),
         series: false,

@@ -3,4 +3,5 @@
 pub(crate) mod candidate;
 pub(crate) mod catalogue;
 pub(crate) mod hypothesis;
+pub(crate) mod stroke;
 pub(crate) mod tolerance;

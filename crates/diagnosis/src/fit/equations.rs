@@ -95,9 +95,9 @@ impl Setting<'_> {
 
     /// An effect's number whose sensitivity is known without simulation.
     pub fn additive(&self, hypothesis: &Hypothesis, id: EffectId, number: usize) -> Option<Additive> {
-        let between = [EffectId::SensorDelay, EffectId::CouplingCompliance, EffectId::TorqueGain];
-        let given = || self.given.effects.iter().any(|effect| between.contains(&effect.id()));
-        if !self.campaign.kind.motion_is_measured || between.iter().any(|id| hypothesis.has(*id)) || given() {
+        let between = EffectId::CouplingCompliance;
+        let given = || self.given.effects.iter().any(|effect| effect.id() == between);
+        if !self.campaign.kind.motion_is_measured || hypothesis.has(between) || given() {
             return None;
         }
         let harmonic = |times_pressure| Additive::Harmonic(number / 2 + 1, number % 2 == 1, times_pressure);
@@ -219,7 +219,14 @@ impl Setting<'_> {
                         &mut moved.iter().zip(&base).map(|(moved, base)| (moved - base) / size),
                     );
                 }
-                Column::Direct(additive) => put(offset + index, &mut direct(*additive, piece)),
+                // What the transducer adds comes after its scale, and is the same late.
+                Column::Direct(Additive::Constant) => {
+                    put(offset + index, &mut std::iter::repeat_n(1.0, piece.len()));
+                }
+                Column::Direct(additive) => {
+                    let values = ready.as_measured(&piece.driven, direct(*additive, piece).collect());
+                    put(offset + index, &mut values.into_iter());
+                }
             }
         }
         put(width - 1, &mut piece.measured.iter().zip(&base).map(|(measured, base)| measured - base - zero));

@@ -85,6 +85,8 @@ pub(crate) fn fit_on(
     steps: usize,
 ) -> Result<Fitted, DiagnosisError> {
     let mut here = evaluate(setting, begin, wanted)?;
+    // Torques of static friction follow the numbers smoothly, however poor the fit is.
+    let rough = !setting.campaign.kind.motion_is_measured || setting.campaign.facts.stiffness.is_some();
     for _ in 0..steps.min(STEPS) {
         if setting.is_over() {
             break;
@@ -95,7 +97,7 @@ pub(crate) fn fit_on(
         let Some((beta, predicted)) = step(&total, &here.fitted.point.hypothesis, progress.damping) else {
             break;
         };
-        let tried = if rest > POOR * count {
+        let tried = if rough && rest > POOR * count {
             far(setting, &here, &beta, progress.settled, wanted)?
         } else {
             near(setting, &here, &beta, wanted)?

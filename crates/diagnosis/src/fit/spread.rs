@@ -48,6 +48,17 @@ impl Spread {
         Ok(self)
     }
 
+    /// The standard deviation of a number if the numbers at `given` are as they were found.
+    pub fn deviation_given(&self, place: usize, given: &[usize]) -> f64 {
+        let at = |row: usize, column: usize| self.covariance[(row, column)];
+        let own = at(place, place).max(0.0);
+        let count = given.len();
+        let inner = DMatrix::from_fn(count, count, |row, column| at(given[row], given[column]));
+        let beside = DVector::from_fn(count, |row, _| at(given[row], place));
+        let shared = invert(inner).map_or(0.0, |inverse| (beside.transpose() * inverse * &beside)[(0, 0)]);
+        (own - shared).clamp(0.0, own).sqrt()
+    }
+
     /// Adds the uncertainty of model selection: where a weak harmonic or an exponent was left out, the other numbers absorb it. The
     /// square of their change when it is let in is added, with Akaike's weight (Buckland, Burnham and Augustin, Biometrics 53,
     /// 1997); of several, the largest.
@@ -246,6 +257,14 @@ mod tests {
         let alone = spread(&fitted, setting.loss()).unwrap();
         let narrow = half_width(&alone);
         (off, narrow, half_width(&alone.with_choice(&setting, &fitted).unwrap()))
+    }
+
+    #[test]
+    fn what_two_numbers_share_is_none_of_one_if_the_other_is_known() {
+        let covariance = DMatrix::from_row_slice(2, 2, &[1.0, 0.96, 0.96, 1.0]);
+        let spread = Spread { covariance, half_width: 2.0 };
+        assert!((spread.deviation_given(0, &[]) - 1.0).abs() < 1e-12);
+        assert!((spread.deviation_given(0, &[1]) - 0.28).abs() < 1e-12);
     }
 
     #[test]

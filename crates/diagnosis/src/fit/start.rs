@@ -25,6 +25,9 @@ pub(crate) fn best_start(
     (first, fitted): (InitialState, InitialState),
     zero_rad: f64,
 ) -> InitialState {
+    if !piece.depends_on_its_start(ready) {
+        return fitted;
+    }
     let mut search = Search { setting, piece, ready, zero_rad, best: (fitted, Vec::new()) };
     search.best.1 = search.left(fitted);
     search.try_all([first]);

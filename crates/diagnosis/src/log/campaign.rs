@@ -9,6 +9,7 @@ use crate::log::gaps::bridged;
 use crate::log::hum::Hum;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
+use crate::log::loose_ripple::LooseRipple;
 use crate::log::lost_steps;
 use crate::log::past::{Before, Follower, in_order};
 use crate::log::piece::{Piece, check, check_motion};
@@ -38,10 +39,14 @@ const OF_THE_NOISE: f64 = 3e-5;
 /// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
 const RUNS_ALIKE: usize = 4;
 const BLOCKS: usize = 4;
-/// A log of few runs is cut into so many blocks in all.
+/// A log of fewer runs is cut into so many blocks in all: of six that are fitted what their scatter says of a number is uncertain by
+/// half (Student's factor is 2.6), of three it says nothing (4.3).
+const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
 /// A block has at least so many samples.
 const LEAST_BLOCK: usize = 400;
+/// The part of what may be simulated that the first search has.
+const FIRST_SEARCH: f64 = 0.6;
 /// One group in so many is held out.
 const HOLD_OUT: usize = 4;
 const FOLDS: usize = 5;
@@ -65,6 +70,8 @@ pub(crate) struct Campaign {
     pub has_misfit: bool,
     /// Tones of the mains that were taken out of the measured channel.
     pub hums: Vec<Hum>,
+    /// Ripples with a phase of their own in each run that were taken out of it.
+    pub loose_ripples: Vec<LooseRipple>,
     /// Samples of the log, chosen or not.
     pub samples: usize,
     /// What all predictions add to.
@@ -112,6 +119,7 @@ impl Campaign {
         let pitch_rad = model.motor.filter(|_| !kind.motion_is_measured).map(|motor| motor.tooth_pitch_rad());
         let courses = courses(log, &plans, &chosen, &noises, (kind, facts.reference_temperature_c));
         let work = Arc::new(Work::default());
+        work.allow((FIRST_SEARCH * kind.most_simulated as f64) as u64);
         let make = |index: usize| {
             let plan = plans.get(index)?;
             if pitch_rad.is_none() && !*chosen.get(index)? {
@@ -147,20 +155,31 @@ impl Campaign {
             angle_zero: (!kind.motion_is_measured).then_some(log.angle_zero),
             has_misfit: false,
             hums: Vec::new(),
+            loose_ripples: Vec::new(),
             samples: log.runs.iter().map(Run::len).sum(),
             work,
             angle_error_rad,
         })
     }
 
-    /// Whether as much was simulated as a diagnosis may: it then concludes from what it has.
+    /// Whether as much was simulated as may be by now: the search then concludes from what it has.
     pub fn is_worn_out(&self) -> bool {
-        self.work.samples() > self.kind.most_simulated
+        self.work.is_spent()
+    }
+
+    /// Whether something was left out since too much had been simulated.
+    pub fn was_cut_short(&self) -> bool {
+        self.work.was_cut()
+    }
+
+    /// Allows all that a diagnosis may simulate; the first search has a part of it, so that something is left for those after it.
+    pub fn allow_all(&self) {
+        self.work.allow(self.kind.most_simulated);
     }
 
     /// Takes hum out of what was measured: its tones, and what they are in each piece.
     pub fn take_out_hum(&mut self, hums: Vec<Hum>, by_piece: &[Vec<f64>]) {
-        self.pieces.iter_mut().zip(by_piece).for_each(|(piece, hum)| piece.take_out(hum));
+        self.pieces.iter_mut().zip(by_piece).for_each(|(piece, hum)| piece.take_out_hum(hum));
         for hum in hums {
             // What is left of a tone that was taken out before adds to it.
             match self.hums.iter_mut().find(|of| (of.hz - hum.hz).abs() < 0.5) {
@@ -168,6 +187,12 @@ impl Campaign {
                 None => self.hums.push(hum),
             }
         }
+    }
+
+    /// Takes ripples out of what was measured that have a phase of their own in each run: which, and what they are in each piece.
+    pub fn take_out_ripples(&mut self, ripples: Vec<LooseRipple>, by_piece: &[Vec<f64>]) {
+        self.pieces.iter_mut().zip(by_piece).for_each(|(piece, own)| piece.take_out_ripple(own));
+        self.loose_ripples.extend(ripples);
     }
 
     /// Refuses a model that can't predict.
@@ -252,10 +277,11 @@ fn plan(
         || log.runs.iter().zip(usable).zip(classes).enumerate().filter(|(_, ((_, usable), _))| **usable);
     runs().for_each(|(_, (_, class))| *alike.entry(*class).or_default() += 1);
     let total = runs().count();
-    let blocks_of_few = if total < RUNS_ALIKE { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
+    let few = total < FEW_RUNS;
+    let blocks_of_few = if few { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
     let (mut plans, mut groups) = (Vec::new(), Vec::new());
     for (index, ((run, _), class)) in runs() {
-        let whole = alike.get(class).is_some_and(|count| *count >= RUNS_ALIKE);
+        let whole = !few && alike.get(class).is_some_and(|count| *count >= RUNS_ALIKE);
         let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
         let blocks = wanted.max(run.len().div_ceil(longest));
         let group = groups.len();

@@ -12,6 +12,7 @@ pub(crate) mod holds;
 pub(crate) mod hum;
 pub(crate) mod initial_state;
 pub(crate) mod kind;
+pub(crate) mod loose_ripple;
 pub(crate) mod lost_steps;
 pub(crate) mod noise;
 pub(crate) mod past;

@@ -35,10 +35,12 @@ pub(crate) struct Piece {
     pub driven: Driven,
     /// The motion of each sample; of an angle log that of the lead's first alone.
     pub motions: Vec<MotionSample>,
-    /// What the model is to predict, less the hum.
+    /// What the model is to predict, less hum and loose ripples.
     pub measured: Vec<f64>,
     /// Hum of the mains that was taken out of it; none where it is empty.
     pub hum: Vec<f64>,
+    /// Ripples over the angle with a phase of their own in each run that were taken out of it; none where it is empty.
+    pub ripple: Vec<f64>,
     /// Before its lead.
     pub past: Before,
     /// √information / σ, σ the standard deviation of measured minus predicted; 0 for a sample that is left out.
@@ -84,6 +86,7 @@ impl Piece {
             motions,
             measured: measured.to_vec(),
             hum: Vec::new(),
+            ripple: Vec::new(),
             past,
             weights: vec![1.0; rows.len()],
             mask: Vec::new(),
@@ -106,18 +109,20 @@ impl Piece {
     }
 
     /// Takes more hum out of what was measured.
-    pub fn take_out(&mut self, hum: &[f64]) {
-        self.measured.iter_mut().zip(hum).for_each(|(measured, hum)| *measured -= hum);
-        if self.hum.is_empty() {
-            self.hum = vec![0.0; self.measured.len()];
-        }
-        self.hum.iter_mut().zip(hum).for_each(|(all, hum)| *all += hum);
+    pub fn take_out_hum(&mut self, hum: &[f64]) {
+        take_out(hum, &mut self.measured, &mut self.hum);
     }
 
-    /// Values of the channel as it was recorded: with the hum.
-    pub fn with_hum(&self, values: &[f64]) -> Vec<f64> {
-        let hums = self.hum.iter().copied().chain(std::iter::repeat(0.0));
-        values.iter().zip(hums).map(|(value, hum)| value + hum).collect()
+    /// Takes more of a loose ripple out of what was measured.
+    pub fn take_out_ripple(&mut self, ripple: &[f64]) {
+        take_out(ripple, &mut self.measured, &mut self.ripple);
+    }
+
+    /// Values of the channel as it was recorded: with hum and ripples.
+    pub fn as_recorded(&self, values: &[f64]) -> Vec<f64> {
+        let of = |taken: &[f64], index: usize| taken.get(index).copied().unwrap_or(0.0);
+        let with = |(index, value): (usize, &f64)| value + of(&self.hum, index) + of(&self.ripple, index);
+        values.iter().enumerate().map(with).collect()
     }
 
     /// Effective number of independent samples: the sum of `information` over samples of non-zero weight.
@@ -157,9 +162,17 @@ impl Piece {
     /// a shift of the angle.
     pub fn first_start(&self, ready: &Ready) -> InitialState {
         let Some(most_nm) = ready.static_torque_nm(&self.driven) else { return InitialState::default() };
+        if !self.depends_on_its_start(ready) {
+            return InitialState::default();
+        }
         let count = self.measured.len().clamp(1, 5) as f64;
         let measured_nm = self.measured.iter().take(5).sum::<f64>() / count;
         InitialState::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
+    }
+
+    /// Whether anything depends on how the piece begins; static friction has neither bristles nor a memory.
+    pub fn depends_on_its_start(&self, ready: &Ready) -> bool {
+        !ready.starts_with_a_torque() || ready.has_sides() || self.start_bound(ready) > 0.0
     }
 
     /// Most that the start may be.
@@ -281,6 +294,15 @@ impl Piece {
         };
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
+    }
+}
+
+/// Takes values out of what was measured, and adds them to what was taken out.
+fn take_out(values: &[f64], measured: &mut [f64], taken: &mut Vec<f64>) {
+    taken.resize(measured.len(), 0.0);
+    for ((measured, taken), value) in measured.iter_mut().zip(taken).zip(values) {
+        *measured -= value;
+        *taken += value;
     }
 }
 

@@ -67,6 +67,15 @@ impl Ready {
         }
     }
 
+    /// What the transducer makes of a torque that acts, sample by sample: its scale, and how late it is.
+    pub fn as_measured(&self, driven: &Driven, mut values: Vec<f64>) -> Vec<f64> {
+        if let Self::Torque(params) = self {
+            values.iter_mut().for_each(|value| *value *= params.torque_gain());
+            prediction::delay(driven.time_s(), &mut values, params.sensor_delay());
+        }
+        values
+    }
+
     /// Whether it matters from which side the piece began: the encoder's shaft has play, or the bristles a memory.
     pub fn has_sides(&self) -> bool {
         match self {

@@ -77,19 +77,57 @@ pub(crate) fn accept(
     }
 }
 
-/// True if every amplitude of a member is within its own error, of those that the prediction follows in proportion: torques and levels
-/// of a torque log, and harmonics. Of others a large effect may have a wide interval.
+/// Factors that the torque follows in proportion.
+const IN_PROPORTION: [EffectId; 4] =
+    [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::LoadInertia, EffectId::TorqueGain];
+
+/// True if every amplitude of a member is within its own error of none, of those that the prediction follows in proportion: torques and
+/// levels of a torque log, and harmonics. Of others a large effect may have a wide interval.
+///
+/// The error is that at the member's own shape (exponent, time constant) as it was found: whether something is there is another question
+/// than how an amplitude and a shape that make up for each other share it.
 fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: usize) -> bool {
     let Some(member) = kept.point.hypothesis.members.get(index) else { return false };
     let in_proportion = judged.setting.campaign.kind.motion_is_measured || member.candidate.series;
+    let Some(spread) = errors.spread.as_ref() else { return false };
     if !in_proportion || member.candidate.id == EffectId::EncoderEccentricity {
         return false;
     }
-    let found = parameters(errors, index);
-    let amplitudes =
-        member.candidate.parameters.iter().filter(|of| of.map == Map::Plain && of.neutral == 0.0);
-    let mut intervals = amplitudes.filter_map(|of| found.get(&name_of(of))).map(|of| of.ci95).peekable();
-    intervals.peek().is_some() && intervals.all(|[low, high]| low <= 0.0 && high >= 0.0)
+    let free = errors.hypothesis.free().into_iter().enumerate();
+    let own: Vec<(usize, usize)> = free
+        .filter_map(|(place, free)| match free {
+            Free::Number(of, number) if of == index => Some((place, number)),
+            _ => None,
+        })
+        .collect();
+    let is_amplitude = |number: usize| {
+        member.candidate.parameters.get(number).is_some_and(|of| {
+            of.map == Map::Plain && (of.neutral == 0.0 || IN_PROPORTION.contains(&member.candidate.id))
+        })
+    };
+    let (amplitudes, shape): (Vec<(usize, usize)>, Vec<(usize, usize)>) =
+        own.into_iter().partition(|(_, number)| is_amplitude(*number));
+    let shape: Vec<usize> = shape.into_iter().map(|(place, _)| place).collect();
+    let within = |(place, number): &(usize, usize)| {
+        let neutral = member.candidate.parameters.get(*number).map_or(0.0, |of| of.neutral);
+        let off = member.numbers.get(*number).map_or(0.0, |value| (value - neutral).abs());
+        off <= spread.half_width * spread.deviation_given(*place, &shape)
+    };
+    !amplitudes.is_empty() && amplitudes.iter().all(within)
+}
+
+/// Groups of causes that can't be told apart whose best is within its own errors: nothing says that any of them is there.
+pub(crate) fn groups_within_errors(judged: &Judgement<'_>) -> Result<Vec<EffectId>, DiagnosisError> {
+    let selection = &judged.selection;
+    if selection.ambiguous.is_empty() {
+        return Ok(Vec::new());
+    }
+    let errors = errors_of(judged, &selection.fitted)?;
+    let members = selection.fitted.point.hypothesis.members.iter().enumerate();
+    let of_group =
+        members.filter(|(_, of)| selection.ambiguous.iter().any(|(best, _)| *best == of.candidate.id));
+    let vague = of_group.filter(|(index, _)| may_be_none(judged, &selection.fitted, &errors, *index));
+    Ok(vague.map(|(_, member)| member.candidate.id).collect())
 }
 
 /// The fit of the accepted members; a new one if some are left out.

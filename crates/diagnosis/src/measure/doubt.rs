@@ -1,7 +1,11 @@
 //! Doubt: whether the selected causes leave so much that they may stand in for one that is not on the list.
 
 use crate::DiagnosisError;
+use crate::extend::hypothesis::Member;
+use crate::fit::equations::Point;
+use crate::fit::gauss_newton::fit;
 use crate::log::piece::Piece;
+use crate::measure::covariates::goes_by;
 use crate::measure::judgement::Judgement;
 use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
@@ -9,7 +13,7 @@ use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::residual::{PieceResidual, rms_as_fitted};
 use crate::show::structure::{Structure, structure};
-use valve_model::{Condition, EffectId};
+use valve_model::EffectId;
 
 /// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than this share of
 /// it.
@@ -35,6 +39,10 @@ const LITTLE: f64 = 0.1;
 /// A single cause of another form is the largest part of what is wrong where its residual is at most this part of what it explains,
 /// whatever that goes by: real friction differs a little from run to run besides. Several causes have more numbers to stand in with.
 const OF_ONE: f64 = 0.05;
+/// Covariates that other covariates hide behind: they differ between runs, or grow with time, whatever the cause.
+const BY_RUN: [&str; 4] = ["run", "motion", "time since rest", "distance travelled"];
+/// Steps of the fit of those causes alone that nothing speaks against.
+const STEPS: usize = 8;
 /// A residual so many times the noise is a misfit of the model.
 const MISFITS: f64 = 2.0;
 
@@ -78,6 +86,46 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
     no_better || !(is_noise(structure) && judged.noise.share == 1.0) && too_little()
 }
 
+/// Of doubtful causes those that nothing speaks against, by their places: what all of them leave does not go by a covariate of theirs
+/// (their form is right), and alone they remove the largest part, no less than a free function of any covariate that they have nothing to
+/// do with would (nothing else explains the log better). What is left then belongs to a cause beside them.
+pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Vec<usize>, DiagnosisError> {
+    let members = &judged.selection.fitted.point.hypothesis.members;
+    let left = structure.rms.powi(2) - 1.0;
+    let own_left = |member: &Member| {
+        let own = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
+        own.filter(|of| goes_by(member.candidate.id, &of.on)).map(|of| of.share).fold(0.0, f64::max)
+    };
+    let right = |(_, member): &(usize, &Member)| own_left(member) * structure.rms.powi(2) <= ANOTHER * left;
+    let places: Vec<usize> = members.iter().enumerate().filter(right).map(|(place, _)| place).collect();
+    if places.is_empty() {
+        return Ok(places);
+    }
+    let kept: Vec<Member> = places.iter().filter_map(|place| members.get(*place).cloned()).collect();
+    let ids: Vec<EffectId> = kept.iter().map(|member| member.candidate.id).collect();
+    let mut point = judged.selection.fitted.point.clone();
+    point.hypothesis.members = kept;
+    let begin = Point { hypothesis: point.hypothesis, starts: point.starts };
+    let alone = fit(&judged.setting, begin, &Piece::is_fitted, STEPS)?;
+    let (_, left_alone) = judged.everywhere(&alone)?;
+    let rms = |left: &[PieceResidual]| rms_as_fitted(&judged.setting, left, &|_: &Piece| true);
+    let (before, after) = (rms(&judged.before).powi(2), rms(&left_alone).powi(2));
+    let removed = (before - after) / (before - 1.0).max(f64::MIN_POSITIVE);
+    let least = if ids.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED };
+    let largest =
+        removed > least && part_left_on_held_out(judged, &left_alone) < judged.setting.loss().hardly_less();
+    let best = 1.0 - after / before >= best_of_others(&judged.structure_before, &ids);
+    Ok(if largest && best { places } else { Vec::new() })
+}
+
+/// The largest share of the given model's residual that a free function of a covariate explains which none of these causes goes by.
+fn best_of_others(before: &Structure, ids: &[EffectId]) -> f64 {
+    let other = |of: &&Dependence| {
+        of.p_value < CHANCE && !BY_RUN.contains(&of.on.as_str()) && !ids.iter().any(|id| goes_by(*id, &of.on))
+    };
+    before.dependences.iter().filter(other).map(|of| of.share).fold(0.0, f64::max)
+}
+
 fn least_share(selection: &Selection) -> f64 {
     if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
 }
@@ -112,26 +160,8 @@ fn another_cause(judged: &Judgement<'_>, structure: &Structure) -> bool {
 /// True if none of the selected causes depends on this covariate, so that a residual that does points to a further
 /// cause. Any cause may depend on speed, acceleration or run.
 fn is_of_another(ids: &[EffectId], on: &str) -> bool {
-    let over_the_angle = |id: &EffectId| {
-        matches!(
-            id,
-            EffectId::AngleDependentFriction
-                | EffectId::PositionTorque
-                | EffectId::FlowTorque
-                | EffectId::DetentTorque
-                | EffectId::MicrostepError
-                | EffectId::EncoderEccentricity
-        )
-    };
-    if on.starts_with("angle") {
-        return !ids.iter().any(over_the_angle);
-    }
-    let needs = |condition: Condition| ids.iter().any(|id| id.spec().needs == Some(condition));
-    match on {
-        "pressure" => !needs(Condition::PressureDrop),
-        "temperature" => !needs(Condition::OilTemperature),
-        _ => false,
-    }
+    let telling = on.starts_with("angle") || on == "pressure" || on == "temperature";
+    telling && !ids.iter().any(|id| goes_by(*id, on))
 }
 
 /// Whether a residual is no more than noise.

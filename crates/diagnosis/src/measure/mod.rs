@@ -2,6 +2,7 @@
 
 pub(crate) mod accept;
 pub(crate) mod alternatives;
+pub(crate) mod covariates;
 pub(crate) mod doubt;
 pub(crate) mod gain;
 pub(crate) mod judgement;

@@ -5,6 +5,7 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::catalogue::look_for_orders;
 use crate::extend::hypothesis::{Free, Member};
+use crate::extend::stroke::{tells_apart, turns};
 use crate::fit::equations::{Point, Setting, by_group};
 use crate::fit::pattern::ended_poorly;
 use crate::fit::spread::spread;
@@ -13,6 +14,7 @@ use crate::name::screen::{ORDER_FLOOR, orders_left};
 use crate::name::selection::Selection;
 use crate::name::tried::Tried;
 use crate::numerics::gram::leave_out;
+use crate::show::geared::is_over_the_angle;
 use valve_model::EffectId;
 
 /// Steps of a fit with another shape, and after how many it is given up without gain where steps are expensive.
@@ -114,14 +116,20 @@ fn more_orders(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     };
     let mut reached = left(&taken);
     let mut wider = point.clone();
+    let turns = turns(&setting.campaign.facts);
+    let bounded = is_over_the_angle(member.candidate.id);
+    let mut held: Vec<usize> =
+        member.free.iter().filter(|number| *number % 2 == 0).map(|number| number / 2 + 1).collect();
     while let Some((best, cut)) = places
         .iter()
+        .filter(|(pair, _)| !bounded || tells_apart(&[&held[..], &[pair[0] / 2 + 1]].concat(), turns))
         .map(|place| (place.clone(), reached - left(&[&taken[..], &[place.1, place.1 + 1]].concat())))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .filter(|(_, cut)| *cut >= ORDER_FLOOR)
     {
         reached -= cut;
         taken.extend([best.1, best.1 + 1]);
+        held.push(best.0[0] / 2 + 1);
         places.retain(|place| *place != best);
         if let Some(of) = wider.hypothesis.members.get_mut(index) {
             of.free.extend(best.0);
@@ -175,7 +183,8 @@ pub(crate) fn fewer_orders(
             *value = of.neutral;
         }
     }
-    take_if(setting, state, fewer, |now, then| then < now + REFINED)
+    // Where more than noise is left, no smaller part of that counts.
+    take_if(setting, state, fewer, |now, then| then < now + REFINED * now.max(1.0))
 }
 
 /// Drops a series none of whose harmonics is larger than its own errors.

@@ -4,12 +4,14 @@ use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Probe};
 use crate::extend::catalogue::{high_orders, look_for_orders};
 use crate::extend::hypothesis::Member;
+use crate::extend::stroke::{tells_apart, turns};
 use crate::fit::equations::{Column, Point, Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
 use crate::numerics::loss::Loss;
+use crate::show::geared::is_over_the_angle;
 use crate::show::orders::standing_out;
 use crate::show::residual::left;
 use nalgebra::DVector;
@@ -90,7 +92,7 @@ pub(crate) fn screen<'a>(
     for (index, candidate) in candidates.iter().enumerate() {
         let probes: Vec<_> = places.iter().filter(|place| place.candidate == index).collect();
         let screened = if candidate.series {
-            screen_series(candidate, &probes, &tally)
+            screen_series(candidate, &probes, &tally, turns(&setting.campaign.facts))
         } else {
             screen_plain(candidate, &probes, &tally)
         };
@@ -283,14 +285,29 @@ fn at_most(wanted: f64, lower: f64, upper: f64, step: f64) -> bool {
     wanted > lower - 0.5 * step && wanted < upper + step.max(0.5 * upper.abs())
 }
 
-/// Adds harmonics one at a time while each gains.
-fn screen_series(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
+/// Adds harmonics one at a time while each gains; of the angle those that a stroke of so many turns tells apart.
+fn screen_series(
+    candidate: &Candidate,
+    places: &[&Place],
+    tally: &Tally<'_>,
+    turns: f64,
+) -> Option<(f64, Member)> {
+    let order = |place: &Place| {
+        let first = candidate.probes.get(place.probe).and_then(|probe| probe.columns.first());
+        first.map_or(0, |(number, _)| number / 2 + 1)
+    };
     let mut columns = tally.own.clone();
     let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), tally.base);
     let mut first_cut = 0.0;
     loop {
         let mut best: Option<(f64, &Place)> = None;
-        for place in places.iter().filter(|place| !taken.iter().any(|taken| taken.probe == place.probe)) {
+        let held: Vec<usize> = taken.iter().map(|place| order(place)).collect();
+        let is_new = |place: &&&Place| {
+            !taken.iter().any(|taken| taken.probe == place.probe)
+                && (!is_over_the_angle(candidate.id)
+                    || tells_apart(&[&held[..], &[order(place)]].concat(), turns))
+        };
+        for place in places.iter().filter(is_new) {
             let wider: Vec<usize> = columns.iter().chain(&place.columns).copied().collect();
             let Some(left) = tally.left(&wider) else { continue };
             if best.is_none_or(|(least, _)| left < least) {

@@ -2,6 +2,7 @@
 
 pub(crate) mod colour;
 pub(crate) mod geared;
+pub(crate) mod loose;
 pub(crate) mod mains;
 pub(crate) mod observe;
 pub(crate) mod orders;

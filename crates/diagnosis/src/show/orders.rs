@@ -84,24 +84,33 @@ const MOST_TOLD: usize = 6;
 
 /// The ripples of a residual whose runs may each have a phase of their own: strongest first.
 pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<Ripple> {
-    let runs: Vec<Vec<(f64, f64)>> =
+    let runs: Vec<Phasors> =
         (0..setting.campaign.runs.len()).filter_map(|run| phasors(setting, left, run)).collect();
     if runs.len() < LEAST_RUNS {
         return Vec::new();
     }
     let count = runs.len() as f64;
-    let at = |order: usize| runs.iter().filter_map(move |run| run.get(order - 1).copied());
+    let at = |order: usize| runs.iter().filter_map(move |run| run.of_order.get(order - 1).copied());
     let squares = |order: usize| at(order).map(|(along, across)| along * along + across * across);
     let means: Vec<f64> = (1..=HIGHEST).map(|order| squares(order).sum::<f64>() / count).collect();
     let Some(usual) = median(&mut means.clone()) else { return Vec::new() };
     let ripple = |order: usize| {
         let mean = means.get(order - 1).copied().unwrap_or(0.0);
         let variance = squares(order).map(|square| (square - mean).powi(2)).sum::<f64>() / count;
-        let along = at(order).map(|of| of.0).sum::<f64>() / count;
-        let across = at(order).map(|of| of.1).sum::<f64>() / count;
+        // Of a torque phasors agree as they are, of a friction those of both directions with opposite signs.
+        let mean_with = |sign: fn(&Phasors) -> f64| {
+            let of = |run: &Phasors| {
+                let (along, across) = run.of_order.get(order - 1).copied().unwrap_or_default();
+                (sign(run) * along, sign(run) * across)
+            };
+            let (along, across) =
+                runs.iter().map(of).fold((0.0, 0.0), |sum, of| (sum.0 + of.0 / count, sum.1 + of.1 / count));
+            along * along + across * across
+        };
+        let agreeing = mean_with(|_| 1.0).max(mean_with(|run| run.direction));
         let amplitude = (mean - usual).max(0.0).sqrt();
         let std_error = (variance / count).sqrt() / (2.0 * amplitude.max(f64::MIN_POSITIVE));
-        let in_phase = along * along + across * across > IN_PHASE * mean;
+        let in_phase = agreeing > IN_PHASE * mean;
         (mean > RIPPLE * usual).then_some(Ripple { order, amplitude, std_error, in_phase })
     };
     let mut found: Vec<Ripple> = (1..=HIGHEST).filter_map(ripple).collect();
@@ -110,33 +119,54 @@ pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[PieceResidual]) -> V
     found
 }
 
+/// What a run has of each order.
+struct Phasors {
+    /// Cosine and sine part, from order 1 on.
+    of_order: Vec<(f64, f64)>,
+    /// 1 or −1 where it turns one way, less where it turns back.
+    direction: f64,
+}
+
+/// Whether a run turns often enough to tell of an order.
+pub(crate) fn turns_enough(setting: &Setting<'_>, run: usize) -> bool {
+    let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
+    let angles = pieces.flat_map(|piece| (0..piece.len()).map(|index| piece.kinematics(index).0));
+    let (least, most) = ends(angles);
+    most - least >= TURNS * std::f64::consts::TAU
+}
+
+fn ends(angles: impl Iterator<Item = f64>) -> (f64, f64) {
+    angles.fold((f64::INFINITY, f64::NEG_INFINITY), |of, at| (of.0.min(at), of.1.max(at)))
+}
+
 /// Cosine and sine part of each order in a run; `None` where it turns too little.
-fn phasors(setting: &Setting<'_>, left: &[PieceResidual], run: usize) -> Option<Vec<(f64, f64)>> {
+fn phasors(setting: &Setting<'_>, left: &[PieceResidual], run: usize) -> Option<Phasors> {
+    if !turns_enough(setting, run) {
+        return None;
+    }
     let mut samples: Vec<(f64, f64)> = Vec::new();
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.run == run) {
         let each = left.residual.iter().zip(&piece.weights).enumerate();
         let counts = each.filter(|(_, (_, weight))| **weight > 0.0);
         samples.extend(counts.map(|(index, (residual, _))| (piece.kinematics(index).0, *residual)));
     }
-    let (least, most) =
-        samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |of, (at, _)| (of.0.min(*at), of.1.max(*at)));
-    if (most - least).is_nan() || most - least < TURNS * std::f64::consts::TAU {
-        return None;
-    }
-    // RunCache turns alone: else a mean is a ripple too.
+    let (least, most) = ends(samples.iter().map(|(at, _)| *at));
+    let direction =
+        samples.first().zip(samples.last()).map_or(0.0, |(first, last)| (last.0 - first.0) / (most - least));
+    // Whole turns alone: else a mean is a ripple too.
     let whole = least + ((most - least) / std::f64::consts::TAU).floor() * std::f64::consts::TAU;
     samples.retain(|(at, _)| *at <= whole);
     let count = samples.len().max(1) as f64;
     let mean = samples.iter().map(|(_, value)| value).sum::<f64>() / count;
-    let mut found = vec![(0.0, 0.0); HIGHEST];
+    let mut of_order = vec![(0.0, 0.0); HIGHEST];
     for (at, value) in samples {
         let value = 2.0 * (value - mean) / count;
         let (sin_one, cos_one) = at.sin_cos();
         let (mut sin, mut cos) = (sin_one, cos_one);
-        for (along, across) in &mut found {
+        for (along, across) in &mut of_order {
             (*along, *across) = (*along + value * cos, *across + value * sin);
             (sin, cos) = (sin * cos_one + cos * sin_one, cos * cos_one - sin * sin_one);
         }
     }
-    Some(found)
+    Some(Phasors { of_order, direction })
 }

@@ -82,7 +82,7 @@ fn own_zero(setting: &Setting<'_>, residual: &[f64]) -> f64 {
     if setting.nuisances.angle_zero || setting.nuisances.zero_nm > 0.0 { mean } else { 0.0 }
 }
 
-/// Sum of squares and samples by group, over the pieces wanted.
+/// Sum of squares and samples by group, over the pieces wanted; with the loose ripples, which no model explains.
 pub(crate) fn squares(
     setting: &Setting<'_>,
     left: &[PieceResidual],
@@ -91,8 +91,10 @@ pub(crate) fn squares(
     let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
         if let Some((square, count)) = groups.get_mut(piece.group) {
-            let counts = left.residual.iter().zip(&piece.weights).filter(|(_, weight)| **weight > 0.0);
-            for (value, _) in counts {
+            let ripple = piece.ripple.iter().copied().chain(std::iter::repeat(0.0));
+            let samples = left.residual.iter().zip(&piece.weights).zip(ripple);
+            for ((value, _), ripple) in samples.filter(|((_, weight), _)| **weight > 0.0) {
+                let value = value + ripple;
                 *square += value * value;
                 *count += 1.0;
             }

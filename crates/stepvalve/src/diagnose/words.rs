@@ -55,10 +55,7 @@ pub fn headline(found: &Found) -> String {
         Verdict::Unexplained => {
             let (rms, noise, louder) = (short(rms), short(noise), rms > LOUDER * noise);
             let mut says = if louder {
-                let why = diagnosis
-                    .nearest
-                    .as_ref()
-                    .map_or_else(|| "none of the known causes explains it".to_owned(), too_much_left);
+                let why = diagnosis.nearest.as_ref().map_or_else(|| no_cause(diagnosis), too_much_left);
                 format!(
                     "The model is wrong by {rms} {unit} where the measurement scatters by {noise}, and {why}."
                 )
@@ -104,6 +101,15 @@ pub fn headline(found: &Found) -> String {
     }
 }
 
+/// Why nothing is named where nothing comes near.
+fn no_cause(diagnosis: &diagnosis::Diagnosis) -> String {
+    if diagnosis.ripples.is_empty() {
+        "none of the known causes explains it".to_owned()
+    } else {
+        "beside ripples over the angle none of the known causes explains it".to_owned()
+    }
+}
+
 /// A number that is corrected within its tolerance.
 pub fn corrected(number: &Corrected) -> String {
     let of = &number.found;
@@ -123,11 +129,17 @@ pub fn corrected(number: &Corrected) -> String {
 
 /// Why causes that remove most of it are not named.
 fn too_much_left(nearest: &Nearest) -> String {
+    let one = nearest.ids.len() == 1;
+    let (verb, it, cause) = if one {
+        ("removes", "it leaves", "it is not the cause")
+    } else {
+        ("remove", "they leave", "they are not the causes")
+    };
     let removes =
-        format!("{} removes the largest part, {:.0} %", names(&nearest.ids), 100.0 * nearest.removes);
+        format!("{} {verb} the largest part, {:.0} %", names(&nearest.ids), 100.0 * nearest.removes);
     match &nearest.leaves_by {
-        Some(on) => format!("{removes}, but what it leaves goes by {on}: it is not the cause alone"),
-        None => format!("{removes}, but leaves too much to be the cause alone"),
+        Some(on) => format!("{removes}, but what {it} goes by {on}: {cause} alone"),
+        None => format!("{removes}, but {it} too much for that: {cause} alone"),
     }
 }
 

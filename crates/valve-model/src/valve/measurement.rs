@@ -10,7 +10,7 @@ pub(super) struct Measurement {
     pub backlash_half_width_rad: f64,
     eccentricity_rad: f64,
     eccentricity_phase_rad: f64,
-    torque_gain: f64,
+    pub torque_gain: f64,
     torque_offset_nm: f64,
     pub delay: SensorDelay,
     missed: [MissedSteps; MAX_MISSED],

@@ -102,6 +102,11 @@ impl MotionParams {
         self.measurement.delay
     }
 
+    /// What a torque's reading is times (effect `torque-gain`).
+    pub fn torque_gain(&self) -> f64 {
+        self.measurement.torque_gain
+    }
+
     /// Whether a spring lies between encoder and spool: its torque asks for speeds more exact than friction's.
     pub fn is_behind_a_spring(&self) -> bool {
         self.spring.is_some()

@@ -1,0 +1,28 @@
+//! How many harmonics of a turn a stroke tells apart.
+
+use crate::log::facts::Facts;
+
+/// Whether a stroke of so many turns tells these orders apart. A function with orders up to k has 2kS + 1 independent values on S
+/// turns (Shannon); n orders have 2n numbers. Beyond that, harmonics make up for each other with amplitudes that mean nothing.
+pub(crate) fn tells_apart(orders: &[usize], turns: f64) -> bool {
+    let highest = orders.iter().max().copied().unwrap_or(0) as f64;
+    orders.len() as f64 <= highest * turns + 0.5
+}
+
+/// The part of a turn, or the turns, that a log spans.
+pub(crate) fn turns(facts: &Facts) -> f64 {
+    ((facts.angle_rad.1 - facts.angle_rad.0) / std::f64::consts::TAU).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_a_turn_tells_half_the_orders_apart() {
+        assert!(tells_apart(&[1], 0.5) && tells_apart(&[2], 0.5) && tells_apart(&[2, 4, 6], 0.5));
+        assert!(!tells_apart(&[1, 2], 0.5) && !tells_apart(&[1, 2, 3, 4, 5], 0.5));
+        assert!(tells_apart(&[1, 2, 3, 4, 5, 6], 1.0));
+        assert!(!tells_apart(&[1], 0.2) && tells_apart(&[3], 0.2));
+    }
+}
