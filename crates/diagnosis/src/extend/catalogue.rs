@@ -240,6 +240,8 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::MicrostepError => series(id, 10, 2e-5),
         // Found by its jumps, not fitted: see log::lost_steps.
         EffectId::MissedSteps => return None,
+        // The user's own, not of the list.
+        EffectId::Custom(_) => return None,
     };
     Some(made)
 }
