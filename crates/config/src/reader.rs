@@ -142,6 +142,16 @@ impl<'a> Section<'a> {
         field
     }
 
+    /// Every key that there is: its name, where it stands, and its value. All count as known from here on.
+    pub(crate) fn all(&self) -> Vec<(String, Field<'a>, Field<'a>)> {
+        let named = |(key, _): (&'a Spanned<std::borrow::Cow<'a, str>>, _)| {
+            let name: &str = key.get_ref();
+            let value = self.find(name)?;
+            Some((name.to_owned(), Field { span: key.span(), ..value.clone() }, value))
+        };
+        self.table.iter().filter_map(named).collect()
+    }
+
     /// Notes what a key's value may be, there or not.
     pub(crate) fn expects(&self, key: &str, shape: Shape) {
         self.source.asked.shape(self.visit, &self.key_path(key), shape);
@@ -382,6 +392,11 @@ impl<'a> Field<'a> {
             return Vec::new();
         };
         self.elements().iter().map(|element| element.number(expected)).collect()
+    }
+
+    /// Whether this is a table.
+    pub(crate) fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
     }
 
     /// Whether this is an array.

@@ -26,6 +26,7 @@ mod workers;
 
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
+pub use extend::suspect::{Suspect, SuspectParameter};
 pub use found::{Event, Found, Shown};
 pub use log::gaps::bridged;
 pub use options::Options;

@@ -24,6 +24,6 @@ mod token;
 pub use error::ExpressionError;
 pub use interval::Interval;
 pub use number::{Dual, Number};
-pub use parse::{MOST_BYTES, MOST_INSTRUCTIONS, compile};
+pub use parse::{MOST_BYTES, MOST_INSTRUCTIONS, compile, free_names};
 pub use poles::{Pole, pole};
 pub use program::Program;

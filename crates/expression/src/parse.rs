@@ -48,6 +48,34 @@ pub fn compile(
     Ok(parser.program)
 }
 
+/// The names in an expression that are no variable's, no function's and not `pi`, each once, in their order.
+///
+/// # Errors
+/// A word that is none; a name that is nearly a variable's, since it is likely to be misspelt.
+pub fn free_names(text: &str, variables: &[&str]) -> Result<Vec<String>, ExpressionError> {
+    const SHORTEST: usize = 3;
+    let mut words = Words::new(text);
+    let mut found: Vec<String> = Vec::new();
+    loop {
+        let name = match words.next()? {
+            (Token::End, _) => return Ok(found),
+            (Token::Name(name), at) => (name, at),
+            _ => continue,
+        };
+        let (name, at) = name;
+        let known = variables.contains(&name) || Function::from_name(name).is_some() || name == "pi";
+        if known || found.iter().any(|other| other == name) {
+            continue;
+        }
+        let near = if name.len() < SHORTEST { String::new() } else { hint(name, variables.iter().copied()) };
+        if !near.is_empty() {
+            let found = format!("an unknown name `{name}`");
+            return Err(ExpressionError::new(at, found, format!("{near}another name for a parameter")));
+        }
+        found.push(name.to_owned());
+    }
+}
+
 /// Whether a parameter may be called so.
 fn check_names(variables: &[&str], parameters: &[(&str, f64)]) -> Result<(), ExpressionError> {
     for (index, (name, _)) in parameters.iter().enumerate() {

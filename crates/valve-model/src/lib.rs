@@ -21,7 +21,7 @@ mod window;
 pub use clearance::ClearanceParams;
 pub use effect::{
     ActsOn, Condition, Covariate, CustomLaw, Effect, EffectId, EffectSpec, EffectValue, Grid, Label,
-    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression,
+    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression, parameter_names,
 };
 pub use error::ParamError;
 pub use expression::ExpressionError;

@@ -1,6 +1,8 @@
 //! The catalogue of candidates: every effect that a log of this kind could show, and why the others are untestable.
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
+use crate::extend::suspect::Suspect;
+use crate::extend::suspected::candidate_of;
 use crate::log::facts::Facts;
 use valve_model::{Condition, EffectId, Model};
 
@@ -29,6 +31,7 @@ pub(crate) fn candidates(
     facts: &Facts,
     model: &Model,
     fixed: &[EffectId],
+    suspects: &[Suspect],
 ) -> (Vec<Candidate>, Vec<Untestable>) {
     let (mut able, mut unable) = (Vec::new(), Vec::new());
     for &id in EffectId::ALL {
@@ -46,6 +49,12 @@ pub(crate) fn candidates(
         }
         if let Some(reason) = reason {
             unable.push(Untestable { id, reason });
+        }
+    }
+    for suspect in suspects {
+        match suspect.why_not(facts) {
+            Some(reason) => unable.push(Untestable { id: suspect.effect.id(), reason }),
+            None => able.push(candidate_of(suspect, facts)),
         }
     }
     able.iter_mut().for_each(|candidate| begin_at(candidate, model));
@@ -67,8 +76,8 @@ fn begin_at(candidate: &mut Candidate, model: &Model) {
     let mut moved = Vec::new();
     for parameter in &mut candidate.parameters {
         let value = match parameter.slot {
-            None => present.number(parameter.key),
-            Some(slot) => present.list(parameter.key).get(slot).copied().unwrap_or(0.0),
+            None => present.number(parameter.key.as_str()),
+            Some(slot) => present.list(parameter.key.as_str()).get(slot).copied().unwrap_or(0.0),
         };
         let u = match parameter.map {
             Map::Plain => value,
@@ -162,7 +171,7 @@ fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
 }
 
 fn parameter(key: &'static str, map: Map, neutral: f64, bounds: (f64, f64), step: f64) -> Parameter {
-    Parameter { key, slot: None, map, neutral, lower: bounds.0, upper: bounds.1, step }
+    Parameter { key: key.into(), slot: None, map, neutral, lower: bounds.0, upper: bounds.1, step }
 }
 
 fn simple(id: EffectId, amplitude: Parameter) -> Candidate {
@@ -174,6 +183,7 @@ fn simple(id: EffectId, amplitude: Parameter) -> Candidate {
         free: vec![0],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -247,8 +257,8 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
 }
 
 fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
-    let of = |slot: usize, key| Parameter {
-        key,
+    let of = |slot: usize, key: &'static str| Parameter {
+        key: key.into(),
         slot: Some(slot),
         map: Map::Plain,
         neutral: 0.0,
@@ -264,7 +274,7 @@ fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
         jump: false,
     };
     let probes = (0..orders).map(probe).collect();
-    Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true }
+    Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true, own: None }
 }
 
 /// Looks for these orders of a series beside the low ones; of other causes than a torque over the angle nothing changes.
@@ -301,6 +311,7 @@ fn late(facts: &Facts) -> Candidate {
         free: vec![0],
         optional: vec![1],
         series: false,
+        own: None,
     }
 }
 
@@ -316,6 +327,7 @@ fn lag(facts: &Facts) -> Candidate {
         free: vec![0],
         optional: vec![1],
         series: false,
+        own: None,
     }
 }
 
@@ -331,6 +343,7 @@ fn asymmetry() -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -357,6 +370,7 @@ fn growth(id: EffectId, step: f64, facts: &Facts) -> Candidate {
         free: vec![0, 1],
         optional: vec![2],
         series: false,
+        own: None,
     }
 }
 
@@ -381,6 +395,7 @@ fn wear(travel_rad: f64) -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -417,6 +432,7 @@ fn hysteresis() -> Candidate {
         free: vec![0, 1, 2, 3],
         optional: vec![4],
         series: false,
+        own: None,
     }
 }
 
@@ -438,6 +454,7 @@ fn compliance(facts: &Facts) -> Candidate {
         free: vec![0],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -451,6 +468,7 @@ fn backlash() -> Candidate {
         free: vec![0],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -465,6 +483,7 @@ fn eccentricity() -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 

@@ -114,7 +114,23 @@ impl CustomLaw {
     }
 }
 
+/// The names in an expression that are neither covariates nor functions: its parameters, in their order.
+///
+/// # Errors
+/// What is wrong with the expression, whatever its parameters are. A name that is nearly a covariate's is refused, too.
+pub fn parameter_names(text: &str) -> Result<Vec<String>, ExpressionError> {
+    expression::free_names(text, &Covariate::ALL.map(Covariate::name))
+}
+
 impl Prepared {
+    /// Its value; it may not be finite.
+    pub fn at(&self, covariates: &[f64; Covariate::COUNT]) -> f64 {
+        match self {
+            Self::Formula(program) => program.run(covariates),
+            Self::Table(grid) => grid.at(covariates).0,
+        }
+    }
+
     pub fn uses(&self, covariate: Covariate) -> bool {
         match self {
             Self::Formula(program) => program.uses(covariate.place()),

@@ -12,7 +12,7 @@ mod table;
 use serde::{Deserialize, Serialize};
 
 pub use covariate::{ActsOn, Covariate};
-pub use custom::{CustomLaw, MOST_CUSTOM, Rule, check_expression};
+pub use custom::{CustomLaw, MOST_CUSTOM, Rule, check_expression, parameter_names};
 pub use grid::Grid;
 pub use id::EffectId;
 pub use label::Label;
@@ -76,6 +76,22 @@ impl Effect {
         let effect = Self { id: custom::custom_id(name)?, parameters, custom: Some(law) };
         effect.validate()?;
         Ok(effect)
+    }
+
+    /// The same formula, table or effect of the list with other parameters.
+    ///
+    /// # Errors
+    /// As [`Effect::new`].
+    pub fn with_parts(&self, parameters: &[(&str, EffectValue)]) -> Result<Self, ParamError> {
+        let parameters = parameters.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+        let effect = Self { id: self.id, parameters, custom: self.custom.clone() };
+        effect.validate()?;
+        Ok(effect)
+    }
+
+    /// The value of a formula or a table at covariates in the order of [`Covariate::ALL`]; `None` for the effects of the list.
+    pub fn custom_value(&self, covariates: &[f64; 8]) -> Option<f64> {
+        self.prepared()?.ok().map(|prepared| prepared.at(covariates))
     }
 
     /// What a formula or a table does; `None` for the effects of the list.

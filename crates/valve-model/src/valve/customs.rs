@@ -152,10 +152,7 @@ impl Customs {
 
 impl Custom {
     fn value(&self, at: &Moment) -> f64 {
-        let value = match &self.rule {
-            Prepared::Formula(program) => program.run(at),
-            Prepared::Table(grid) => grid.at(at).0,
-        };
+        let value = self.rule.at(at);
         if value.is_finite() { value } else { 0.0 }
     }
 
