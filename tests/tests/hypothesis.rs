@@ -125,7 +125,7 @@ fn what_is_no_law_is_refused_at_its_column() {
         (
             "abs(speed)\"",
             "abs(sped)\"",
-            "effects.toml:7:26: effect[0].expression: found an unknown name `sped`",
+            "effects.toml:7:27: effect[0].expression: found an unknown name `sped`",
         ),
         ("min = 0.0", "min = 0.5", "found a from 0.5 to 1, expected a range around 0"),
         ("min = 0.0", "least = 0.5", "effects.toml:9:1: effect[0].parameters.a.least: found an unknown key"),

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 use std::process::Command;
-use stepvalve_tests::{Finished, despite_stalls, program, repository};
+use stepvalve_tests::{Finished, despite_stalls, program};
 use test_needs::{skip_on_this_machine, skip_without};
 
 const LOOP: [&str; 3] = ["plant-simulator", "trajectory-generator", "step-controller"];
@@ -33,17 +33,8 @@ fn no_page_fault_and_one_allocation_per_loan() {
 /// A formula and a table in truth and belief, compensated: nothing allocates more than without.
 #[test]
 fn laws_of_users_allocate_nothing() {
-    const LAWS: &str = "\n[[effect]]\nid = \"formula\"\nname = \"own\"\nacts_on = \"torque\"\n\
-        expression = \"a*speed*abs(speed) + 0.01*sin(2*pi*5*time)\"\nparameters = { a = 0.001 }\n\n[[effect]]\nid = \"table\"\n\
-        acts_on = \"level\"\nover = [\"angle\", \"pressure_drop\"]\nknots = [[0.0, 0.5], [0.0, 1e7]]\n\
-        values = [[0.0, 0.1], [0.1, 0.2]]\n";
     despite_stalls(|place| {
-        let rig = std::fs::read_to_string(repository().join("rt-config/models/rig.toml")).unwrap();
-        let model = place.write("own.toml", &(rig + LAWS));
-        let [truth, belief] = ["truth", "belief"].map(|of| format!("{of} = \"{}\"", model.display()));
-        let level = "level = \"full-with-effects\"";
-        let changes = [("truth", truth.as_str()), ("belief", belief.as_str()), ("level", level)];
-        let scenario = place.scenario("step-sequence.toml", &changes);
+        let scenario = place.scenario_with_own_laws();
         let summary = place.simulate(&scenario, "realtime", "out").expect_code(0).summary();
         for name in LOOP {
             let process = &summary["processes"][name];

@@ -22,11 +22,11 @@ mod numerics;
 mod options;
 mod outcome;
 mod show;
+mod suspect;
 mod workers;
 
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
-pub use extend::suspect::{Suspect, SuspectParameter};
 pub use found::{Event, Found, Shown};
 pub use log::gaps::bridged;
 pub use options::Options;
@@ -35,4 +35,5 @@ pub use outcome::{
     Diagnosis, Evidence, Gain, Judged, Nearest, Offered, Order, ParameterFound, Parameters, Residual,
     RivalFit, Verdict, Whiteness,
 };
+pub use suspect::{Suspect, SuspectParameter};
 pub use workers::{OneAfterTheOther, Workers};

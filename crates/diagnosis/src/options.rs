@@ -1,6 +1,6 @@
 //! What the caller of a diagnosis may choose.
 
-use crate::extend::suspect::Suspect;
+use crate::suspect::Suspect;
 use valve_model::EffectId;
 
 /// What can be chosen.

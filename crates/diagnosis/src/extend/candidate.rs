@@ -1,7 +1,7 @@
 //! A candidate: an effect under test, its parameters in the coordinates that the fit moves, and the points where a fit
 //! may start.
 
-use crate::extend::suspect::Suspect;
+use crate::suspect::Suspect;
 use valve_model::{Effect, EffectId, EffectValue, Label, Model, ParamError};
 
 /// Maps a coordinate of the fit, u, to the parameter in the model file.

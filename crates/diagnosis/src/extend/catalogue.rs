@@ -1,9 +1,9 @@
 //! The catalogue of candidates: every effect that a log of this kind could show, and why the others are untestable.
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
-use crate::extend::suspect::Suspect;
-use crate::extend::suspected::candidate_of;
+use crate::extend::suspected::{candidate_of, why_not_suspected};
 use crate::log::facts::Facts;
+use crate::suspect::Suspect;
 use valve_model::{Condition, EffectId, Model};
 
 /// An effect that these data can't show.
@@ -52,7 +52,7 @@ pub(crate) fn candidates(
         }
     }
     for suspect in suspects {
-        match suspect.why_not(facts) {
+        match why_not_suspected(suspect, facts) {
             Some(reason) => unable.push(Untestable { id: suspect.effect.id(), reason }),
             None => able.push(candidate_of(suspect, facts)),
         }

@@ -3,6 +3,5 @@
 pub(crate) mod candidate;
 pub(crate) mod catalogue;
 pub(crate) mod hypothesis;
-pub(crate) mod suspect;
 pub(crate) mod suspected;
 pub(crate) mod tolerance;

@@ -1,14 +1,28 @@
 //! What a user suspects: a law of his own, tried as the causes of the list are.
 
-use crate::log::facts::Facts;
-use valve_model::{ActsOn, Condition, Covariate, Effect, EffectValue, Label};
+use valve_model::{Effect, EffectValue, Label};
 
 /// Places at which a law is asked what its parameters do.
-const PLACES: u32 = 60;
+pub(crate) const PLACES: u32 = 60;
 /// Where a fit begins in a parameter of which nothing is said: its orders of magnitude, and both signs.
-pub(crate) const UNKNOWN: [f64; 6] = [1.0, 0.1, 10.0, -1.0, 0.0, 0.01];
-/// The first step of a fit: what it changes in parts of T_c, of the levels, and of σ2.
-const STEP: f64 = 0.02;
+const UNKNOWN: [f64; 6] = [1.0, 0.1, 10.0, -1.0, 0.0, 0.01];
+/// Shapes that the screening begins from, at most.
+const MOST_SHAPES: usize = 16;
+
+/// What the covariates span, in their order.
+pub(crate) type Ranges = [(f64, f64); 8];
+
+/// What valves usually have of them.
+const USUAL: Ranges = [
+    (-3.0, 3.0),
+    (-5.0, 5.0),
+    (-50.0, 50.0),
+    (0.0, 100.0),
+    (0.0, 1e7),
+    (20.0, 70.0),
+    (0.0, 10.0),
+    (0.0, 100.0),
+];
 
 /// A formula that a user suspects, with what is known of its parameters.
 ///
@@ -88,51 +102,44 @@ impl Suspect {
         &self.amplitudes
     }
 
-    /// Why data can't show it.
-    pub(crate) fn why_not(&self, facts: &Facts) -> Option<String> {
-        let friction = self.effect.custom().is_some_and(|law| law.acts_on != ActsOn::Torque);
-        if self.effect.needs(Condition::PressureDrop) && facts.pressure_mpa.is_none() {
-            return Some("no pressure_drop channel".to_owned());
+    /// Where the fits begin: without effect, from one shape, and from those in which one of its numbers is another.
+    pub(crate) fn shapes(&self) -> Vec<Vec<f64>> {
+        let numbers = 0..self.parameters.len();
+        let first: Vec<f64> = numbers.clone().map(|index| self.begin(index)).collect();
+        let mut shapes = vec![first.clone()];
+        for index in numbers.filter(|index| !self.amplitudes.contains(index)) {
+            for value in self.values_of(index).into_iter().skip(1) {
+                let mut shape = first.clone();
+                shape.iter_mut().skip(index).take(1).for_each(|number| *number = value);
+                shapes.push(shape);
+            }
         }
-        if self.effect.needs(Condition::OilTemperature) && facts.temperature_c.is_none() {
-            return Some("no oil_temperature channel".to_owned());
-        }
-        let driven = !facts.kind.motion_is_measured && friction;
-        let reason = "friction by acceleration is predicted from a measured motion alone";
-        (driven && self.effect.depends_on(Covariate::Acceleration)).then(|| reason.to_owned())
+        shapes.truncate(MOST_SHAPES);
+        shapes
     }
 
-    /// Where a parameter begins in a trial: without effect, or with one of its shapes.
-    pub(crate) fn begin(&self, index: usize, trial: usize) -> f64 {
-        if self.amplitudes.contains(&index) { 0.0 } else { self.shape(index, trial) }
+    /// Where a parameter begins.
+    pub(crate) fn begin(&self, index: usize) -> f64 {
+        if self.amplitudes.contains(&index) { 0.0 } else { self.shape(index, 0) }
     }
 
     /// A value that a parameter may have, by the number of the trial.
     fn shape(&self, index: usize, trial: usize) -> f64 {
-        let Some(of) = self.parameters.get(index) else { return 0.0 };
-        let around = [1.0, 0.5, 2.0].get(trial).copied().unwrap_or(1.0);
-        let wanted = match of.start {
-            Some(start) if start != 0.0 => start * around,
-            Some(start) => start,
-            None => UNKNOWN.get(trial).copied().unwrap_or(1.0),
-        };
-        wanted.clamp(of.min, of.max)
+        let values = self.values_of(index);
+        values.get(trial).or(values.first()).copied().unwrap_or(0.0)
     }
 
-    /// A change of an amplitude that shows: by how much the law changes within what the data have.
-    pub(crate) fn step(&self, index: usize, facts: &Facts) -> f64 {
-        let Some(of) = self.parameters.get(index) else { return 0.0 };
-        let unit = match of.start {
-            Some(start) if start != 0.0 => start.abs(),
-            _ => 1.0_f64.min(of.max.max(-of.min)),
+    /// The values at which a parameter may begin: the first one is the likeliest, the others are within its bounds.
+    fn values_of(&self, index: usize) -> Vec<f64> {
+        let Some(of) = self.parameters.get(index) else { return Vec::new() };
+        let wanted = match of.start {
+            Some(start) if start != 0.0 => vec![start, 0.5 * start, 2.0 * start],
+            Some(start) => vec![start],
+            None => UNKNOWN.to_vec(),
         };
-        let mut numbers: Vec<f64> = (0..self.parameters.len()).map(|index| self.begin(index, 0)).collect();
-        numbers.iter_mut().skip(index).take(1).for_each(|number| *number = unit);
-        let square: f64 = self.values(&numbers, Some(facts)).iter().map(|value| value * value).sum();
-        let size = (square / f64::from(PLACES)).sqrt();
-        let torque = self.effect.custom().is_some_and(|law| law.acts_on == ActsOn::Torque);
-        let wanted = STEP * if torque { facts.coulomb_nm } else { 1.0 };
-        if size > 0.0 && size.is_finite() { unit * wanted / size } else { 0.01 * unit }
+        let first = wanted.first().map(|first| first.clamp(of.min, of.max));
+        let others = wanted.into_iter().skip(1).filter(|value| (of.min..=of.max).contains(value));
+        first.into_iter().chain(others).collect()
     }
 
     /// Whether it has no effect where these parameters are zero.
@@ -142,17 +149,16 @@ impl Suspect {
             let numbers: Vec<f64> = (0..self.parameters.len())
                 .map(|index| if gone.contains(&index) { 0.0 } else { self.shape(index, trial) })
                 .collect();
-            self.values(&numbers, None).iter().all(|value| *value == 0.0)
+            self.values(&numbers, &USUAL).iter().all(|value| *value == 0.0)
         })
     }
 
-    /// Its finite values at places spread over what valves have, or over what the data have.
-    fn values(&self, numbers: &[f64], facts: Option<&Facts>) -> Vec<f64> {
+    /// Its finite values at places spread over these ranges.
+    pub(crate) fn values(&self, numbers: &[f64], ranges: &Ranges) -> Vec<f64> {
         let keys = self.parameters.iter().map(|of| of.key.as_str());
         let parts: Vec<_> =
             keys.zip(numbers).map(|(key, number)| (key, EffectValue::Number(*number))).collect();
         let Ok(effect) = self.effect.with_parts(&parts) else { return Vec::new() };
-        let ranges = ranges(facts);
         let place = |index: u32| {
             let mut primes = [2, 3, 5, 7, 11, 13, 17, 19].into_iter();
             ranges.map(|(low, high)| low + (high - low) * spread(index + 1, primes.next().unwrap_or(2)))
@@ -160,20 +166,6 @@ impl Suspect {
         let values = (0..PLACES).filter_map(|index| effect.custom_value(&place(index)));
         values.filter(|value| value.is_finite()).collect()
     }
-}
-
-/// What the covariates span, in their order.
-fn ranges(facts: Option<&Facts>) -> [(f64, f64); 8] {
-    let fastest = facts.map_or(0.0, |facts| facts.fastest_rad_per_s).max(0.1);
-    let angle = facts.map(|facts| facts.angle_rad).filter(|range| range.0 < range.1).unwrap_or((-3.0, 3.0));
-    let pressure_pa =
-        facts.and_then(|facts| facts.pressure_mpa).map_or((0.0, 1e7), |mpa| (1e6 * mpa.0, 1e6 * mpa.1));
-    let temperature_c = facts.and_then(|facts| facts.temperature_c).unwrap_or((20.0, 70.0));
-    let rest_s = facts.map_or(10.0, |facts| facts.longest_rest_s.max(0.1));
-    let travel_rad = facts.map_or(100.0, |facts| facts.travel_rad.max(0.1));
-    let speed = (-fastest, fastest);
-    let acceleration = (-10.0 * fastest, 10.0 * fastest);
-    [angle, speed, acceleration, (0.0, 100.0), pressure_pa, temperature_c, (0.0, rest_s), (0.0, travel_rad)]
 }
 
 /// The `index`th number of a sequence that fills 0 to 1 evenly (van der Corput's to a base).
@@ -190,7 +182,7 @@ fn spread(mut index: u32, base: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use valve_model::{CustomLaw, Rule, parameter_names};
+    use valve_model::{ActsOn, CustomLaw, Rule, parameter_names};
 
     fn suspect(text: &str) -> Result<Suspect, String> {
         let names = parameter_names(text).unwrap();
