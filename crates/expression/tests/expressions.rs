@@ -1,7 +1,7 @@
 //! Values, errors with their places, poles, and what random texts and programs must never do.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use expression::{Dual, Interval, compile, pole};
+use expression::{Dual, Interval, compile, free_names, pole};
 use proptest::prelude::*;
 
 const VARIABLES: [&str; 3] = ["speed", "angle", "pressure_drop"];
@@ -167,4 +167,14 @@ proptest! {
             prop_assert!(all.low - slack <= value && value <= all.high + slack, "{text}: {value} {all:?}");
         }
     }
+}
+
+#[test]
+fn names_that_are_free_are_parameters() {
+    let free = |text: &str| free_names(text, &VARIABLES);
+    assert_eq!(free("a*sin(2*pi*b*speed + a) + c_2").unwrap(), ["a", "b", "c_2"]);
+    assert_eq!(free("speed*abs(angle)").unwrap(), Vec::<String>::new());
+    let misspelt = free("a*sped").unwrap_err();
+    assert_eq!((misspelt.at, misspelt.expected.starts_with("speed (did you mean it?)")), (2, true));
+    assert_eq!(free("a # b").unwrap_err().at, 2);
 }
