@@ -6,7 +6,7 @@ mod bus;
 
 use arbitrary_log::arbitrary_log;
 pub use bus::bus_replies;
-use config::{parse_drive, parse_model, parse_scenario};
+use config::{parse_drive, parse_effects, parse_model, parse_scenario};
 use diagnosis::{OneAfterTheOther, Options, diagnose};
 use log_data::{Log, Run};
 use recording::read_record;
@@ -18,13 +18,14 @@ use std::io::Write;
 use table_import::{Format, Header, Interleaved, Map, Selection, Separated, Separator, Skip, Table, collect};
 use valve_model::Model;
 
-/// A scenario, a model or a drive file: refused with places, or accepted.
+/// A scenario, a model, a drive file or a file of effects: refused with places, or accepted.
 pub fn configuration(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let errors = [
         parse_scenario(text, "fuzz.toml").err(),
         parse_model(text, "fuzz.toml").err(),
         parse_drive(text, "fuzz.toml").err(),
+        parse_effects(text, "fuzz.toml").err(),
     ];
     for error in errors.into_iter().flatten() {
         assert!(error.to_string().contains("fuzz.toml"), "an error without a place: {error}");

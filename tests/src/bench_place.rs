@@ -94,6 +94,23 @@ impl Default for TestPlace {
     }
 }
 
+/// Of a model file.
+const OWN_LAWS: &str = "
+[[effect]]
+id = \"formula\"
+name = \"own\"
+acts_on = \"torque\"
+expression = \"a*speed*abs(speed) + 0.05*sin(2*pi*5*time)\"
+parameters = { a = 0.02 }
+
+[[effect]]
+id = \"table\"
+acts_on = \"level\"
+over = [\"angle\", \"pressure_drop\"]
+knots = [[0.0, 0.5], [0.0, 1e7]]
+values = [[0.0, 0.1], [0.1, 0.2]]
+";
+
 impl TestPlace {
     /// An empty place; waits until no other test of this program has one.
     pub fn new() -> Self {
@@ -128,6 +145,16 @@ impl TestPlace {
         let models = repository().join("rt-config/models");
         let text = text.replace("\"../models/", &format!("\"{}/", models.display()));
         self.write(&format!("scenario-{shipped}"), &text)
+    }
+
+    /// The step sequence with a formula and a table in truth and belief, compensated.
+    pub fn scenario_with_own_laws(&self) -> PathBuf {
+        let rig = std::fs::read_to_string(repository().join("rt-config/models/rig.toml")).unwrap();
+        let model = self.write("own.toml", &(rig + OWN_LAWS));
+        let [truth, belief] = ["truth", "belief"].map(|of| format!("{of} = \"{}\"", model.display()));
+        let level = "level = \"full-with-effects\"";
+        let changes = [("truth", truth.as_str()), ("belief", belief.as_str()), ("level", level)];
+        self.scenario("step-sequence.toml", &changes)
     }
 
     /// A shipped scenario that ends after `duration_s`, without the set-points that would come later.

@@ -52,6 +52,20 @@ fn lockstep_and_in_process_agree_on_every_scenario() {
     }
 }
 
+/// Formulas and tables travel to the processes, and a replay has them too.
+#[test]
+fn laws_of_users_agree_in_every_mode() {
+    let place = TestPlace::new();
+    let scenario = place.scenario_with_own_laws();
+    let [a, b] = ["in-process", "lockstep"].map(|mode| {
+        place.simulate(&scenario, mode, mode).expect_code(0);
+        payloads(&place.path(mode).join("run-0001.mcap"))
+    });
+    assert!(assert_same("own laws", &a, &b, u64::MAX) > 9_000);
+    let record = place.path("lockstep/run-0001.mcap");
+    place.stepvalve(&["replay", record.to_str().unwrap()]).expect_code(0);
+}
+
 #[test]
 fn two_lockstep_runs_give_the_same_run_file() {
     let place = TestPlace::new();

@@ -30,6 +30,20 @@ fn no_page_fault_and_one_allocation_per_loan() {
     });
 }
 
+/// A formula and a table in truth and belief, compensated: nothing allocates more than without.
+#[test]
+fn laws_of_users_allocate_nothing() {
+    despite_stalls(|place| {
+        let scenario = place.scenario_with_own_laws();
+        let summary = place.simulate(&scenario, "realtime", "out").expect_code(0).summary();
+        for name in LOOP {
+            let process = &summary["processes"][name];
+            assert!(process["steady_cycles"].as_u64().unwrap() > 4000, "{process}");
+            assert_eq!(process["steady_allocations"], process["steady_published"], "{name}");
+        }
+    });
+}
+
 /// The program that a trace is of, and its system calls between the two calls of getrusage that enclose the cycles
 /// after warm-up.
 fn steady_calls(trace: &Path) -> Option<(String, Vec<String>)> {

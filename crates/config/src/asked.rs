@@ -23,6 +23,8 @@ pub(crate) enum Shape {
     Choice(Vec<String>),
     /// A table; its keys are a visit of their own.
     Table,
+    /// A table of numbers, whose keys the user chooses.
+    NamedNumbers,
     /// A list; its elements are noted under the key with `[]` behind it.
     List,
 }

@@ -9,6 +9,7 @@ mod against_models;
 mod asked;
 mod bounds;
 mod drive_file;
+mod effects_file;
 mod error;
 mod model;
 mod reachable;
@@ -21,6 +22,7 @@ mod units;
 
 pub use against_models::{belief_warnings, check_against_models};
 pub use drive_file::parse_drive;
+pub use effects_file::{OwnEffect, OwnParameter, parse_effects};
 pub use error::{ConfigError, ConfigErrors};
 pub use model::{ModelComments, parse_model, write_model};
 pub use scenario::{

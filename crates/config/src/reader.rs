@@ -142,6 +142,16 @@ impl<'a> Section<'a> {
         field
     }
 
+    /// Every key that there is: its name, where it stands, and its value. All count as known from here on.
+    pub(crate) fn all(&self) -> Vec<(String, Field<'a>, Field<'a>)> {
+        let named = |(key, _): (&'a Spanned<std::borrow::Cow<'a, str>>, _)| {
+            let name: &str = key.get_ref();
+            let value = self.find(name)?;
+            Some((name.to_owned(), Field { span: key.span(), ..value.clone() }, value))
+        };
+        self.table.iter().filter_map(named).collect()
+    }
+
     /// Notes what a key's value may be, there or not.
     pub(crate) fn expects(&self, key: &str, shape: Shape) {
         self.source.asked.shape(self.visit, &self.key_path(key), shape);
@@ -286,6 +296,16 @@ impl<'a> Section<'a> {
     }
 }
 
+/// A number by a name that the user chose.
+pub(crate) struct NamedNumber<'a> {
+    /// The name.
+    pub(crate) name: String,
+    /// The number; NaN if it was refused.
+    pub(crate) number: f64,
+    /// Where the name stands.
+    pub(crate) place: Field<'a>,
+}
+
 /// A value with its path and place.
 #[derive(Clone)]
 pub(crate) struct Field<'a> {
@@ -374,6 +394,11 @@ impl<'a> Field<'a> {
         self.elements().iter().map(|element| element.number(expected)).collect()
     }
 
+    /// Whether this is a table.
+    pub(crate) fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
+    }
+
     /// Whether this is an array.
     pub(crate) fn is_array(&self) -> bool {
         self.value.is_array()
@@ -420,6 +445,44 @@ impl<'a> Field<'a> {
                 String::new()
             }
         }
+    }
+
+    /// Reports something within a text, behind so many of its characters.
+    pub(crate) fn refuse_within(
+        &self,
+        characters: usize,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) {
+        let written = self.source.slice(&self.span);
+        let inside = written.trim_start_matches(['"', '\'']);
+        let before: usize = inside.chars().take(characters).map(char::len_utf8).sum();
+        // Behind an escape the characters are not those of the file.
+        let shift = if inside.contains('\\') { 0 } else { written.len() - inside.len() + before };
+        self.source.report(self.span.start + shift, &self.path, found, expected);
+    }
+
+    /// A table of numbers whose names the user chose, in the file's order; those that are none are refused.
+    pub(crate) fn named_numbers(&self) -> Vec<NamedNumber<'a>> {
+        self.expects(Shape::NamedNumbers);
+        let DeValue::Table(table) = self.value else {
+            self.refuse("a table of numbers");
+            return Vec::new();
+        };
+        let mut found: Vec<NamedNumber<'a>> = table
+            .iter()
+            .map(|(key, value)| {
+                let name: &str = key.get_ref();
+                let path = format!("{}.{}", self.path, shown(name));
+                let (source, visit) = (self.source, self.visit);
+                let field = Field { source, path, span: value.span(), value: value.get_ref(), visit };
+                let number = field.plain_number().unwrap_or_else(|| field.refused("a finite number"));
+                let place = Field { span: key.span(), ..field };
+                NamedNumber { name: name.to_owned(), number, place }
+            })
+            .collect();
+        found.sort_by_key(|of| of.place.start());
+        found
     }
 
     /// True or false; false if refused.

@@ -174,6 +174,9 @@ fn shaped(tables: &Tables, path: &str, visits: &[Visit], name: &str, here: &str,
         Shape::Boolean => json!({ "type": "boolean" }),
         Shape::Choice(words) => json!({ "enum": words }),
         Shape::Table => Value::Object(table(tables, here)),
+        Shape::NamedNumbers => {
+            json!({ "type": "object", "additionalProperties": { "type": "number" } })
+        }
         Shape::List => {
             let items = value(tables, path, visits, &format!("{name}[]"));
             json!({ "type": "array", "items": items })

@@ -10,7 +10,7 @@ const SINE: &str = include_str!("../../../rt-config/scenarios/sine-1hz.toml");
 const MODEL: &str = include_str!("../../../rt-config/models/rig.toml");
 const DRIVE: &str = include_str!("../../../rt-config/drives/simulated.toml");
 const SDO: &str = "\n[[sdo]]\nindex = 0x6098\nsub = 0\ntype = \"i8\"\nvalue = 35\n";
-const EFFECT: &str = "\n[[effect]]\nid = \"position-torque\"\nsin = [0.1, 0]\n";
+const EFFECT: &str = "\n[[effect]]\nid = \"position-torque\"\nsin = [0.1, 0]\n\n[[effect]]\nid = \"formula\"\nname = \"f\"\nacts_on = \"level\"\nexpression = \"a*speed\"\nparameters = { a = 0.1 }\n";
 
 /// Pieces that a file may be damaged with: parts of the format and characters that are special somewhere.
 const PIECES: &[&str] = &[

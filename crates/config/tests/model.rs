@@ -6,9 +6,9 @@ use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 use valve_model::{
-    ClearanceParams, DahlParams, Effect, EffectId, EffectValue, FrictionParams, LeuvenParams, LoadParams,
-    LuGreParams, Model, MotorParams, OilParams, OrificeParams, ParameterSpec, SealParams, StribeckParams,
-    ValueKind, Window, WindowTable,
+    ActsOn, ClearanceParams, Covariate, CustomLaw, DahlParams, Effect, EffectId, EffectValue, FrictionParams,
+    Grid, LeuvenParams, LoadParams, LuGreParams, Model, MotorParams, OilParams, OrificeParams, ParameterSpec,
+    Rule, SealParams, StribeckParams, ValueKind, Window, WindowTable,
 };
 
 const MODEL: &str = r#"format = "stepvalve-model"
@@ -161,7 +161,7 @@ fn windows_by_name_and_by_table() {
 
 #[test]
 fn effects_refused_with_the_place() {
-    let known: Vec<&str> = EffectId::ALL.iter().map(|id| id.name()).collect();
+    let known: Vec<&str> = EffectId::ALL.iter().map(|id| id.name()).chain(["formula", "table"]).collect();
     let known = known.join(", ");
     refused(
         "\"direction-asymmetry\"",
@@ -411,7 +411,32 @@ fn number_in(row: &ParameterSpec, at: f64) -> f64 {
     (low + at * (high - low)).clamp(row.min, row.max)
 }
 
+/// A formula or a table.
+fn custom() -> impl Strategy<Value = Effect> {
+    let numbers = || vec(-1e9..1e9f64, 2..9);
+    (0..3, prop::sample::select(ActsOn::ALL.to_vec()), "[a-z][a-z0-9_-]{0,30}", numbers(), numbers())
+        .prop_map(|(kind, acts_on, name, mut knots, values)| {
+            let name = if EffectId::from_name(&name).is_some() { "other" } else { &name };
+            if kind == 0 {
+                let rule = Rule::Formula("a*speed*abs(speed) +  b".to_owned());
+                let parameters = [("b", knots[0]), ("a", values[0])];
+                return Effect::custom_named(name, CustomLaw { acts_on, rule }, &parameters).unwrap();
+            }
+            knots.sort_by(f64::total_cmp);
+            let columns = if kind == 1 { 1 } else { 2 };
+            let over = [Covariate::Speed, Covariate::PressureDrop][..columns].to_vec();
+            let axes = [knots.clone(), vec![-1.5, 0.25]][..columns].to_vec();
+            let row = |index: usize| vec![values[index % values.len()]; columns];
+            let grid = Grid::new(over, axes, (0..knots.len()).map(row).collect()).unwrap();
+            Effect::custom_named(name, CustomLaw { acts_on, rule: Rule::Table(grid) }, &[]).unwrap()
+        })
+}
+
 fn effect() -> impl Strategy<Value = Effect> {
+    prop_oneof![4 => listed_effect(), 1 => custom()]
+}
+
+fn listed_effect() -> impl Strategy<Value = Effect> {
     (0..EffectId::ALL.len(), vec((any::<bool>(), vec(0.0..=1.0f64, 1..20)), 8), any::<bool>()).prop_map(
         |(index, draws, backwards)| {
             let spec = EffectId::ALL[index].spec();

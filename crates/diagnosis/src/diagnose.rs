@@ -86,7 +86,7 @@ pub fn diagnose(
         noise = estimate(&mut campaign, &ready, &first.starts, options, workers);
     }
     campaign.facts.excitation = excitation(&campaign, noise.channel);
-    let (able, unable) = candidates(&campaign.facts, model, &options.fixed);
+    let (able, unable) = candidates(&campaign.facts, model, &options.fixed, &options.suspects);
     let nuisances = Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) };
     let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
     let corrected = corrections(&campaign.facts, &able, options.tolerance);

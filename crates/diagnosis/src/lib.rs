@@ -22,6 +22,7 @@ mod numerics;
 mod options;
 mod outcome;
 mod show;
+mod suspect;
 mod workers;
 
 pub use diagnose::diagnose;
@@ -34,4 +35,5 @@ pub use outcome::{
     Diagnosis, Evidence, Gain, Judged, Nearest, Offered, Order, ParameterFound, Parameters, Residual,
     RivalFit, Verdict, Whiteness,
 };
+pub use suspect::{Suspect, SuspectParameter};
 pub use workers::{OneAfterTheOther, Workers};

@@ -1,5 +1,6 @@
 //! What the caller of a diagnosis may choose.
 
+use crate::suspect::Suspect;
 use valve_model::EffectId;
 
 /// What can be chosen.
@@ -14,4 +15,6 @@ pub struct Options {
     pub tolerance: f64,
     /// Effects that are known exactly, as the model has them: neither causes nor corrections.
     pub fixed: Vec<EffectId>,
+    /// Laws that the user suspects: rivals of the list's causes.
+    pub suspects: Vec<Suspect>,
 }

@@ -84,7 +84,8 @@ impl Course<'_> {
     /// The valve at the run's first sample; its bristles came from a deflection.
     fn begin(&self, came_from_rad: f64) -> ValveState {
         let Past { rest_s, distance_rad } = *self.past;
-        let past = ContactPast { came_from_rad, rest_s, distance_rad, ..ContactPast::default() };
+        let clock_s = self.time_s.first().copied().unwrap_or(0.0);
+        let past = ContactPast { came_from_rad, rest_s, distance_rad, clock_s, ..ContactPast::default() };
         self.params.met_at(self.first.angle_rad, self.first.speed_rad_per_s, None, &self.input(1), &past)
     }
 

@@ -45,7 +45,10 @@ fn channel_of(condition: Condition) -> Channel {
 
 /// A channel that some effects of the model depend on; `None` where the model has none of them.
 fn needed<'a>(run: &'a Run, model: &Model, channel: Channel) -> Result<Option<&'a [f64]>, PredictionError> {
-    let needs = |effect: &&Effect| effect.spec().needs.map(channel_of) == Some(channel);
+    let conditions = [Condition::PressureDrop, Condition::OilTemperature];
+    let needs = |effect: &&Effect| {
+        conditions.into_iter().any(|condition| channel_of(condition) == channel && effect.needs(condition))
+    };
     let Some(effect) = model.effects.iter().find(needs) else {
         return Ok(None);
     };

@@ -24,7 +24,7 @@ pub use noise::{Noise, goes_through_steps};
 pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
 
 use log_data::{Channel, Run};
-use valve_model::{EffectId, Model};
+use valve_model::{Covariate, EffectId, Model};
 
 /// What a contact brings along from the runs before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -115,5 +115,8 @@ pub fn predict_taken(
 /// Whether the model's friction depends on what went on in the runs before.
 pub fn depends_on_past(model: &Model) -> bool {
     let with_memory = [EffectId::DwellStiction, EffectId::HydraulicLock, EffectId::WearDrift];
-    model.effects.iter().any(|effect| with_memory.contains(&effect.id()))
+    model.effects.iter().any(|effect| {
+        let asked = [Covariate::TimeAtRest, Covariate::Distance];
+        with_memory.contains(&effect.id()) || asked.into_iter().any(|of| effect.depends_on(of))
+    })
 }

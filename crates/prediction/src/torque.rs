@@ -36,7 +36,7 @@ pub(crate) fn predict(
         Path { time_s: &run.time_s, conditions: &conditions, params: &params, smoother: smoother() };
     let start = path.start(torque_nm, past);
     let first = path.smoother.motion(0);
-    let past = begun(start, past);
+    let past = begun(start, past, path.clock_s());
     let mut state = params.at_start_after(&first, &past);
     let (mut travel_rad, mut left_out) = (0.0, 0);
     let forgotten_rad = FORGOTTEN * params.friction_law().break_away_deflection_rad();
@@ -64,12 +64,13 @@ pub(crate) fn predict(
 }
 
 /// The contact at the start of a run.
-fn begun(start: Start, past: &Past) -> ContactPast {
+fn begun(start: Start, past: &Past, clock_s: f64) -> ContactPast {
     let (deflection_rad, came_from_rad) = match start {
         Start::Estimated { deflection_rad, came_from_rad } => (deflection_rad, came_from_rad),
         Start::LeftOut => (0.0, 0.0),
     };
-    ContactPast { deflection_rad, came_from_rad, rest_s: past.rest_s, distance_rad: past.distance_rad }
+    let Past { rest_s, distance_rad } = *past;
+    ContactPast { deflection_rad, came_from_rad, rest_s, distance_rad, clock_s }
 }
 
 /// A run's motion through the model.
@@ -81,6 +82,11 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
+    /// The log's clock at the run's first sample, s.
+    fn clock_s(&self) -> f64 {
+        self.time_s.first().copied().unwrap_or(0.0)
+    }
+
     fn motion(&mut self, index: usize) -> MotionSample {
         if self.params.is_behind_a_spring() {
             self.smoother.sharp_motion(index)
@@ -161,7 +167,7 @@ struct Tried {
 impl StartSearch<'_> {
     fn tried(&self, deflection_rad: f64, came_from_rad: f64) -> Tried {
         let start = Start::Estimated { deflection_rad, came_from_rad };
-        Tried { start, square: self.misfit(&begun(start, self.past)) }
+        Tried { start, square: self.misfit(&begun(start, self.past, self.path.clock_s())) }
     }
 
     /// The best of the deflections within ±`most_rad` that came from one: a few tried, and the best of them refined.

@@ -93,11 +93,13 @@ impl Contact {
 pub(crate) struct Surroundings {
     pub pressure_drop_pa: f64,
     pub oil_temperature_c: f64,
+    /// The clock at the beginning of the cycle that is commanded, s.
+    pub clock_s: f64,
 }
 
 impl Default for Surroundings {
     fn default() -> Self {
-        Self { pressure_drop_pa: 0.0, oil_temperature_c: 40.0 }
+        Self { pressure_drop_pa: 0.0, oil_temperature_c: 40.0, clock_s: 0.0 }
     }
 }
 
@@ -157,7 +159,8 @@ fn with_effects_nm(
         state.friction = friction;
         state
     });
-    let Surroundings { pressure_drop_pa, oil_temperature_c } = *around;
+    let Surroundings { pressure_drop_pa, oil_temperature_c, clock_s } = *around;
+    state.set_clock(clock_s);
     let input = MotionInput { start, end, pressure_drop_pa, oil_temperature_c };
     let output = motion_step(&params.with_effects, state, &input, params.period_s);
     output.friction_torque_nm + output.other_torque_nm

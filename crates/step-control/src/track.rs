@@ -1,7 +1,8 @@
 //! The command while running: it follows the reference, led by the wanted torque, within motor and driver.
 
 use crate::compensation::{
-    Contact, FeedForward, Wanted, command_rad, feed_forward, lead_within_pull_out, torque_beyond_nm, wanted,
+    Contact, FeedForward, Surroundings, Wanted, command_rad, feed_forward, lead_within_pull_out,
+    torque_beyond_nm, wanted,
 };
 use crate::correction::{Belief, Instant, Wish, is_too_coarse};
 use crate::load_share::Expected;
@@ -27,7 +28,9 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     }
     let target = next_aim(params, state, &reference);
     let level = state.tuning.compensation(params);
-    let around = state.observation.surroundings;
+    let cycle = state.reception.last_cycle.unwrap_or(0) + params.loop_delay_cycles;
+    let clock_s = cycle as f64 * params.period_s;
+    let around = Surroundings { clock_s, ..state.observation.surroundings };
     let steering = &mut state.steering;
     let (before, after) = motion_of_cycle(params, &steering.aim, &target);
     let mut fed = feed_forward(params, level, &mut steering.contact, &around, &before, &after);

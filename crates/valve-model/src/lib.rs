@@ -20,9 +20,11 @@ mod window;
 
 pub use clearance::ClearanceParams;
 pub use effect::{
-    Condition, Effect, EffectId, EffectSpec, EffectValue, ModelNumber, ParameterSpec, SeenIn, ValueKind,
+    ActsOn, Condition, Covariate, CustomLaw, Effect, EffectId, EffectSpec, EffectValue, Grid, Label,
+    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression, parameter_names,
 };
 pub use error::ParamError;
+pub use expression::ExpressionError;
 pub use friction::{
     ContactPast, DahlParams, FrictionLaw, FrictionParams, FrictionState, LeuvenParams, LuGreParams,
     StribeckParams,

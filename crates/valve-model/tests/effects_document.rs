@@ -17,6 +17,8 @@ Symbols: ω speed, θ angle, p pressure drop, ϑ oil temperature, ϑ_ref the mod
 Coulomb and static torque, σ0 bristle stiffness, σ1 bristle damping, σ2 viscous coefficient, ω_s Stribeck velocity.
 A time at rest grows with time and falls with slip over T_c/σ0: presliding leaves it, sliding ends it.
 
+What has no row here, users add as a formula or a table: [model.md](model.md#effect).
+
 This file is written by `STEPVALVE_WRITE_DOCS=1 cargo test -p valve-model --test effects_document` from
 `crates/valve-model/src/effect/table/`; a test compares the two.
 ";

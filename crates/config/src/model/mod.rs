@@ -2,6 +2,7 @@
 
 mod comments;
 mod read;
+mod read_custom;
 mod read_design;
 mod read_effects;
 mod read_friction;

@@ -4,6 +4,7 @@ use valve_model::{EffectId, LoadParams, Model, MotorParams, OilParams, OrificePa
 
 use crate::asked::Visit;
 use crate::error::ConfigErrors;
+use crate::model::read_custom::IDS;
 use crate::model::read_design::read_design;
 use crate::model::read_effects::read_effects;
 use crate::model::read_friction::read_friction;
@@ -25,7 +26,8 @@ pub(crate) fn asked() -> Vec<Visit> {
                     [friction]\nlaw = \"lugre\"\n";
     let table = "[orifice]\nwindow_table = [[0.0, 0.0], [1.0, 1.0]]\n".to_owned();
     let laws = ["lugre", "stribeck", "dahl", "leuven"].map(|law| format!("[friction]\nlaw = \"{law}\"\n"));
-    let effects = EffectId::ALL.iter().map(|id| format!("[[effect]]\nid = \"{}\"\n", id.name()));
+    let ids = EffectId::ALL.iter().map(|id| id.name()).chain(IDS);
+    let effects = ids.map(|id| format!("[[effect]]\nid = \"{id}\"\n"));
     let texts = [sections.to_owned(), table].into_iter().chain(laws).chain(effects);
     texts.flat_map(|text| asked_of(&text, FORMAT, FORMAT_VERSION, read)).collect()
 }

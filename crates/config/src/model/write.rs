@@ -2,8 +2,8 @@
 
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 use valve_model::{
-    ClearanceParams, DahlParams, Effect, EffectValue, FrictionParams, LeuvenParams, LoadParams, LuGreParams,
-    Model, MotorParams, OilParams, OrificeParams, SealParams, StribeckParams, Window,
+    ClearanceParams, CustomLaw, DahlParams, Effect, EffectValue, FrictionParams, LeuvenParams, LoadParams,
+    LuGreParams, Model, MotorParams, OilParams, OrificeParams, Rule, SealParams, StribeckParams, Window,
 };
 
 use crate::model::{FORMAT, FORMAT_VERSION, ModelComments};
@@ -54,7 +54,16 @@ fn table(path: &str, entries: Entries<'_>, comments: &ModelComments) -> Table {
 }
 
 fn effects(effects: &[Effect], comments: &ModelComments) -> ArrayOfTables {
-    let section = |(index, effect)| table(&format!("effect[{index}]"), effect_section(effect), comments);
+    let section = |(index, effect): (usize, &Effect)| {
+        let path = format!("effect[{index}]");
+        let Some(law) = effect.custom() else { return table(&path, effect_section(effect), comments) };
+        let mut section = table(&path, custom_section(effect, law), comments);
+        if effect.parts().next().is_some() {
+            let parameters = table(&format!("{path}.parameters"), parameters(effect), comments);
+            section.insert("parameters", Item::Table(parameters));
+        }
+        section
+    };
     effects.iter().enumerate().map(section).collect()
 }
 
@@ -210,12 +219,43 @@ fn leuven_entries(params: &LeuvenParams) -> Entries<'static> {
 
 fn effect_section(effect: &Effect) -> Entries<'_> {
     let mut entries = vec![("id", Value::from(effect.id().name()))];
-    entries.extend(effect.parts().map(|(key, entry)| {
+    entries.extend(parameters(effect));
+    entries
+}
+
+/// A formula or a table, the former's parameters left out.
+fn custom_section<'m>(effect: &'m Effect, law: &'m CustomLaw) -> Entries<'m> {
+    let mut entries = vec![
+        ("id", Value::from(law.file_id())),
+        ("name", Value::from(effect.id().name())),
+        ("acts_on", Value::from(law.acts_on.name())),
+    ];
+    let list = |numbers: &[f64]| numbers.iter().map(|entry| number(*entry)).collect::<Value>();
+    match &law.rule {
+        Rule::Formula(text) => entries.push(("expression", Value::from(text))),
+        Rule::Table(grid) => {
+            let over = grid.axes().map(|(covariate, _)| Value::from(covariate.name()));
+            entries.push(("over", over.collect()));
+            if let [(_, knots)] = grid.axes().collect::<Vec<_>>()[..] {
+                entries.push(("knots", list(knots)));
+                entries
+                    .push(("values", grid.values().iter().flatten().map(|entry| number(*entry)).collect()));
+            } else {
+                entries.push(("knots", grid.axes().map(|(_, knots)| list(knots)).collect()));
+                entries.push(("values", grid.values().iter().map(|row| list(row)).collect()));
+            }
+        }
+    }
+    entries
+}
+
+fn parameters(effect: &Effect) -> Entries<'_> {
+    let entries = effect.parts().map(|(key, entry)| {
         let entry = match entry {
             EffectValue::Number(entry) => number(*entry),
             EffectValue::List(list) => Value::Array(list.iter().map(|entry| number(*entry)).collect()),
         };
         (key, entry)
-    }));
-    entries
+    });
+    entries.collect()
 }

@@ -90,7 +90,8 @@ impl Separating {
             | EffectId::MicrostepError
             | EffectId::MissedSteps
             | EffectId::TorqueOffset
-            | EffectId::TorqueGain => Self::Everything,
+            | EffectId::TorqueGain
+            | EffectId::Custom(_) => Self::Everything,
         }
     }
 }

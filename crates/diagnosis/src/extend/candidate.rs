@@ -1,7 +1,8 @@
 //! A candidate: an effect under test, its parameters in the coordinates that the fit moves, and the points where a fit
 //! may start.
 
-use valve_model::{Effect, EffectId, EffectValue, Model, ParamError};
+use crate::suspect::Suspect;
+use valve_model::{Effect, EffectId, EffectValue, Label, Model, ParamError};
 
 /// Maps a coordinate of the fit, u, to the parameter in the model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +43,7 @@ impl Map {
 /// One parameter of an effect, in the fit's coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Parameter {
-    pub key: &'static str,
+    pub key: Label,
     /// Its index in a list parameter; `None` for a number.
     pub slot: Option<usize>,
     pub map: Map,
@@ -76,6 +77,8 @@ pub(crate) struct Candidate {
     pub optional: Vec<usize>,
     /// The parameters are cosine and sine of harmonics; each harmonic is added only if it cuts the held-out error.
     pub series: bool,
+    /// What the user suspects, if it is none of the list.
+    pub own: Option<Suspect>,
 }
 
 impl Candidate {
@@ -100,12 +103,20 @@ impl Candidate {
         for (parameter, u) in self.parameters.iter().zip(numbers) {
             let value = parameter.map.value(*u);
             match parameter.slot {
-                None => put(&mut parts, parameter.key, EffectValue::Number(value)),
-                Some(slot) if value != 0.0 => put_slot(&mut parts, parameter.key, slot, value),
+                None => put(&mut parts, parameter.key.as_str(), EffectValue::Number(value)),
+                Some(slot) if value != 0.0 => put_slot(&mut parts, parameter.key.as_str(), slot, value),
                 Some(_) => {}
             }
         }
-        Effect::new(self.id, &parts)
+        match &self.own {
+            Some(own) => own.effect.with_parts(&parts),
+            None => Effect::new(self.id, &parts),
+        }
+    }
+
+    /// The unit of a parameter.
+    pub fn unit_of(&self, key: &str) -> &str {
+        self.own.as_ref().map_or_else(|| Self::unit(key, self.id), |own| own.unit(key))
     }
 
     /// The unit of a parameter in the model file.

@@ -1,7 +1,9 @@
 //! The catalogue of candidates: every effect that a log of this kind could show, and why the others are untestable.
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
+use crate::extend::suspected::{candidate_of, why_not_suspected};
 use crate::log::facts::Facts;
+use crate::suspect::Suspect;
 use valve_model::{Condition, EffectId, Model};
 
 /// An effect that these data can't show.
@@ -35,6 +37,7 @@ pub(crate) fn candidates(
     facts: &Facts,
     model: &Model,
     fixed: &[EffectId],
+    suspects: &[Suspect],
 ) -> (Vec<Candidate>, Vec<Untestable>) {
     let (mut able, mut unable) = (Vec::new(), Vec::new());
     for &id in EffectId::ALL {
@@ -52,6 +55,12 @@ pub(crate) fn candidates(
         }
         if let Some(reason) = reason {
             unable.push(Untestable { id, reason });
+        }
+    }
+    for suspect in suspects {
+        match why_not_suspected(suspect, facts) {
+            Some(reason) => unable.push(Untestable { id: suspect.effect.id(), reason }),
+            None => able.push(candidate_of(suspect, facts)),
         }
     }
     able.iter_mut().for_each(|candidate| begin_at(candidate, model));
@@ -73,8 +82,8 @@ fn begin_at(candidate: &mut Candidate, model: &Model) {
     let mut moved = Vec::new();
     for parameter in &mut candidate.parameters {
         let value = match parameter.slot {
-            None => present.number(parameter.key),
-            Some(slot) => present.list(parameter.key).get(slot).copied().unwrap_or(0.0),
+            None => present.number(parameter.key.as_str()),
+            Some(slot) => present.list(parameter.key.as_str()).get(slot).copied().unwrap_or(0.0),
         };
         let u = match parameter.map {
             Map::Plain => value,
@@ -186,7 +195,7 @@ fn rigid_enough(facts: &Facts) -> f64 {
 }
 
 fn parameter(key: &'static str, map: Map, neutral: f64, bounds: (f64, f64), step: f64) -> Parameter {
-    Parameter { key, slot: None, map, neutral, lower: bounds.0, upper: bounds.1, step }
+    Parameter { key: key.into(), slot: None, map, neutral, lower: bounds.0, upper: bounds.1, step }
 }
 
 fn simple(id: EffectId, amplitude: Parameter) -> Candidate {
@@ -198,6 +207,7 @@ fn simple(id: EffectId, amplitude: Parameter) -> Candidate {
         free: vec![0],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -264,6 +274,8 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::MicrostepError => series(id, 10, 2e-5),
         // Found by its jumps, not fitted: see log::lost_steps.
         EffectId::MissedSteps => return None,
+        // The user's own, not of the list.
+        EffectId::Custom(_) => return None,
     };
     Some(made)
 }
@@ -275,8 +287,8 @@ fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
         EffectId::AngleDependentFriction => 0.95,
         _ => 1e9,
     };
-    let of = |slot: usize, key| Parameter {
-        key,
+    let of = |slot: usize, key: &'static str| Parameter {
+        key: key.into(),
         slot: Some(slot),
         map: Map::Plain,
         neutral: 0.0,
@@ -292,7 +304,7 @@ fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
         jump: false,
     };
     let probes = (0..orders).map(probe).collect();
-    Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true }
+    Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true, own: None }
 }
 
 /// Looks for these orders of a series beside the low ones; of other causes than a torque over the angle nothing changes.
@@ -329,6 +341,7 @@ fn late(facts: &Facts) -> Candidate {
         free: vec![0],
         optional: vec![1],
         series: false,
+        own: None,
     }
 }
 
@@ -344,6 +357,7 @@ fn lag(facts: &Facts) -> Candidate {
         free: vec![0],
         optional: vec![1],
         series: false,
+        own: None,
     }
 }
 
@@ -359,6 +373,7 @@ fn asymmetry() -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -385,6 +400,7 @@ fn growth(id: EffectId, step: f64, facts: &Facts) -> Candidate {
         free: vec![0, 1],
         optional: vec![2],
         series: false,
+        own: None,
     }
 }
 
@@ -409,6 +425,7 @@ fn wear(travel_rad: f64) -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -445,6 +462,7 @@ fn hysteresis() -> Candidate {
         free: vec![0, 1, 2, 3],
         optional: vec![4],
         series: false,
+        own: None,
     }
 }
 
@@ -466,6 +484,7 @@ fn compliance(facts: &Facts) -> Candidate {
         free: vec![0],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -479,6 +498,7 @@ fn backlash() -> Candidate {
         free: vec![0],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 
@@ -493,6 +513,7 @@ fn eccentricity() -> Candidate {
         free: vec![0, 1],
         optional: Vec::new(),
         series: false,
+        own: None,
     }
 }
 

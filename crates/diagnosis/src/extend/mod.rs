@@ -4,4 +4,5 @@ pub(crate) mod candidate;
 pub(crate) mod catalogue;
 pub(crate) mod hypothesis;
 pub(crate) mod stroke;
+pub(crate) mod suspected;
 pub(crate) mod tolerance;

@@ -72,7 +72,8 @@ pub(crate) fn angle_rad(
     };
     let side = start.side.unwrap_or(past.side);
     let came_from_rad = side * params.friction_law().break_away_deflection_rad();
-    let past = ContactPast { came_from_rad, ..past.contact };
+    let clock_s = driven.all_times_s().first().copied().unwrap_or(0.0);
+    let past = ContactPast { came_from_rad, clock_s, ..past.contact };
     let mut state = params.met_at(met_rad, first.speed_rad_per_s, start.side, &input(0), &past);
     let mut angle = Vec::with_capacity(driven.all_times_s().len());
     angle.push(met_rad);

@@ -28,7 +28,8 @@ pub(crate) fn torque_nm(
     let law = params.friction_law();
     let came_from_rad = start.side.unwrap_or(past.side) * law.break_away_deflection_rad();
     let deflection_rad = law.deflection_after_rad(came_from_rad, start.shift);
-    let past = ContactPast { deflection_rad, came_from_rad, ..past.contact };
+    let clock_s = driven.time_s().first().copied().unwrap_or(0.0);
+    let past = ContactPast { deflection_rad, came_from_rad, clock_s, ..past.contact };
     let mut state = params.at_start_after(first, &past);
     let mut before = *first;
     let mut before_s = f64::NAN;

@@ -333,14 +333,14 @@ fn parameter(
         value,
         std_error: of.map.slope(u) * deviation,
         ci95: [one.min(two), one.max(two)],
-        unit: Candidate::unit(of.key, member.candidate.id).to_owned(),
+        unit: member.candidate.unit_of(of.key.as_str()).to_owned(),
     };
     Some((name_of(of), found))
 }
 
 /// A parameter's name, with its place in a list.
 fn name_of(of: &Parameter) -> String {
-    of.slot.map_or_else(|| of.key.to_owned(), |slot| format!("{}[{}]", of.key, slot + 1))
+    of.slot.map_or_else(|| of.key.to_string(), |slot| format!("{}[{}]", of.key, slot + 1))
 }
 
 /// Amplitude and phase from the sine and cosine parts.

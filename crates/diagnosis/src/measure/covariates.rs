@@ -35,6 +35,16 @@ pub(crate) fn covariates(id: EffectId) -> &'static [&'static str] {
         | EffectId::EncoderEccentricity => &["angle"],
         EffectId::FlowTorque => &["angle", "pressure"],
         EffectId::MissedSteps => &["run"],
+        // A user's law may go by any of them.
+        EffectId::Custom(_) => &[
+            "speed",
+            "acceleration",
+            "angle",
+            "pressure",
+            "temperature",
+            "time since rest",
+            "distance travelled",
+        ],
     }
 }
 

@@ -15,6 +15,7 @@ mod remains;
 mod residuals;
 mod results;
 mod runs;
+mod suspects;
 mod threads;
 mod words;
 
@@ -53,6 +54,15 @@ pub struct Arguments {
     /// effect that has but one, ID.KEY=VALUE (torque-offset.offset_nm=0): it is set, and is no cause
     #[arg(long, value_name = "PARAMETER=VALUE")]
     fix: Vec<String>,
+    /// A law that you suspect, tried beside the causes of the list: 'torque += a*speed*abs(speed)', 'level *= 1 + ...' (of T_c
+    /// and T_s) or 'viscous *= 1 + ...', in angle, speed, acceleration, time, pressure_drop (Pa), oil_temperature, time_at_rest
+    /// and distance. All other names are parameters, which are fitted; '; b = 0.1' behind it says where. 'NAME:' before it is
+    /// its name
+    #[arg(long, value_name = "LAW")]
+    hypothesis: Vec<String>,
+    /// A file of such laws, with bounds and units of their parameters (docs/model.md)
+    #[arg(long, value_name = "EFFECTS.toml")]
+    effects: Option<PathBuf>,
     /// What the page is called; else as the log is
     #[arg(long)]
     title: Option<String>,
@@ -110,13 +120,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model_file = name(&arguments.model);
     let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
     let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
+    let suspects = suspects::read(&arguments.hypothesis, arguments.effects.as_ref())?;
     let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
     let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     let progress = Progress::new();
-    let options =
-        Options { seed: arguments.seed, noise: arguments.noise, tolerance: arguments.tolerance, fixed };
+    let (seed, noise, tolerance) = (arguments.seed, arguments.noise, arguments.tolerance);
+    let options = Options { seed, noise, tolerance, fixed, suspects };
     let threads = Threads::new(arguments.limit);
     let best = reading::diagnose_best(readings, &model, &options, &threads, &progress);
     let best = best.map(|best| best.context("no run is left"));

@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use prediction::{PredictionError, median};
 use std::path::Path;
 use std::sync::mpsc;
-use valve_model::{Effect, EffectId, EffectValue, Model};
+use valve_model::{EffectValue, Model};
 
 /// So many samples may be predicted to learn how far the parameters' uncertainty moves a prediction: a few seconds' work.
 const TORQUES: usize = 10_000_000;
@@ -209,9 +209,8 @@ fn with(model: &Model, name: &str, by: f64) -> Option<Model> {
         Some((key, slot)) => (key, Some(slot.parse::<usize>().ok()?.checked_sub(1)?)),
         None => (key, None),
     };
-    let id = EffectId::from_name(id)?;
     let mut model = model.clone();
-    let effect = model.effects.iter_mut().find(|effect| effect.id() == id)?;
+    let effect = model.effects.iter_mut().find(|effect| effect.id().name() == id)?;
     let mut parts: Vec<(String, EffectValue)> =
         effect.parts().map(|(key, value)| (key.to_owned(), value.clone())).collect();
     let (_, value) = parts.iter_mut().find(|(of, _)| of == key)?;
@@ -222,6 +221,6 @@ fn with(model: &Model, name: &str, by: f64) -> Option<Model> {
     }
     let parts: Vec<(&str, EffectValue)> =
         parts.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
-    *effect = Effect::new(id, &parts).ok()?;
+    *effect = effect.with_parts(&parts).ok()?;
     Some(model)
 }

@@ -279,6 +279,7 @@ pub fn sentence(cause: &Cause) -> String {
         EffectId::EncoderEccentricity => {
             format!("The encoder is eccentric by {} rad", short(value("amplitude_rad")))
         }
+        EffectId::Custom(name) => format!("The rig follows {name}, with {}", numbers(&cause.parameters)),
     }
 }
 

@@ -1,28 +1,33 @@
 //! The names of effects: as an enum for programs, as text for files.
 
-use serde::{Deserialize, Serialize};
+use super::label::Label;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
 
 macro_rules! effect_ids {
     ($($variant:ident = $name:literal,)*) => {
         /// An effect, by the name that diagnosis and model files spell. A match over it names every effect, so that one
         /// that is added is forgotten nowhere.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum EffectId {
             $(
                 #[doc = concat!("`", $name, "`")]
-                #[serde(rename = $name)]
                 $variant,
             )*
+            /// A formula or a table, by the name that its user gave it.
+            Custom(Label),
         }
 
         impl EffectId {
-            /// Every effect, in the order of the table.
+            /// Every effect that has a row in the table, in its order: all but those of users.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
 
-            /// The name in files.
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name,)* }
+            /// The name of the cause; but for formulas and tables it is the effect's `id` in files, too.
+            pub fn name(&self) -> &str {
+                match self {
+                    $(Self::$variant => $name,)*
+                    Self::Custom(name) => name.as_str(),
+                }
             }
         }
     };
@@ -61,9 +66,29 @@ effect_ids! {
 }
 
 impl EffectId {
-    /// The effect that files call so.
+    /// The effect of the table that files call so.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|id| id.name() == name)
+    }
+
+    /// Whether it is a formula or a table.
+    pub fn is_custom(&self) -> bool {
+        matches!(self, Self::Custom(_))
+    }
+}
+
+impl Serialize for EffectId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for EffectId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let custom = || Label::new(&name).map(Self::Custom);
+        let refused = || de::Error::invalid_value(de::Unexpected::Str(&name), &"the name of an effect");
+        Self::from_name(&name).or_else(custom).ok_or_else(refused)
     }
 }
 

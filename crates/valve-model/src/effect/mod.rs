@@ -1,15 +1,24 @@
 //! Effects: what a valve does beyond the nominal model, by the names that diagnosis gives to causes.
 
+mod covariate;
+mod custom;
+mod grid;
 mod id;
+mod label;
 mod series;
 mod spec;
 mod table;
 
 use serde::{Deserialize, Serialize};
 
+pub use covariate::{ActsOn, Covariate};
+pub use custom::{CustomLaw, MOST_CUSTOM, Rule, check_expression, parameter_names};
+pub use grid::Grid;
 pub use id::EffectId;
+pub use label::Label;
 pub use spec::{Condition, EffectSpec, ModelNumber, ParameterSpec, SeenIn, ValueKind};
 
+pub(crate) use custom::Prepared;
 pub(crate) use series::Series;
 
 use crate::ParamError;
@@ -26,11 +35,12 @@ pub enum EffectValue {
 /// One `[[effect]]` of a model file, validated against its row of the table ([`EffectId::spec`]).
 ///
 /// In the file: `id`, and beside it one key per parameter, a number or an array of numbers. Parameters left out take
-/// the neutral or default value of the table.
+/// the neutral or default value of the table. A formula or a table has no row; what it does is [`Effect::custom`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
     id: EffectId,
     parameters: Vec<(String, EffectValue)>,
+    custom: Option<CustomLaw>,
 }
 
 impl Effect {
@@ -41,7 +51,7 @@ impl Effect {
     /// wrong kind (`key` is then the parameter's).
     pub fn new(id: EffectId, parameters: &[(&str, EffectValue)]) -> Result<Self, ParamError> {
         let parameters = parameters.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
-        let effect = Self { id, parameters };
+        let effect = Self { id, parameters, custom: None };
         effect.validate()?;
         Ok(effect)
     }
@@ -54,6 +64,76 @@ impl Effect {
         let id = EffectId::from_name(name)
             .ok_or_else(|| ParamError::new("id", name, "the name of a known effect"))?;
         Self::new(id, parameters)
+    }
+
+    /// A formula or a table by a name of the user's; a formula's parameters are the names in its expression.
+    ///
+    /// # Errors
+    /// A name, an expression or a table that is refused (`key` is `name`, `expression`, `over`, `knots` or `values`).
+    pub fn custom_named(name: &str, law: CustomLaw, parameters: &[(&str, f64)]) -> Result<Self, ParamError> {
+        let own = |(key, value): &(&str, f64)| ((*key).to_owned(), EffectValue::Number(*value));
+        let parameters = parameters.iter().map(own).collect();
+        let effect = Self { id: custom::custom_id(name)?, parameters, custom: Some(law) };
+        effect.validate()?;
+        Ok(effect)
+    }
+
+    /// The same formula, table or effect of the list with other parameters.
+    ///
+    /// # Errors
+    /// As [`Effect::new`].
+    pub fn with_parts(&self, parameters: &[(&str, EffectValue)]) -> Result<Self, ParamError> {
+        let parameters = parameters.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+        let effect = Self { id: self.id, parameters, custom: self.custom.clone() };
+        effect.validate()?;
+        Ok(effect)
+    }
+
+    /// The value of a formula or a table at covariates in the order of [`Covariate::ALL`]; `None` for the effects of the list.
+    pub fn custom_value(&self, covariates: &[f64; 8]) -> Option<f64> {
+        self.prepared()?.ok().map(|prepared| prepared.at(covariates))
+    }
+
+    /// What a formula or a table does; `None` for the effects of the list.
+    pub fn custom(&self) -> Option<&CustomLaw> {
+        self.custom.as_ref()
+    }
+
+    /// Whether it depends on a condition, which a log has to bring along.
+    pub fn needs(&self, condition: Condition) -> bool {
+        let covariate = match condition {
+            Condition::PressureDrop => Covariate::PressureDrop,
+            Condition::OilTemperature => Covariate::OilTemperature,
+        };
+        self.spec().needs == Some(condition) || self.depends_on(covariate)
+    }
+
+    /// Whether a formula or a table depends on a covariate.
+    pub fn depends_on(&self, covariate: Covariate) -> bool {
+        self.prepared().is_some_and(|prepared| prepared.is_ok_and(|prepared| prepared.uses(covariate)))
+    }
+
+    /// A formula or a table ready to run.
+    pub(crate) fn prepared(&self) -> Option<Result<Prepared, ParamError>> {
+        let number = |(key, value): &'_ (String, EffectValue)| match value {
+            EffectValue::Number(number) => (key.clone(), *number),
+            EffectValue::List(_) => (key.clone(), f64::NAN),
+        };
+        let numbers: Vec<(String, f64)> = self.parameters.iter().map(number).collect();
+        let numbers: Vec<(&str, f64)> = numbers.iter().map(|(key, number)| (key.as_str(), *number)).collect();
+        self.custom.as_ref().map(|law| law.prepared(&numbers))
+    }
+
+    fn validate_custom(&self) -> Result<(), ParamError> {
+        let name = self.id.name();
+        custom::custom_id(name)?;
+        for (key, value) in &self.parameters {
+            if !matches!(value, EffectValue::Number(number) if number.is_finite()) {
+                return Err(ParamError::new("parameters", key, "finite numbers"));
+            }
+        }
+        let law = || ParamError::new("id", name, "an effect of the list, a formula or a table");
+        self.prepared().ok_or_else(law)?.map(|_| ())
     }
 
     /// Which effect it is.
@@ -96,6 +176,9 @@ impl Effect {
     /// # Errors
     /// As [`Effect::new`].
     pub fn validate(&self) -> Result<(), ParamError> {
+        if self.id.is_custom() || self.custom.is_some() {
+            return self.validate_custom();
+        }
         let spec = self.spec();
         for (index, (key, value)) in self.parameters.iter().enumerate() {
             let row = spec

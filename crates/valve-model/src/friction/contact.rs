@@ -17,6 +17,8 @@ pub(crate) struct Contact {
     pub rest_s: f64,
     /// Distance travelled, rad.
     pub distance_rad: f64,
+    /// The clock, s.
+    pub clock_s: f64,
 }
 
 impl Contact {

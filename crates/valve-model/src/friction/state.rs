@@ -27,6 +27,8 @@ pub struct ContactPast {
     pub rest_s: f64,
     /// Distance travelled, rad.
     pub distance_rad: f64,
+    /// The clock at the beginning of the motion, s.
+    pub clock_s: f64,
 }
 
 impl FrictionState {
@@ -37,6 +39,7 @@ impl FrictionState {
             stage_speed: speed_rad_per_s,
             rest_s: past.rest_s,
             distance_rad: past.distance_rad,
+            clock_s: past.clock_s,
         };
         let mut state = Self { contact, ..Self::deflected(law, past.came_from_rad) };
         state.deflect(law, past.deflection_rad);
@@ -50,6 +53,7 @@ impl FrictionState {
             came_from_rad: 0.0,
             rest_s: self.contact.rest_s,
             distance_rad: self.contact.distance_rad,
+            clock_s: self.contact.clock_s,
         }
     }
 

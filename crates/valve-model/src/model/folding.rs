@@ -85,7 +85,8 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
         | EffectId::TorqueOffset
         | EffectId::TorqueGain
         | EffectId::SensorDelay
-        | EffectId::EncoderEccentricity => true,
+        | EffectId::EncoderEccentricity
+        | EffectId::Custom(_) => true,
     };
     if changed {
         Ok(())

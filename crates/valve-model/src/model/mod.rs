@@ -4,6 +4,8 @@ mod folding;
 
 use serde::{Deserialize, Serialize};
 
+use crate::effect::MOST_CUSTOM;
+
 use crate::{
     ClearanceParams, Effect, FrictionParams, LoadParams, MotorParams, OilParams, OrificeParams, ParamError,
     SealParams,
@@ -63,6 +65,10 @@ impl Model {
                 let found = format!("{}, given twice", effect.id());
                 return Err(ParamError::new("id", found, "each effect once"));
             }
+        }
+        let custom = self.effects.iter().filter(|effect| effect.id().is_custom()).count();
+        if custom > MOST_CUSTOM {
+            return Err(ParamError::new("id", format!("{custom} formulas and tables"), "at most 8 of them"));
         }
         self.folded().map(|_| ())
     }

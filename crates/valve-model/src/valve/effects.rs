@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::customs::{Customs, Held};
 use crate::effect::Series;
 use crate::friction::{Contact, Lag, Levels};
 use crate::{Effect, EffectId, Model};
@@ -42,6 +43,7 @@ pub(crate) struct Effects {
     pub coupling: Coupling,
     pub detent: Option<Series>,
     pub microstep: Option<Series>,
+    pub customs: Customs,
 }
 
 /// The spring between rotor and spool, and the damper beside it; no stiffness: none.
@@ -61,6 +63,15 @@ impl Coupling {
     pub fn torque_nm(&self, ahead_rad: f64, ahead_rad_per_s: f64) -> f64 {
         self.stiffness_nm_per_rad * ahead_rad + self.damping_nm_s_per_rad * ahead_rad_per_s
     }
+}
+
+/// How the spool moves at an instant, rad and s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Moving {
+    pub angle: f64,
+    pub speed: f64,
+    /// Where it is known.
+    pub acceleration: f64,
 }
 
 /// Other torques on the spool: against the motor, N·m, and their derivative by the angle.
@@ -156,6 +167,7 @@ impl Effects {
             }
             EffectId::DetentTorque => self.detent = series(),
             EffectId::MicrostepError => self.microstep = series(),
+            EffectId::Custom(_) => self.customs.take(effect),
             // These are folded into the model's numbers, or belong to the measurement.
             EffectId::CoulombLevel
             | EffectId::StaticLevel
@@ -184,16 +196,20 @@ impl Effects {
             || self.coupling.is_there()
             || self.detent.is_some()
             || self.microstep.is_some()
+            || self.customs.is_there()
     }
 
     /// Whether anything but friction loads the spool.
     pub fn loads_the_spool(&self) -> bool {
-        self.flow.is_some() || self.position.is_some() || self.pressure_torque_nm_per_mpa != 0.0
+        self.flow.is_some()
+            || self.position.is_some()
+            || self.pressure_torque_nm_per_mpa != 0.0
+            || self.customs.loads()
     }
 
     /// Whether friction depends on the contact's past: rests or distance.
     pub fn follows_the_contact(&self) -> bool {
-        self.dwell.gain != 0.0 || self.lock.gain != 0.0 || self.wear_gain != 0.0
+        self.dwell.gain != 0.0 || self.lock.gain != 0.0 || self.wear_gain != 0.0 || self.customs.remembers()
     }
 
     /// What scales friction at a pressure drop (Pa) and an oil temperature (°C), the angle's part left out.
@@ -227,9 +243,19 @@ impl Effects {
         }
     }
 
-    /// `levels` with the angle's part.
+    /// `levels` with the angle's part, and what users' formulas and tables make of it `time_s` after `held` began.
     #[inline]
-    pub fn levels_at(&self, levels: &Levels, angle: f64) -> Levels {
+    pub fn levels_at(&self, levels: &Levels, held: &Held, moving: Moving, time_s: f64) -> Levels {
+        let levels = self.levels_by_series(levels, moving.angle);
+        if !self.customs.scales() {
+            return levels;
+        }
+        let Moving { angle, speed, acceleration } = moving;
+        self.customs.scaled(levels, &held.at(angle, speed, acceleration, time_s))
+    }
+
+    #[inline]
+    fn levels_by_series(&self, levels: &Levels, angle: f64) -> Levels {
         let Some(series) = &self.angle else { return *levels };
         let (value, slope) = series.at(angle);
         let factor = 1.0 + value;
@@ -239,7 +265,7 @@ impl Effects {
         Levels { level: levels.level * factor, level_per_rad: levels.level * slope, ..*levels }
     }
 
-    /// The other torques at a pressure drop (Pa).
+    /// The other torques at a pressure drop (Pa), those of users' formulas and tables left out.
     pub fn other_torque(&self, pressure_drop_pa: f64) -> OtherTorque<'_> {
         let pressure_mpa = pressure_drop_pa / PA_PER_MPA;
         OtherTorque {

@@ -1,9 +1,11 @@
 //! The linear systems of an implicit step: (s·I − J)·x = r with the Jacobian J of the shaft's equations, eliminated by
 //! hand down to the spool's speed.
 
+use super::customs::Customs;
 use super::effects::Coupling;
-use super::shaft::{MotorTorque, Shaft, ShaftState};
-use crate::friction::{Lag, Law, Memory, Pivots};
+use super::shaft::{MotorTorque, Shaft, ShaftState, lighter};
+use crate::friction::{Lag, Law, Levels, Memory, Pivots};
+use crate::{ActsOn, Covariate};
 
 /// The rates at one instant and their derivatives.
 pub(super) struct Jacobian<const FULL: bool> {
@@ -45,7 +47,7 @@ impl<const FULL: bool> Jacobian<FULL> {
         if let Some(coupling) = shaft.coupling() {
             return Self::compliant(shaft, state, time_s, memory, coupling);
         }
-        let (friction, level_per_rad) = shaft.linearised(state, memory);
+        let (friction, level_per_rad) = shaft.linearised(state, time_s, memory);
         let (other_nm, other_by_angle) = shaft.other(state.angle);
         let motor = shaft.motor(state.angle, time_s);
         let params = shaft.params;
@@ -72,6 +74,10 @@ impl<const FULL: bool> Jacobian<FULL> {
         };
         let by_curve_speed = (-friction.torque_by_curve_speed * per_inertia, friction.rate_by_curve_speed);
         jacobian.lag(state, params.effects.lag, by_curve_speed);
+        if let Some(customs) = shaft.customs() {
+            jacobian.rates = shaft.rates(state, time_s, &motor, memory);
+            jacobian.add(customs, shaft, state, time_s, memory);
+        }
         jacobian
     }
 
@@ -84,7 +90,7 @@ impl<const FULL: bool> Jacobian<FULL> {
         coupling: Coupling,
     ) -> Self {
         let Coupling { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping } = coupling;
-        let (friction, level_per_rad) = shaft.linearised(state, memory);
+        let (friction, level_per_rad) = shaft.linearised(state, time_s, memory);
         let (_, other_by_angle) = shaft.other(state.angle);
         let motor = shaft.motor(state.rotor_angle, time_s);
         let params = shaft.params;
@@ -112,7 +118,50 @@ impl<const FULL: bool> Jacobian<FULL> {
         };
         let by_curve_speed = (-friction.torque_by_curve_speed * per_load, friction.rate_by_curve_speed);
         jacobian.lag(state, params.effects.lag, by_curve_speed);
+        if let Some(customs) = shaft.customs() {
+            jacobian.add(customs, shaft, state, time_s, memory);
+        }
         jacobian
+    }
+
+    /// What users' formulas and tables add to the derivatives; the rates have their values already.
+    #[cold]
+    fn add<L: Law>(
+        &mut self,
+        customs: &Customs,
+        shaft: &Shaft<'_, L, FULL>,
+        state: &ShaftState<FULL>,
+        time_s: f64,
+        memory: &Memory,
+    ) {
+        let at = shaft.moment(state, self.rates.speed, time_s);
+        let torque = customs.torque_sloped(&at);
+        let per_inertia = shaft.per_moved_inertia();
+        let mut load_by = torque.slopes;
+        if customs.scales() {
+            let (load, rate) = scaled_slopes(customs, shaft, state, time_s, memory);
+            load_by.iter_mut().zip(load).for_each(|(sum, more)| *sum += more);
+            let [by_angle, by_speed, _, by_time] = rate;
+            self.z_by_angle += by_angle;
+            self.z_by_speed += by_speed;
+            self.by_time.z += by_time;
+        }
+        let [by_angle, by_speed, _, by_load_time] = load_by;
+        self.speed_by_angle -= by_angle * per_inertia;
+        self.speed_by_speed -= by_speed * per_inertia;
+        self.by_time.speed -= by_load_time * per_inertia;
+        let lighter = lighter(per_inertia, &torque.slopes);
+        for slope in [
+            &mut self.speed_by_angle,
+            &mut self.speed_by_speed,
+            &mut self.speed_by_z,
+            &mut self.by_time.speed,
+            &mut self.extra.speed_by_curve_speed,
+            &mut self.extra.speed_by_rotor_angle,
+            &mut self.extra.speed_by_rotor_speed,
+        ] {
+            *slope *= lighter;
+        }
     }
 
     /// The curve is read at the speed itself, or at a speed that lags.
@@ -128,6 +177,27 @@ impl<const FULL: bool> Jacobian<FULL> {
             self.z_by_speed += z;
         }
     }
+}
+
+/// The derivatives of friction's torque (N·m) and of dz/dt (rad/s) through the factors that users give its levels and σ2.
+fn scaled_slopes<L: Law, const FULL: bool>(
+    customs: &Customs,
+    shaft: &Shaft<'_, L, FULL>,
+    state: &ShaftState<FULL>,
+    time_s: f64,
+    memory: &Memory,
+) -> ([f64; Covariate::MOVING], [f64; Covariate::MOVING]) {
+    let levels = shaft.levels_at(state, time_s);
+    let (friction, _) = shaft.linearised(state, time_s, memory);
+    // The torque is linear in σ2.
+    let more = Levels { viscous: levels.viscous + 1.0, ..levels };
+    let by_viscous = shaft.law.flow(shaft.point(state), &more, memory).torque_nm - friction.flow.torque_nm;
+    let at = shaft.moment(state, 0.0, time_s);
+    let level = customs.steepness(ActsOn::Level, &at).map(|steep| steep * levels.level);
+    let viscous = customs.steepness(ActsOn::Viscous, &at).map(|steep| steep * levels.viscous);
+    let mut load = level.map(|slope| friction.torque_by_level * slope);
+    load.iter_mut().zip(viscous).for_each(|(sum, slope)| *sum += by_viscous * slope);
+    (load, level.map(|slope| friction.rate_by_level * slope))
 }
 
 /// s·I − J, factored.

@@ -87,7 +87,8 @@ impl Measurement {
                 | EffectId::PositionTorque
                 | EffectId::CouplingCompliance
                 | EffectId::DetentTorque
-                | EffectId::MicrostepError => {}
+                | EffectId::MicrostepError
+                | EffectId::Custom(_) => {}
             }
         }
         measurement

@@ -1,8 +1,9 @@
 //! A valve met in the midst of its life: what its bristles, spring and play must be for it to be where it is.
 
+use super::customs::Customs;
 use super::input::ValveInput;
 use super::params::ValveParams;
-use super::shaft::Shaft;
+use super::shaft::{Shaft, ShaftState};
 use super::step::ValveState;
 use crate::friction::{AnyLaw, Law, Point, sign};
 use crate::{ContactPast, FrictionState};
@@ -78,11 +79,16 @@ impl Met<'_> {
         state
     }
 
+    /// The spool as it moves.
+    fn moving(&self, angle: f64) -> ShaftState<true> {
+        ShaftState { angle, speed: self.speed_rad_per_s, ..ShaftState::default() }
+    }
+
     /// A contact that carries a torque: where its past says before, loaded since.
     fn loaded<L: Law>(&self, shaft: &Shaft<'_, L, true>, rotor_rad: f64, torque_nm: f64) -> FrictionState {
         let before = ContactPast { deflection_rad: self.past.came_from_rad, ..*self.past };
         let mut friction = FrictionState::after(&shaft.params.friction, &before, self.speed_rad_per_s);
-        let levels = shaft.levels_at(rotor_rad);
+        let levels = shaft.levels_at(&self.moving(rotor_rad), 0.0);
         friction.z = shaft.law.deflection_rad(torque_nm, &levels, &friction.memory);
         let at = Point { speed: 0.0, curve_speed: 0.0, z: friction.z, direction: sign(torque_nm) };
         shaft.law.remember(at, &levels, &mut friction.memory);
@@ -90,11 +96,13 @@ impl Met<'_> {
     }
 
     fn held<L: Law>(&self, shaft: &Shaft<'_, L, true>, rotor_rad: f64) -> Held {
-        let other_nm = shaft.other(rotor_rad).0;
+        let moving = self.moving(rotor_rad);
+        let users_nm = |customs: &Customs| customs.torque_nm(&shaft.moment(&moving, 0.0, 0.0));
+        let other_nm = shaft.other(rotor_rad).0 + shaft.customs().map_or(0.0, users_nm);
         let damping_nm = shaft.params.damping_nm_s_per_rad * self.speed_rad_per_s;
         let needed_nm = shaft.motor_nm(rotor_rad, 0.0) - damping_nm - other_nm;
         let creep = f64::MIN_POSITIVE.copysign(needed_nm);
-        let most_nm = shaft.law.steady_nm(creep, &shaft.levels_at(rotor_rad)).abs();
+        let most_nm = shaft.law.steady_nm(creep, &shaft.levels_at(&moving, 0.0)).abs();
         Held { needed_nm, most_nm, other_nm }
     }
 }

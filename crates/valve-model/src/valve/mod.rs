@@ -1,6 +1,7 @@
 //! The whole valve on one shaft: motor, friction, orifice, and the integration of a control cycle.
 
 mod crossing;
+mod customs;
 mod effects;
 mod input;
 mod linear;

@@ -7,7 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::effects::Effects;
+use super::customs::Held;
+use super::effects::{Effects, Moving};
 use super::input::ValveInput;
 use super::measurement::{Measurement, SensorDelay};
 use super::params::ValveParams;
@@ -121,6 +122,8 @@ impl MotionParams {
     /// the effects that change the levels there, for a contact without a past.
     pub fn static_torque_at(&self, pressure_drop_pa: f64, oil_temperature_c: f64) -> f64 {
         let levels = self.effects.levels(pressure_drop_pa, oil_temperature_c, &Contact::default());
+        let held = Held::new(pressure_drop_pa, oil_temperature_c, &Contact::default());
+        let levels = self.effects.customs.scaled(levels, &held.at(0.0, 0.0, 0.0, 0.0));
         let asymmetric = 1.0 + levels.asymmetry.abs();
         levels.level * levels.static_factor * asymmetric * self.friction.steady_torque(f64::MIN_POSITIVE)
     }
@@ -160,29 +163,60 @@ pub fn motion_step(
     let contact = state.friction.contact;
     let (start, end) = (&input.start, &input.end);
     let levels = params.effects.levels(input.pressure_drop_pa, input.oil_temperature_c, &contact);
-    let middle_rad = 0.5 * (start.angle_rad + end.angle_rad);
+    let held = Held::new(input.pressure_drop_pa, input.oil_temperature_c, &contact);
+    let middle = Moving {
+        angle: 0.5 * (start.angle_rad + end.angle_rad),
+        speed: 0.5 * (start.speed_rad_per_s + end.speed_rad_per_s),
+        acceleration: 0.5 * (start.acceleration_rad_per_s2 + end.acceleration_rad_per_s2),
+    };
+    let middle_levels = params.effects.levels_at(&levels, &held, middle, 0.5 * dt_s);
     let before_z = state.friction.z;
     let speeds = (start.speed_rad_per_s, end.speed_rad_per_s);
     let lag = params.effects.lag;
     let lagged = lag.after_ramp(speeds, contact.lagging(), dt_s);
     let curve_start = if lag.is_there() { contact.curve_speed } else { speeds.0 };
     let sweep = Sweep { start: speeds.0, end: speeds.1, curve_start, curve_end: lagged.curve, dt_s };
-    state.friction.sweep(&params.friction, sweep, &params.effects.levels_at(&levels, middle_rad));
+    state.friction.sweep(&params.friction, sweep, &middle_levels);
     state.friction.contact.curve_speed = lagged.curve;
     state.friction.contact.stage_speed = lagged.stage;
     let turn_rad = 0.5 * (start.speed_rad_per_s + end.speed_rad_per_s) * dt_s;
     let slip_rad = turn_rad - (state.friction.z - before_z);
     state.friction.contact.travel(turn_rad, slip_rad, params.slip_length_rad, dt_s);
-    params.output(state, input, &levels)
+    state.friction.contact.clock_s += dt_s;
+    params.output(state, input, &levels, &held, dt_s)
+}
+
+impl MotionState {
+    /// Sets the clock (s) at the beginning of the next step, for who counts time in cycles.
+    pub fn set_clock(&mut self, clock_s: f64) {
+        self.friction.contact.clock_s = clock_s;
+        self.spool.friction.contact.clock_s = clock_s;
+    }
 }
 
 impl MotionParams {
-    fn output(&self, state: &MotionState, input: &MotionInput, levels: &Levels) -> MotionOutput {
+    fn output(
+        &self,
+        state: &MotionState,
+        input: &MotionInput,
+        levels: &Levels,
+        held: &Held,
+        dt_s: f64,
+    ) -> MotionOutput {
         let end = &input.end;
-        let levels = self.effects.levels_at(levels, end.angle_rad);
+        let moving = Moving {
+            angle: end.angle_rad,
+            speed: end.speed_rad_per_s,
+            acceleration: end.acceleration_rad_per_s2,
+        };
+        let levels = self.effects.levels_at(levels, held, moving, dt_s);
         let curve_speed = state.friction.contact.curve_speed;
         let friction_nm = state.friction.torque(&self.friction, end.speed_rad_per_s, curve_speed, &levels);
-        let (other_nm, _) = self.effects.other_torque(input.pressure_drop_pa).at::<true>(end.angle_rad);
+        let (mut other_nm, _) = self.effects.other_torque(input.pressure_drop_pa).at::<true>(end.angle_rad);
+        if self.effects.customs.loads() {
+            let Moving { angle, speed, acceleration } = moving;
+            other_nm += self.effects.customs.torque_nm(&held.at(angle, speed, acceleration, dt_s));
+        }
         let load_nm = self.load_inertia_kg_m2 * end.acceleration_rad_per_s2 + friction_nm + other_nm;
         MotionOutput {
             friction_torque_nm: friction_nm,

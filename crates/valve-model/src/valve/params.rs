@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::customs::check_for_a_valve;
 use super::effects::{Coupling, Effects};
 use super::measurement::{Measurement, SensorDelay};
 use super::tolerance::ANGLE_TOLERANCE;
@@ -59,6 +60,7 @@ impl ValveParams {
     }
 
     fn prepare(model: &Model, motor: &MotorParams, load: LoadParams) -> Result<Self, ParamError> {
+        check_for_a_valve(model)?;
         let effects = Effects::new(model);
         if effects.coupling.is_there() && load.inertia_kg_m2 == 0.0 {
             let expected = "a number above zero beside the effect `coupling-compliance`";
@@ -96,6 +98,7 @@ impl ValveParams {
         coupling: Coupling,
     ) -> Result<Self, ParamError> {
         const CURVATURE: f64 = 1e-6;
+        check_for_a_valve(model)?;
         let mut effects = Effects::new(model);
         effects.coupling = Coupling::default();
         effects.detent = None;

@@ -60,7 +60,7 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
                 end.rotor_angle = start.rotor_angle + self.step_s * end.rotor_speed;
             }
         }
-        let levels = self.shaft.levels_at(end.angle);
+        let levels = self.shaft.levels_at(&end, self.end_s);
         let at = Point { z: start.z, direction: sign(speed), ..self.shaft.point(&end) };
         end.z = self.shaft.law.frozen(at, self.step_s, &levels, self.memory);
         end
@@ -84,7 +84,7 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
     fn residual(&self, speed: f64) -> f64 {
         let (shaft, start, end) = (self.shaft, self.start, self.end(speed));
         let rate = (end.z - start.z) / self.step_s;
-        let levels = shaft.levels_at(end.angle);
+        let levels = shaft.levels_at(&end, self.end_s);
         let at = Point { direction: sign(speed), ..shaft.point(&end) };
         let friction_nm = shaft.law.torque(at, rate, &levels, self.memory);
         let load_nm = friction_nm + shaft.other(end.angle).0;
@@ -94,7 +94,7 @@ impl<L: Law, const FULL: bool> Trial<'_, '_, L, FULL> {
             let damping_nm = shaft.params.damping_nm_s_per_rad * speed;
             (shaft.motor_nm(end.angle, self.end_s) - damping_nm - load_nm) * shaft.params.per_inertia
         };
-        (speed - start.speed) / self.step_s - acceleration
+        (speed - start.speed) / self.step_s - shaft.pushed(acceleration, &end, self.end_s)
     }
 }
 

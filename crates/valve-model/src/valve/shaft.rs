@@ -4,11 +4,12 @@
 //! With `FULL` there is more: friction that depends on the angle or lags behind the speed, detent torque, micro-step
 //! error, other torques, and a spring between rotor and spool. Without, none of it costs anything.
 
-use super::effects::{Coupling, OtherTorque};
+use super::customs::{Customs, Held, Moment};
+use super::effects::{Coupling, Moving, OtherTorque};
 use super::input::ValveInput;
 use super::params::ValveParams;
-use crate::FrictionState;
 use crate::friction::{Contact, Lagging, Law, Levels, Linearised, Memory, Point, sign};
+use crate::{Covariate, FrictionState};
 
 /// Angles in rad, speeds in rad/s, z in rad; also their increments and rates. Beyond z with `FULL` alone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -97,8 +98,7 @@ pub(super) struct Shaft<'a, L, const FULL: bool> {
     holding_nm: f64,
     command_rad: f64,
     command_rad_per_s: f64,
-    pressure_drop_pa: f64,
-    oil_temperature_c: f64,
+    held: Held,
     other: OtherTorque<'a>,
 }
 
@@ -137,8 +137,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             holding_nm: input.current_ratio * params.available_torque_nm(command_rad_per_s),
             command_rad: input.command_start_rad,
             command_rad_per_s,
-            pressure_drop_pa: input.pressure_drop_pa,
-            oil_temperature_c: input.oil_temperature_c,
+            held: Held::new(input.pressure_drop_pa, input.oil_temperature_c, &friction.contact),
             other,
         }
     }
@@ -223,8 +222,50 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
     }
 
     #[inline]
-    pub fn levels_at(&self, angle: f64) -> Levels {
-        if FULL { self.params.effects.levels_at(&self.levels, angle) } else { self.levels }
+    pub fn levels_at(&self, state: &ShaftState<FULL>, time_s: f64) -> Levels {
+        if !FULL {
+            return self.levels;
+        }
+        let moving = Moving { angle: state.angle, speed: state.speed, acceleration: 0.0 };
+        self.params.effects.levels_at(&self.levels, &self.held, moving, time_s)
+    }
+
+    /// The formulas and tables of users, where there are any.
+    #[inline]
+    pub fn customs(&self) -> Option<&'a Customs> {
+        let customs = &self.params.effects.customs;
+        (FULL && customs.is_there()).then_some(customs)
+    }
+
+    /// What those are asked at.
+    pub fn moment(&self, state: &ShaftState<FULL>, acceleration: f64, time_s: f64) -> Moment {
+        self.held.at(state.angle, state.speed, acceleration, time_s)
+    }
+
+    /// One over the inertia that moves with the spool, 1/(kg·m²).
+    pub fn per_moved_inertia(&self) -> f64 {
+        if self.coupling().is_some() { self.params.per_load_inertia } else { self.params.per_inertia }
+    }
+
+    /// The spool's acceleration with the torques of users, by the one without, rad/s².
+    ///
+    /// A torque may depend on the acceleration, as one of inertia does. Newton's method then solves a = a₀ − T(a)/J, in a fixed
+    /// number of iterations; the first is exact for a linear torque.
+    #[inline]
+    pub fn pushed(&self, free: f64, state: &ShaftState<FULL>, time_s: f64) -> f64 {
+        const ITERATIONS: usize = 4;
+        let Some(customs) = self.customs().filter(|customs| customs.loads()) else { return free };
+        let per_inertia = self.per_moved_inertia();
+        if !customs.is_accelerated() {
+            return free - per_inertia * customs.torque_nm(&self.moment(state, 0.0, time_s));
+        }
+        let mut acceleration = free;
+        for _ in 0..ITERATIONS {
+            let torque = customs.torque_sloped(&self.moment(state, acceleration, time_s));
+            let residual = acceleration - free + per_inertia * torque.value;
+            acceleration -= residual * lighter(per_inertia, &torque.slopes);
+        }
+        acceleration
     }
 
     /// Where the friction law is asked.
@@ -236,8 +277,8 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
     }
 
     #[inline]
-    pub fn linearised(&self, state: &ShaftState<FULL>, memory: &Memory) -> (Linearised, f64) {
-        let levels = self.levels_at(state.angle);
+    pub fn linearised(&self, state: &ShaftState<FULL>, time_s: f64, memory: &Memory) -> (Linearised, f64) {
+        let levels = self.levels_at(state, time_s);
         (self.law.linearise(self.point(state), &levels, memory), levels.level_per_rad)
     }
 
@@ -250,7 +291,7 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         motor: &MotorTorque,
         memory: &Memory,
     ) -> ShaftState<FULL> {
-        let levels = self.levels_at(state.angle);
+        let levels = self.levels_at(state, time_s);
         let friction = self.law.flow(self.point(state), &levels, memory);
         let load_nm = friction.torque_nm + self.other(state.angle).0;
         let damping = self.params.damping_nm_s_per_rad;
@@ -266,26 +307,36 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             rates.speed = (motor_nm - load_nm) * self.params.per_inertia;
         }
         if FULL {
+            rates.speed = self.pushed(rates.speed, state, time_s);
             rates.lags(self.params.effects.lag.rates(state.speed, state.lagging()));
         }
         rates
     }
 
     pub fn torques(&self, state: &ShaftState<FULL>, time_s: f64, memory: &Memory) -> Torques {
-        let levels = self.levels_at(state.angle);
+        let levels = self.levels_at(state, time_s);
         let at = Point { direction: sign(state.speed), ..self.point(state) };
         let friction_nm = self.law.flow(at, &levels, memory).torque_nm;
-        let other_nm = self.other(state.angle).0;
+        let mut other_nm = self.other(state.angle).0;
         let damping = self.params.damping_nm_s_per_rad;
         if let Some(coupling) = self.coupling() {
             let motor_nm = self.motor_nm(state.rotor_angle, time_s) - damping * state.rotor_speed;
             let load_nm = state.carried_nm(coupling);
+            other_nm += self.pushing_nm(load_nm - friction_nm - other_nm, state, time_s);
             return Torques { motor_nm, friction_nm, other_nm, load_nm };
         }
         let motor_nm = self.motor_nm(state.angle, time_s) - damping * state.speed;
+        other_nm += self.pushing_nm(motor_nm - friction_nm - other_nm, state, time_s);
         let acceleration = (motor_nm - friction_nm - other_nm) * self.params.per_inertia;
         let load_nm = self.params.load_inertia_kg_m2 * acceleration + friction_nm + other_nm;
         Torques { motor_nm, friction_nm, other_nm, load_nm }
+    }
+
+    /// The torque of users against the motor, N·m, by the net one without it.
+    fn pushing_nm(&self, net_nm: f64, state: &ShaftState<FULL>, time_s: f64) -> f64 {
+        let Some(customs) = self.customs() else { return 0.0 };
+        let acceleration = self.pushed(net_nm * self.per_moved_inertia(), state, time_s);
+        customs.torque_nm(&self.moment(state, acceleration, time_s))
     }
 
     /// What depends on the contact's past is held during a sub-step, as it will be in its middle if `state` goes on as
@@ -293,15 +344,20 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
     /// wherever it grows, and at each such corner the error's estimate would have sub-steps a thousand times as short.
     /// Returns whether anything does.
     #[inline]
-    pub fn foresee(&mut self, state: &ShaftState<FULL>, step_s: f64, friction: &mut FrictionState) -> bool {
+    pub fn foresee(
+        &mut self,
+        state: &ShaftState<FULL>,
+        (time_s, step_s): (f64, f64),
+        friction: &mut FrictionState,
+    ) -> bool {
         let follows = FULL && self.params.effects.follows_the_contact();
         if follows {
-            let flow = self.law.flow(self.point(state), &self.levels_at(state.angle), &friction.memory);
+            let flow = self.law.flow(self.point(state), &self.levels_at(state, time_s), &friction.memory);
             let half_s = 0.5 * step_s;
             let (turn_rad, slip_rad) = (half_s * state.speed, half_s * (state.speed - flow.rate));
             let mut contact = friction.contact;
             contact.travel(turn_rad, slip_rad, self.params.slip_length_rad, half_s);
-            self.levels = self.levels_after(&contact);
+            self.hold(&contact);
             if let Some(before) = self.before {
                 friction.memory = before;
                 self.law.remember(self.point(state), &self.levels, &mut friction.memory);
@@ -310,8 +366,11 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         follows
     }
 
-    fn levels_after(&self, contact: &Contact) -> Levels {
-        self.params.effects.levels(self.pressure_drop_pa, self.oil_temperature_c, contact)
+    /// Takes a contact's past for what is held.
+    fn hold(&mut self, contact: &Contact) {
+        let Held { pressure_drop_pa, oil_temperature_c, .. } = self.held;
+        self.held = Held::new(pressure_drop_pa, oil_temperature_c, contact);
+        self.levels = self.params.effects.levels(pressure_drop_pa, oil_temperature_c, contact);
     }
 
     /// Takes the contact along from `before` to `after`.
@@ -332,7 +391,15 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
             let turn_rad = after.angle - before.angle;
             let slip_rad = turn_rad - (after.z - before.z);
             friction.contact.travel(turn_rad, slip_rad, self.params.slip_length_rad, dt_s);
-            self.levels = self.levels_after(&friction.contact);
+            self.hold(&friction.contact);
         }
     }
+}
+
+/// 1/(1 + T'(a)/J), by the derivatives of a torque: what inertia there is, beside what the torque adds to it. It is bounded, since a
+/// torque may take inertia away, too.
+pub(super) fn lighter(per_inertia: f64, slopes: &[f64; Covariate::MOVING]) -> f64 {
+    const LEAST: f64 = 0.1;
+    let by_acceleration = slopes.get(Covariate::Acceleration.place()).copied().unwrap_or(0.0);
+    1.0 / (1.0 + per_inertia * by_acceleration).max(LEAST)
 }

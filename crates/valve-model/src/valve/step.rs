@@ -120,8 +120,10 @@ fn step_law<L: Law, const FULL: bool>(
     state.rotor_speed_rad_per_s = if compliant { end.rotor_speed } else { end.speed };
     state.encoder_shaft_rad =
         params.measurement.encoder_shaft_rad(state.encoder_shaft_rad, state.rotor_angle_rad);
+    let out = output(&shaft, state, &end, input, dt_s);
     state.time_s = end_s;
-    output(&shaft, state, &end, input, dt_s)
+    state.friction.contact.clock_s += dt_s;
+    out
 }
 
 fn output<L: Law, const FULL: bool>(

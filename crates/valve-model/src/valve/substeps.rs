@@ -40,7 +40,7 @@ pub(super) fn integrate<L: Law, const FULL: bool>(
             break;
         }
         let step_s = landing_s.unwrap_or_else(|| pace.step_s(left_s));
-        if shaft.foresee(&state, step_s, friction) {
+        if shaft.foresee(&state, (time_s, step_s), friction) {
             begin = None;
         }
         let jacobian = &*begin.get_or_insert_with(|| Jacobian::new(shaft, &state, time_s, &friction.memory));

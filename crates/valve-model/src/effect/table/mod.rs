@@ -6,6 +6,7 @@ mod friction;
 mod measurement;
 mod torques;
 
+use super::custom::CUSTOM;
 use super::id::EffectId;
 use super::spec::EffectSpec;
 
@@ -44,6 +45,7 @@ impl EffectId {
             Self::TorqueGain => &measurement::TORQUE_GAIN,
             Self::SensorDelay => &measurement::SENSOR_DELAY,
             Self::EncoderEccentricity => &measurement::ENCODER_ECCENTRICITY,
+            Self::Custom(_) => &CUSTOM,
         }
     }
 }

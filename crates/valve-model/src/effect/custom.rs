@@ -1,0 +1,140 @@
+//! Effects that users add: formulas and tables.
+
+use expression::{ExpressionError, Program, compile, pole};
+use serde::{Deserialize, Serialize};
+
+use super::covariate::{ActsOn, Covariate};
+use super::grid::Grid;
+use super::id::EffectId;
+use super::label::Label;
+use super::spec::{EffectSpec, SeenIn};
+use crate::ParamError;
+
+/// Formulas and tables of a model, at most: with the lengths of programs it bounds the cost of a step.
+pub const MOST_CUSTOM: usize = 8;
+/// How such an effect may be called.
+const NAME: &str = "a name of at most 31 letters, digits, - and _, a letter first, that no listed effect has";
+
+/// The row of all of them in the table: what users write has none of its own.
+pub(super) const CUSTOM: EffectSpec = EffectSpec {
+    id: EffectId::Custom(Label::fixed("formula")),
+    folded_into: None,
+    seen_in: SeenIn::AnyLog,
+    needs: None,
+    formula: "a formula or a table of the user's",
+    keys: "`name`, `acts_on`, and `expression` or `over`, `knots` and `values`",
+    parameters: &[],
+};
+
+/// What an effect of a user's does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CustomLaw {
+    /// On what.
+    pub acts_on: ActsOn,
+    /// By what.
+    pub rule: Rule,
+}
+
+/// How a value follows from covariates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Rule {
+    /// The text of an expression.
+    Formula(String),
+    /// A table.
+    Table(Grid),
+}
+
+/// The value of a rule, ready to run without heap.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Prepared {
+    Formula(Program),
+    Table(Grid),
+}
+
+/// The effect that a user calls so.
+///
+/// # Errors
+/// A name that is refused.
+pub(super) fn custom_id(name: &str) -> Result<EffectId, ParamError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    let fits = name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(plain);
+    let label = Label::new(name).filter(|_| fits && EffectId::from_name(name).is_none());
+    label.map(EffectId::Custom).ok_or_else(|| ParamError::new("name", name, NAME))
+}
+
+/// Checks an expression with its parameters as formulas have it: that it compiles, and that it has a finite value wherever
+/// valves get ([`Covariate::range`]).
+///
+/// # Errors
+/// What is wrong with it and where.
+pub fn check_expression(text: &str, parameters: &[(&str, f64)]) -> Result<(), ExpressionError> {
+    let program = compiled(text, parameters)?;
+    let Some(pole) = pole(&program, &Covariate::ALL.map(Covariate::range)) else { return Ok(()) };
+    let used = Covariate::ALL.into_iter().zip(&pole.near).filter(|(of, _)| program.uses(of.place()));
+    let near: Vec<String> =
+        used.map(|(of, at)| format!("{} {} {}", of.name(), shown(*at), of.unit())).collect();
+    let place = if near.is_empty() { "anywhere".to_owned() } else { format!("near {}", near.join(", ")) };
+    let found = format!("an operation that has no finite value {place}");
+    Err(ExpressionError::new(pole.at, found, "a finite value wherever valves get"))
+}
+
+/// Three digits are enough to find a place.
+fn shown(number: f64) -> String {
+    if number != 0.0 && !(1e-2..1e5).contains(&number.abs()) {
+        format!("{number:.2e}")
+    } else {
+        format!("{number:.2}")
+    }
+}
+
+fn compiled(text: &str, parameters: &[(&str, f64)]) -> Result<Program, ExpressionError> {
+    compile(text, &Covariate::ALL.map(Covariate::name), parameters)
+}
+
+impl CustomLaw {
+    /// Ready to run.
+    ///
+    /// # Errors
+    /// An expression that doesn't compile, a table that is none.
+    pub(crate) fn prepared(&self, parameters: &[(&str, f64)]) -> Result<Prepared, ParamError> {
+        match &self.rule {
+            Rule::Formula(text) => compiled(text, parameters).map(Prepared::Formula).map_err(|error| {
+                ParamError::new("expression", error, "an expression in covariates and its parameters")
+            }),
+            Rule::Table(grid) => grid.validate().map(|()| Prepared::Table(grid.clone())),
+        }
+    }
+
+    /// The `id` in files.
+    pub fn file_id(&self) -> &'static str {
+        match self.rule {
+            Rule::Formula(_) => "formula",
+            Rule::Table(_) => "table",
+        }
+    }
+}
+
+/// The names in an expression that are neither covariates nor functions: its parameters, in their order.
+///
+/// # Errors
+/// What is wrong with the expression, whatever its parameters are. A name that is nearly a covariate's is refused, too.
+pub fn parameter_names(text: &str) -> Result<Vec<String>, ExpressionError> {
+    expression::free_names(text, &Covariate::ALL.map(Covariate::name))
+}
+
+impl Prepared {
+    /// Its value; it may not be finite.
+    pub fn at(&self, covariates: &[f64; Covariate::COUNT]) -> f64 {
+        match self {
+            Self::Formula(program) => program.run(covariates),
+            Self::Table(grid) => grid.at(covariates).0,
+        }
+    }
+
+    pub fn uses(&self, covariate: Covariate) -> bool {
+        match self {
+            Self::Formula(program) => program.uses(covariate.place()),
+            Self::Table(grid) => grid.is_over(covariate),
+        }
+    }
+}
