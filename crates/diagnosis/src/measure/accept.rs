@@ -105,15 +105,15 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
             of.map == Map::Plain && (of.neutral == 0.0 || IN_PROPORTION.contains(&member.candidate.id))
         })
     };
-    let (amplitudes, shape): (Vec<(usize, usize)>, Vec<(usize, usize)>) =
-        own.into_iter().partition(|(_, number)| is_amplitude(*number));
-    let shape: Vec<usize> = shape.into_iter().map(|(place, _)| place).collect();
+    let shape: Vec<usize> =
+        own.iter().filter(|(_, number)| !is_amplitude(*number)).map(|(place, _)| *place).collect();
+    let mut amplitudes = own.iter().filter(|(_, number)| is_amplitude(*number)).peekable();
     let within = |(place, number): &(usize, usize)| {
         let neutral = member.candidate.parameters.get(*number).map_or(0.0, |of| of.neutral);
         let off = member.numbers.get(*number).map_or(0.0, |value| (value - neutral).abs());
         off <= spread.half_width * spread.deviation_given(*place, &shape)
     };
-    !amplitudes.is_empty() && amplitudes.iter().all(within)
+    amplitudes.peek().is_some() && amplitudes.all(within)
 }
 
 /// Groups of causes that can't be told apart whose best is within its own errors: nothing says that any of them is there.

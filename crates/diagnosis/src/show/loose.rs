@@ -2,6 +2,7 @@
 //!
 //! Where runs have no common zero of the angle, or something geared or elastic lies between, no function of the angle holds for two runs.
 //! What such ripples are in a run says nothing of another; left in, they hide every cause that is smaller.
+#![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::fit::equations::Setting;
 use crate::log::loose_ripple::LooseRipple;
