@@ -19,6 +19,7 @@ use crate::name::select::{Tell, nothing_yet, select};
 use crate::name::selection::{Round, Selection};
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
+use crate::name::twins::missing;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::colour::colour;
@@ -203,6 +204,9 @@ fn beyond_tolerance(
         }
     }
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
+    if let Some(best) = found.first().map(|(id, _)| *id) {
+        found.extend(twins_beside(setting, able, best, corrected)?);
+    }
     let alike: Vec<(EffectId, Option<Member>)> = found
         .iter()
         .skip(1)
@@ -224,6 +228,29 @@ fn beyond_tolerance(
     }
     state.rounds.push(round);
     Ok(Some(state))
+}
+
+/// The twins of a number beyond its tolerance that these data can't tell from it, in its place, where they leave no more than noise too.
+fn twins_beside(
+    setting: &Setting<'_>,
+    able: &[Candidate],
+    best: EffectId,
+    corrected: &Fitted,
+) -> Result<Vec<(EffectId, Tried)>, DiagnosisError> {
+    let mut found = Vec::new();
+    let facts = &setting.campaign.facts;
+    let is_number = |id: EffectId| corrected.point.hypothesis.corrections.iter().any(|of| of.id == id);
+    let twins = able.iter().filter(|of| missing(best, of.id, facts).is_some() && !is_number(of.id));
+    for candidate in twins.filter(|_| !setting.is_over()) {
+        let others = corrected.point.hypothesis.with_corrections_of(|id| id != best);
+        let member = Member::new(candidate, candidate.neutral(), candidate.free.clone());
+        let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
+        let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { continue };
+        if leaves_noise(setting, &tried.fitted)? {
+            found.push((candidate.id, tried));
+        }
+    }
+    Ok(found)
 }
 
 /// The given model refitted with corrections; `None` if its residual is white without, or none are allowed.
