@@ -272,6 +272,8 @@ pub struct Diagnosis {
     pub gain: Gain,
     /// What to measure next.
     pub next_experiment: String,
+    /// Whether the search was ended before it came to its end: what isn't named may be there all the same.
+    pub search_ended: bool,
     /// What the residual depends on before, most first.
     pub structure_before: Vec<Dependence>,
     /// What is left depends on.

@@ -34,7 +34,9 @@ pub enum PredictionError {
         effect: EffectId,
     },
     /// A sample that the model needs is missing.
-    #[error("run {run}, row {row} (time {time_s} s): {channel} is NaN, expected a number")]
+    #[error(
+        "run {run}, row {row} (time {time_s} s): {channel} is NaN, expected a number; import bridges gaps with fill(x): --map {channel}='fill(...)'"
+    )]
     MissingSample {
         /// The run.
         run: String,

@@ -174,7 +174,13 @@ fn target_and_unit(text: &str) -> Result<(String, String), String> {
 
 impl Expression {
     fn parse(text: &str, deep: usize) -> Result<Self, String> {
-        let refused = |why: &str| format!("{:?} is no expression: {why}", text.trim());
+        // Letters beyond ASCII and blanks are read as the end of a name.
+        let braces = if text.contains('{') || !text.trim().contains(|c: char| c == ' ' || !c.is_ascii()) {
+            ""
+        } else {
+            "; a name with blanks, brackets or letters beyond a to z stands in braces, as {Time (ms)}"
+        };
+        let refused = |why: &str| format!("{:?} is no expression: {why}{braces}", text.trim());
         if deep > MOST_DEEP {
             return Err(refused("too many functions within functions"));
         }
@@ -214,7 +220,16 @@ impl Expression {
                 "pi" => Ok(Operand::Pi),
                 _ => {
                     let columns = if names.len() > 40 { "more than 40".to_owned() } else { names.join(", ") };
-                    Err(anyhow!("no column {variable:?}; there are {} columns: {columns}", names.len()))
+                    // What is no UTF-8 was read as this mark.
+                    let coded = if columns.contains('\u{fffd}') {
+                        "; the file is not UTF-8: save it as UTF-8, or call columns c1, c2, ..."
+                    } else {
+                        ""
+                    };
+                    Err(anyhow!(
+                        "no column {variable:?}; there are {} columns: {columns}{coded}",
+                        names.len()
+                    ))
                 }
             }
         };

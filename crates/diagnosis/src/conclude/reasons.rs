@@ -22,6 +22,8 @@ pub(crate) struct Against {
     pub harmful: Vec<EffectId>,
     /// Causes whose numbers are all within their own errors.
     pub unclear: Vec<EffectId>,
+    /// The search was ended before it came to its end.
+    pub ended: bool,
     /// One cause that is doubtful removes the largest part all the same: where it can't be told from others, they are a group.
     pub mostly: bool,
 }
@@ -86,7 +88,7 @@ pub(crate) fn rejected(
         .map(|candidate| Judged {
             id: candidate.id,
             reason: against_selected(selection, candidate.id, against)
-                .unwrap_or_else(|| why_not_selected(selection, candidate.id)),
+                .unwrap_or_else(|| why_not_selected(selection, candidate.id, against.ended)),
         })
         .collect()
 }
@@ -116,7 +118,7 @@ fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> O
 }
 
 /// Why a candidate was not selected.
-fn why_not_selected(selection: &Selection, id: EffectId) -> String {
+fn why_not_selected(selection: &Selection, id: EffectId, ended: bool) -> String {
     if let Some((_, reason)) = selection.dropped.iter().find(|(of, _)| *of == id) {
         return reason.clone();
     }
@@ -131,6 +133,10 @@ fn why_not_selected(selection: &Selection, id: EffectId) -> String {
         );
     }
     match selection.first_ranking.iter().find(|(of, _)| *of == id) {
+        Some((_, gain)) if ended && *gain > 0.0 => format!(
+            "not decided: the search was ended before it was fitted; alone it would cut the error on held-out runs by {:.0} % of the noise",
+            100.0 * gain
+        ),
         Some((_, gain)) if *gain > -0.5 => {
             format!(
                 "would cut the error on held-out runs by {:.2} % of the noise at best",

@@ -32,6 +32,9 @@ use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
 
+/// What to do where a search was ended.
+const AGAIN: &str = "The search was ended before it came to its end. Diagnose fewer samples: import the log again with --decimate 4, or \
+                     leave runs out that are like others (--exclude); with --limit, give it longer.";
 /// What is told where nothing is accepted removes at least this part.
 const MOST_OF_IT: f64 = 0.5;
 
@@ -52,6 +55,7 @@ pub(crate) fn conclude(
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
         unclear: Vec::new(),
+        ended: is_over,
         mostly: false,
     };
     if against.doubtful {
@@ -113,7 +117,11 @@ pub(crate) fn conclude(
         )
     }));
     let structure_left = telling(&structure_kept);
-    let next_experiment = next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts);
+    let next_experiment = if is_over {
+        AGAIN.to_owned()
+    } else {
+        next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
+    };
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),
         format_version: 1,
@@ -125,6 +133,7 @@ pub(crate) fn conclude(
         untestable,
         gain: judged.gain_of(&after),
         next_experiment,
+        search_ended: is_over,
         structure_before: telling(&judged.structure_before),
         structure_after: structure_left,
         description_before: description(judged, &judged.before, &judged.structure_before),

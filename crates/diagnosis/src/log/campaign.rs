@@ -28,11 +28,11 @@ use valve_model::{Model, ParamError};
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// Samples of the longest piece. If an angle log is not fitted whole, pieces are kept short enough for
+/// Samples of the longest piece. If a log is not fitted whole, pieces are kept short enough for
 /// `PIECES_OF_A_RUN` from each run.
 const LONGEST: usize = 20_000;
 const PIECES_OF_A_RUN: usize = 2;
-/// Samples of an angle's piece that make up for those before it, from which its prediction begins.
+/// Samples of a piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;
 /// An error of the integrator in a sub-step may be this part of the encoder's.
 const OF_THE_NOISE: f64 = 3e-5;
@@ -45,8 +45,6 @@ const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
 /// A block has at least so many samples.
 const LEAST_BLOCK: usize = 400;
-/// The part of what may be simulated that the first search has.
-const FIRST_SEARCH: f64 = 0.6;
 /// One group in so many is held out.
 const HOLD_OUT: usize = 4;
 const FOLDS: usize = 5;
@@ -119,7 +117,7 @@ impl Campaign {
         let pitch_rad = model.motor.filter(|_| !kind.motion_is_measured).map(|motor| motor.tooth_pitch_rad());
         let courses = courses(log, &plans, &chosen, &noises, (kind, facts.reference_temperature_c));
         let work = Arc::new(Work::default());
-        work.allow((FIRST_SEARCH * kind.most_simulated as f64) as u64);
+        work.allow((kind.first_search * kind.most_simulated as f64) as u64);
         let make = |index: usize| {
             let plan = plans.get(index)?;
             if pitch_rad.is_none() && !*chosen.get(index)? {
@@ -253,13 +251,13 @@ fn usual_deviation_rad(noises: &[Noise]) -> f64 {
     median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
-/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
-/// piece are kept whole or not at all.
+/// The longest piece: of a log of which not all is fitted one so short that each run keeps some; runs of no more than a piece are kept
+/// whole or not at all.
 fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
     let fitted = kind.fitted_samples(total);
-    if kind.motion_is_measured || total <= fitted {
+    if total <= fitted {
         return LONGEST;
     }
     (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)

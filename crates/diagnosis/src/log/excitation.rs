@@ -11,6 +11,8 @@ const WITHIN: f64 = 6.0;
 /// Least swing between reversals, in parts of the break-away deflection, and of the noise.
 const TURN: f64 = 0.1;
 const TURN_NOISE: f64 = 5.0;
+/// One in so many moving samples goes the other way where a log moves both ways.
+const BOTH_WAYS: f64 = 20.0;
 /// Window for a frequency, samples.
 const WINDOW: usize = 64;
 /// Frequencies closer than this factor count as one.
@@ -22,6 +24,7 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     let mut found = Excitation::default();
     let mut rates = Vec::new();
     let mut ringing = 0.0;
+    let mut ways = (0, 0);
     for piece in &campaign.pieces {
         let course = Course::of(piece, facts);
         let angle_noise_rad = if facts.kind.motion_is_measured {
@@ -32,11 +35,14 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
             found.near_resonance += near_resonance(&course, facts, noise);
             noise
         };
+        ways.0 += course.speed.iter().filter(|speed| **speed > 0.0).count();
+        ways.1 += course.speed.iter().filter(|speed| **speed < 0.0).count();
         let (small, turns) = swings(&course.angle_rad, facts, angle_noise_rad);
         found.small_swings += small;
         found.turns += turns;
     }
     found.ringing = ringing.sqrt();
+    found.both_ways = BOTH_WAYS * ways.0.min(ways.1) as f64 >= (ways.0 + ways.1) as f64;
     found.frequencies = distinct(rates);
     found.drift_with_pressure = drift(campaign, |piece| piece.driven.pressure_pa());
     found.drift_with_temperature = drift(campaign, |piece| piece.driven.temperature_c());

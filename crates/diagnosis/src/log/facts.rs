@@ -41,6 +41,8 @@ pub(crate) struct Facts {
 pub(crate) struct Excitation {
     /// Swings between turns that stay within the bristles' reach.
     pub small_swings: usize,
+    /// Whether it moves either way, for a twentieth of its moving samples at least.
+    pub both_ways: bool,
     /// Turns in all, after a swing beyond that reach too.
     pub turns: usize,
     /// How far the part of the inertia's torque that a spring as stiff as the bristles would add stands out of the noise,

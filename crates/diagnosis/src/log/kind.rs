@@ -21,9 +21,11 @@ pub(crate) struct LogKind {
     pub fitted_of_more: usize,
     /// Of more fitted samples than this the screening looks at some of the folds alone.
     pub most_screened_whole: usize,
-    /// So many samples are simulated at most before a diagnosis concludes, one of bristles counted four times: about 20 s of torques,
-    /// 40 s of angles, on two cores.
+    /// So many samples are simulated at most before a diagnosis concludes, one of bristles counted four times: about 40 s of torques or of
+    /// angles, on two cores.
     pub most_simulated: u64,
+    /// The part of these that the first search has, so that something is left for those after it.
+    pub first_search: f64,
     /// Gauss-Newton steps in which a piece's start converges; angle logs search for it separately.
     pub settling_steps: usize,
     /// Other starts that are tried of a piece that fits badly, in standard deviations of the encoder: a rotor close to breaking away
@@ -37,10 +39,11 @@ impl LogKind {
         motion_is_measured: true,
         unseen: SeenIn::AngleLogs,
         loss: Loss::Squares,
-        most_fitted_whole: 80_000,
-        fitted_of_more: 60_000,
+        most_fitted_whole: 30_000,
+        fitted_of_more: 20_000,
         most_screened_whole: 60_000,
-        most_simulated: 160_000_000,
+        most_simulated: 320_000_000,
+        first_search: 0.6,
         settling_steps: 4,
         other_starts: &[],
     };
@@ -54,6 +57,7 @@ impl LogKind {
         fitted_of_more: 32_000,
         most_screened_whole: 16_000,
         most_simulated: 60_000_000,
+        first_search: 1.0,
         settling_steps: 2,
         other_starts: &[-4.0, -2.0, -1.0, 1.0, 2.0, 4.0],
     };

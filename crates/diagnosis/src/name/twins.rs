@@ -26,6 +26,7 @@ pub(crate) enum Apart {
     TwoTemperatures,
     ThreeFrequencies,
     Turns,
+    BothWays,
     NearResonance,
     PressureOutOfOrder,
     TemperatureOutOfOrder,
@@ -41,6 +42,7 @@ impl Apart {
             Self::TwoTemperatures => facts.temperature_varies(),
             Self::ThreeFrequencies => excited.frequencies >= FREQUENCIES,
             Self::Turns => excited.turns >= TURNS,
+            Self::BothWays => excited.both_ways,
             Self::NearResonance => excited.near_resonance >= NEAR_RESONANCE,
             Self::PressureOutOfOrder => excited.drift_with_pressure.abs() < TREND,
             Self::TemperatureOutOfOrder => excited.drift_with_temperature.abs() < TREND,
@@ -56,6 +58,7 @@ impl Apart {
             Self::TwoTemperatures => "there is one oil temperature",
             Self::ThreeFrequencies => "inertia shows at fewer than three frequencies",
             Self::Turns => "the motion never turns back",
+            Self::BothWays => "the motion goes one way only",
             Self::NearResonance => "nothing is accelerated near the motor's resonance",
             Self::PressureOutOfOrder => "the pressure rises or falls with the distance travelled",
             Self::TemperatureOutOfOrder => "the oil temperature rises or falls with the distance travelled",
@@ -66,7 +69,8 @@ impl Apart {
 /// Effects that act alike, and data any of which tells them apart.
 type Twins = (&'static [EffectId], &'static [Apart]);
 
-const TORQUE: [Twins; 11] = [
+const TORQUE: [Twins; 12] = [
+    (&[EffectId::CoulombLevel, EffectId::DirectionAsymmetry, EffectId::TorqueOffset], &[Apart::BothWays]),
     (&[EffectId::DirectionAsymmetry, EffectId::TorqueOffset], &[Apart::Presliding]),
     (&[EffectId::CouplingCompliance, EffectId::BristleStiffness], &[Apart::Ringing]),
     (&[EffectId::FlowTorque, EffectId::PositionTorque], &[Apart::TwoPressures]),

@@ -77,7 +77,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RMS", value_parser = noise)]
     noise: Option<f64>,
     /// How well the model's numbers are known, as a standard deviation in parts of each (of the torque's zero in parts of the
-    /// Coulomb torque); corrections up to twice that are no cause. 0: exactly
+    /// Coulomb torque); corrections up to twice that are no cause. From 0 (exactly) to 0.25
     #[arg(long, value_name = "PART", default_value_t = 0.03, value_parser = tolerance)]
     tolerance: f64,
     /// Searches for so long at most, then concludes from what it has, such as 30s or 2min; what is said then may depend on the

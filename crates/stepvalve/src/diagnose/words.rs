@@ -55,7 +55,7 @@ pub fn headline(found: &Found) -> String {
         Verdict::Unexplained => {
             let (rms, noise, louder) = (short(rms), short(noise), rms > LOUDER * noise);
             let mut says = if louder {
-                let why = diagnosis.nearest.as_ref().map_or_else(|| no_cause(diagnosis), too_much_left);
+                let why = diagnosis.nearest.as_ref().map_or_else(|| no_cause(found), too_much_left);
                 format!(
                     "The model is wrong by {rms} {unit} where the measurement scatters by {noise}, and {why}."
                 )
@@ -102,7 +102,15 @@ pub fn headline(found: &Found) -> String {
 }
 
 /// Why nothing is named where nothing comes near.
-fn no_cause(diagnosis: &diagnosis::Diagnosis) -> String {
+fn no_cause(found: &Found) -> String {
+    let diagnosis = &found.diagnosis;
+    if diagnosis.search_ended {
+        let best = found
+            .ranking
+            .first()
+            .map_or(String::new(), |(id, _)| format!("; the best candidate so far is {id}"));
+        return format!("the search was ended before it was decided what explains it{best}");
+    }
     if diagnosis.ripples.is_empty() {
         "none of the known causes explains it".to_owned()
     } else {

@@ -76,7 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let length_s = run.end_s() - run.start_s();
         say(format_args!("{}: {} samples, {length_s:.3} s{}", run.name, run.len(), missing(run)));
     }
-    say(format_args!("{}: {} runs", name(&out), log.runs.len()));
+    let runs = log.runs.len();
+    say(format_args!("{}: {runs} {}", name(&out), if runs == 1 { "run" } else { "runs" }));
     Ok(Outcome::Done)
 }
 
