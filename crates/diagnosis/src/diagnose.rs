@@ -155,12 +155,10 @@ pub fn diagnose(
         let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
         let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
         let judged = judge(setting, noise, asked, None, tell)?;
-        // A search that came to its end before it found anything takes nothing back.
-        let found = !judged.selection.fitted.point.hypothesis.members.is_empty();
-        let judged = if found || !setting.is_over() {
-            judged
-        } else {
+        let judged = if setting.is_over() && first.has_more_than(&judged.selection) {
             judge(setting, noise, asked, Some(&first), tell)?
+        } else {
+            judged
         };
         return conclude(&judged, &able, &unable);
     }

@@ -67,16 +67,20 @@ pub(crate) fn judge<'a>(
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
     let few = few(&setting, asked, (&given, corrected.as_ref()), &mut ranked)?;
-    if let Few::Not { reached } = few
+    if let Few::Not(few) = &few
         && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
-        && with_zeros.selection.rms < MUCH_LESS * reached
+        && with_zeros.selection.rms < MUCH_LESS * few.as_ref().map_or(f64::INFINITY, |few| few.rms)
     {
         return Ok(with_zeros);
     }
     let begun = given.point.clone();
     let selection = match few {
         Few::Found(few) => *few,
-        Few::Not { .. } => select(&setting, asked.able, given, earlier, &mut ranked)?,
+        Few::Not(few) => {
+            let selected = select(&setting, asked.able, given, earlier, &mut ranked)?;
+            // A search that was ended before it found anything takes nothing back.
+            few.filter(|few| setting.is_over() && few.has_more_than(&selected)).map_or(selected, |few| *few)
+        }
     };
     let selection = with_corrections(&setting, selection, corrected, asked)?;
     tell(Event::Step("measuring the gain"));
@@ -156,8 +160,8 @@ fn judgement<'a>(
 enum Few {
     /// They leave no more than noise.
     Found(Box<Selection>),
-    /// They leave more; the least held-out RMS, in parts of the noise.
-    Not { reached: f64 },
+    /// They leave more: what was found on the way, if anything was asked.
+    Not(Option<Box<Selection>>),
 }
 
 /// No cause, where corrections alone leave no more than noise, or few beside them. Corrections that get there at their bounds are held
@@ -168,7 +172,7 @@ fn few(
     (given, corrected): (&Fitted, Option<&Fitted>),
     ranked: &mut Tell<'_>,
 ) -> Result<Few, DiagnosisError> {
-    let Some(corrected) = corrected else { return Ok(Few::Not { reached: f64::INFINITY }) };
+    let Some(corrected) = corrected else { return Ok(Few::Not(None)) };
     let found = |selection: Selection| Ok(Few::Found(Box::new(selection)));
     let alone = Tried::judged(setting, corrected.clone());
     let within = leaves_noise(setting, corrected)?;
@@ -307,7 +311,8 @@ fn few_beside_corrections(
             return Ok(Few::Found(Box::new(state)));
         }
     }
-    Ok(Few::Not { reached: state.rms })
+    (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
+    Ok(Few::Not(Some(Box::new(state))))
 }
 
 /// Refits the selected causes together with corrections of the model's parameters, so that their intervals include

@@ -44,7 +44,7 @@ fn run(number: usize, samples: usize, motion: &Motion, more: impl Fn([f64; 3]) -
     let noise = Normal::new(0.0, NOISE_NM).unwrap();
     let begin_s = 100.0 * number as f64;
     let times = (0..samples).map(|k| STEP_S * k as f64);
-    let states: Vec<[f64; 3]> = times.clone().map(|at| motion(at)).collect();
+    let states: Vec<[f64; 3]> = times.clone().map(motion).collect();
     let mut run = Run {
         name: format!("{number}"),
         time_s: times.map(|at| begin_s + at).collect(),

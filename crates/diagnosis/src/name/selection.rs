@@ -51,6 +51,12 @@ impl Selection {
         self.ambiguous.retain(|(_, others)| !others.is_empty());
     }
 
+    /// Whether it has causes where the other has none.
+    pub fn has_more_than(&self, other: &Self) -> bool {
+        let any = |of: &Self| !of.fitted.point.hypothesis.members.is_empty();
+        any(self) && !any(other)
+    }
+
     /// Samples that were fitted.
     pub fn samples(&self) -> f64 {
         self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)
