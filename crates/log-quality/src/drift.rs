@@ -17,7 +17,7 @@ const MATTERS: f64 = 0.05;
 /// Pressures that differ by less than this part of the largest are one; and of pairs of runs that differ in it, the excess of those in
 /// one order that makes a trend.
 const ONE_PRESSURE: f64 = 0.1;
-const MOSTLY: f64 = 0.3;
+const MOSTLY: f64 = 0.6;
 
 /// A stretch's middle, and the zero in it.
 struct Zero {

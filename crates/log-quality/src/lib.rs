@@ -32,11 +32,12 @@ pub fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
         finding.severity == Severity::Mistake
             && matches!(finding.kind, Kind::ConstantChannel | Kind::WrongAngle)
     };
-    let mistaken = mistakes::inspect(log, model);
+    let measured = samples::without_wild(log);
+    let mistaken = mistakes::inspect(&measured, model);
     // Of a channel that is none nothing else can be told, but that another has taken its place.
     let all = !found.iter().any(constant);
     if !mistaken.iter().any(|finding| finding.severity == Severity::Mistake) {
-        found.extend(drift::inspect(log, model));
+        found.extend(drift::inspect(&measured, model));
     }
     found.extend(bandwidth::inspect(log));
     found.extend(mistaken.into_iter().filter(|finding| all || finding.kind == Kind::SwappedChannels));

@@ -21,6 +21,8 @@ const EXACT: f64 = 1e-9;
 const ALL_OVER: f64 = 0.25;
 /// How many deviations of the noise a single sample must be off. Of a billion normal ones none is by chance.
 const WILD: f64 = 12.0;
+/// So many of one value are a mark.
+const A_MARK: usize = 3;
 
 pub(crate) fn inspect(log: &Log) -> Vec<Finding> {
     [constant(log), no_motion(log), clipped(log), outliers(log)].into_iter().flatten().collect()
@@ -204,17 +206,24 @@ fn outliers(log: &Log) -> Vec<Finding> {
         [Channel::Angle, Channel::Torque, Channel::PressureDrop, Channel::Flow, Channel::OilTemperature]
     {
         let mut runs = Vec::new();
-        let (mut count, mut first) = (0, None);
+        let (mut count, mut first, mut one_value) = (0, None, true);
         for run in &log.runs {
             let Some(values) = run.channel(channel).filter(|values| values.len() >= LEAST) else { continue };
             let wild = wild(values);
             if let Some((row, value)) = wild.first() {
-                first.get_or_insert_with(|| (run.name.clone(), row + 1, *value));
+                let first = first.get_or_insert_with(|| (run.name.clone(), row + 1, *value));
+                one_value &= wild.iter().all(|(_, value)| *value == first.2);
                 count += wild.len();
                 runs.push(run.name.clone());
             }
         }
         if let Some((run, row, value)) = first {
+            let is_mark = one_value && count >= A_MARK;
+            let mend = if is_mark {
+                "all are one value: a mark for missing samples? Then --missing and that mark, as it stands in the file"
+            } else {
+                "they are weighed little; --missing or --where leaves them out"
+            };
             found.push(Finding {
                 kind: Kind::Outliers,
                 severity: Severity::Note,
@@ -224,11 +233,28 @@ fn outliers(log: &Log) -> Vec<Finding> {
                     channel.unit()
                 ),
                 place: Place::of(&[channel], runs).rows(row, row),
-                mend: "they are weighed little; --missing or --where leaves them out".to_owned(),
+                mend: mend.to_owned(),
             });
         }
     }
     found
+}
+
+/// The log without samples that stand alone: what units and signs are judged by. Nothing of a mark for missing samples, which may be
+/// larger than all else, is measured.
+pub(crate) fn without_wild(log: &Log) -> Log {
+    let mut log = log.clone();
+    for run in &mut log.runs {
+        let channels = [Some(&mut run.angle_rad), run.torque_nm.as_mut(), run.pressure_drop_pa.as_mut()];
+        for values in channels.into_iter().flatten().filter(|values| values.len() >= LEAST) {
+            for (row, _) in wild(values) {
+                if let Some(value) = values.get_mut(row) {
+                    *value = f64::NAN;
+                }
+            }
+        }
+    }
+    log
 }
 
 /// Samples that are far from both neighbours, on the same side of both, while those agree.

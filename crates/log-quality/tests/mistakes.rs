@@ -348,3 +348,31 @@ fn a_transducer_slower_than_its_record_is_noted() {
     assert!((10.0..90.0).contains(&told.parse().unwrap()), "{evidence}");
     assert_eq!(filtered(400.0), []);
 }
+
+/// A mark for missing samples that import was not told of is no unit, and hides no sign that is turned.
+#[test]
+fn a_mark_for_missing_samples_is_told_as_such() {
+    let mut log = log();
+    scale(&mut log, Channel::Torque, -1.0);
+    for run in &mut log.runs {
+        run.torque_nm.as_mut().unwrap().iter_mut().skip(50).step_by(211).for_each(|torque| *torque = -9999.0);
+    }
+    let found = inspect(&log, Some(&model()));
+    assert_eq!(named(&found, Kind::TorqueSign).severity, Severity::Mistake);
+    let mark = named(&found, Kind::Outliers);
+    assert!(mark.mend.contains("one value"), "{}", mark.mend);
+    assert!(found.iter().all(|of| matches!(of.kind, Kind::TorqueSign | Kind::Outliers)), "{found:?}");
+}
+
+/// A torque that goes by the pressure moves with time where the pressure does, and is no drift.
+#[test]
+fn a_torque_by_the_pressure_is_no_drift() {
+    let mut log = log();
+    for (number, run) in log.runs.iter_mut().enumerate() {
+        let pressure_pa = 1e5 * number as f64;
+        run.pressure_drop_pa = Some(vec![pressure_pa; run.len()]);
+        run.torque_nm.as_mut().unwrap().iter_mut().for_each(|torque| *torque += 1e-6 * pressure_pa);
+    }
+    let found = inspect(&log, Some(&model()));
+    assert!(found.iter().all(|of| of.kind != Kind::ZeroDrift), "{found:?}");
+}
