@@ -34,6 +34,8 @@ const LONGEST: usize = 20_000;
 const PIECES_OF_A_RUN: usize = 2;
 /// Samples of a piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;
+/// The same of a torque's, whose tones and ripples are looked for in stretches of a thousand samples and more.
+const LEAST_PIECE_OF_TORQUE: usize = 4096;
 /// An error of the integrator in a sub-step may be this part of the encoder's.
 const OF_THE_NOISE: f64 = 3e-5;
 /// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
@@ -260,7 +262,8 @@ fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     if total <= fitted {
         return LONGEST;
     }
-    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
+    let least = if kind.motion_is_measured { LEAST_PIECE_OF_TORQUE } else { LEAST_PIECE };
+    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(least, LONGEST)
 }
 
 /// Cuts the runs: whole ones where enough move alike, blocks otherwise.

@@ -91,12 +91,7 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
 /// do with would (nothing else explains the log better). What is left then belongs to a cause beside them.
 pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Vec<usize>, DiagnosisError> {
     let members = &judged.selection.fitted.point.hypothesis.members;
-    let left = structure.rms.powi(2) - 1.0;
-    let own_left = |member: &Member| {
-        let own = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
-        own.filter(|of| goes_by(member.candidate.id, &of.on)).map(|of| of.share).fold(0.0, f64::max)
-    };
-    let right = |(_, member): &(usize, &Member)| own_left(member) * structure.rms.powi(2) <= ANOTHER * left;
+    let right = |(_, member): &(usize, &Member)| has_right_form(member, structure);
     let places: Vec<usize> = members.iter().enumerate().filter(right).map(|(place, _)| place).collect();
     if places.is_empty() {
         return Ok(places);
@@ -108,6 +103,11 @@ pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Ve
     let begin = Point { hypothesis: point.hypothesis, starts: point.starts };
     let alone = fit(&judged.setting, begin, &Piece::is_fitted, STEPS)?;
     let (_, left_alone) = judged.everywhere(&alone)?;
+    // Beside others a wrong form may have been mended by them.
+    let structure_alone = self::structure(&judged.setting, &left_alone);
+    if !alone.point.hypothesis.members.iter().all(|member| has_right_form(member, &structure_alone)) {
+        return Ok(Vec::new());
+    }
     let rms = |left: &[PieceResidual]| rms_as_fitted(&judged.setting, left, &|_: &Piece| true);
     let (before, after) = (rms(&judged.before).powi(2), rms(&left_alone).powi(2));
     let removed = (before - after) / (before - 1.0).max(f64::MIN_POSITIVE);
@@ -116,6 +116,13 @@ pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Ve
         removed > least && part_left_on_held_out(judged, &left_alone) < judged.setting.loss().hardly_less();
     let best = 1.0 - after / before >= best_of_others(&judged.structure_before, &ids);
     Ok(if largest && best { places } else { Vec::new() })
+}
+
+/// Whether what is left does not go by a covariate that the cause is a function of.
+fn has_right_form(member: &Member, structure: &Structure) -> bool {
+    let own = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
+    let own = own.filter(|of| goes_by(member.candidate.id, &of.on)).map(|of| of.share).fold(0.0, f64::max);
+    own * structure.rms.powi(2) <= ANOTHER * (structure.rms.powi(2) - 1.0)
 }
 
 /// The largest share of the given model's residual that a free function of a covariate explains which none of these causes goes by.
