@@ -28,14 +28,12 @@ use valve_model::{Model, ParamError};
 
 /// The fewest samples of a run that are of use.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// Samples of the longest piece. If a log is not fitted whole, pieces are kept short enough for
+/// Samples of the longest piece. If an angle log is not fitted whole, pieces are kept short enough for
 /// `PIECES_OF_A_RUN` from each run.
 const LONGEST: usize = 20_000;
 const PIECES_OF_A_RUN: usize = 2;
-/// Samples of a piece that make up for those before it, from which its prediction begins.
+/// Samples of an angle's piece that make up for those before it, from which its prediction begins.
 const LEAST_PIECE: usize = 1000;
-/// The same of a torque's, whose tones and ripples are looked for in stretches of a thousand samples and more.
-const LEAST_PIECE_OF_TORQUE: usize = 4096;
 /// An error of the integrator in a sub-step may be this part of the encoder's.
 const OF_THE_NOISE: f64 = 3e-5;
 /// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
@@ -253,17 +251,16 @@ fn usual_deviation_rad(noises: &[Noise]) -> f64 {
     median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
-/// The longest piece: of a log of which not all is fitted one so short that each run keeps some; runs of no more than a piece are kept
-/// whole or not at all.
+/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
+/// piece are kept whole or not at all.
 fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
     let fitted = kind.fitted_samples(total);
-    if total <= fitted {
+    if kind.motion_is_measured || total <= fitted {
         return LONGEST;
     }
-    let least = if kind.motion_is_measured { LEAST_PIECE_OF_TORQUE } else { LEAST_PIECE };
-    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(least, LONGEST)
+    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
 }
 
 /// Cuts the runs: whole ones where enough move alike, blocks otherwise.

@@ -114,7 +114,9 @@ pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Ve
     let least = if ids.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED };
     let largest =
         removed > least && part_left_on_held_out(judged, &left_alone) < judged.setting.loss().hardly_less();
-    let best = 1.0 - after / before >= best_of_others(&judged.structure_before, &ids);
+    // A form that takes any function of its variable would have fitted its own cause.
+    let general = ids.iter().all(|id| GENERAL.contains(id)) && after - 1.0 > LITTLE * (before - after);
+    let best = !general && 1.0 - after / before >= best_of_others(&judged.structure_before, &ids);
     Ok(if largest && best { places } else { Vec::new() })
 }
 
