@@ -42,7 +42,7 @@ impl Against {
 
 /// The groups of causes that can't be told apart, and why.
 pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Facts) -> Vec<Ambiguity> {
-    let groups = selection.ambiguous.iter().filter(|(best, _)| !against.doubts(*best) || against.mostly);
+    let groups = selection.ambiguous.iter().filter(|_| !against.doubtful || against.mostly);
     let geared = |id: EffectId| against.is_geared(id);
     let open = groups.filter(|(best, others)| {
         !geared(*best) && !others.iter().any(|id| geared(*id)) && !against.unclear.contains(best)
@@ -50,7 +50,7 @@ pub(crate) fn ambiguities(selection: &Selection, against: &Against, facts: &Fact
     open.map(|(best, others)| {
         let ids = std::iter::once(best).chain(others).copied().collect();
         let mut reason = why_alike(selection, *best, others, facts);
-        if against.doubts(*best) {
+        if against.doubtful {
             reason = format!("each removes the largest part of the error, not all of it; {reason}");
         }
         Ambiguity { ids, reason, best: None, rivals: Vec::new() }

@@ -63,8 +63,7 @@ pub(crate) fn conclude(
         let members = &selection.fitted.point.hypothesis.members;
         against.spared = places.iter().filter_map(|at| Some(members.get(*at)?.candidate.id)).collect();
     }
-    let all_doubted = against.doubtful && against.spared.is_empty();
-    let nearest = if all_doubted { nearest(judged, &structure_of_all)? } else { None };
+    let nearest = if against.doubtful { nearest(judged, &structure_of_all)? } else { None };
     let with_all = judged.gain_of(&left_of_all).rms_after;
     let mut kept = undisputed(selection, &against);
     let ripples = ripples(judged, &left_of_all, structure_of_all.per_independent);
@@ -83,6 +82,8 @@ pub(crate) fn conclude(
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     against.mostly = nearest.as_ref().is_some_and(|of| of.ids.len() == 1);
+    // What is named is not told again as what comes near.
+    let nearest = nearest.filter(|_| against.spared.is_empty());
     let mut ambiguous = ambiguities(selection, &against, facts);
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
     let rivals = with_rivals(judged, &mut ambiguous)?;
