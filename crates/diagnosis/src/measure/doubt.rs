@@ -8,7 +8,6 @@ use crate::log::piece::Piece;
 use crate::measure::covariates::goes_by;
 use crate::measure::judgement::Judgement;
 use crate::name::forms::MISFIT;
-use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::residual::{PieceResidual, rms_as_fitted};
@@ -78,7 +77,7 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
     let on_held_out = part_left_on_held_out(judged, left);
     let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
     let too_little = || {
-        selection.share_explained(loss, judged.noise.share) < least_share(selection)
+        selection.share_explained(loss, judged.noise.share) < least_share(selection.fitted.point.hypothesis.members.len())
             // A search that was cut short had no time for the other cause.
             || judged.noise.share == 1.0 && !judged.setting.is_over() && another_cause(judged, structure)
             || on_held_out > loss.hardly_less()
@@ -111,9 +110,8 @@ pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Ve
     let rms = |left: &[PieceResidual]| rms_as_fitted(&judged.setting, left, &|_: &Piece| true);
     let (before, after) = (rms(&judged.before).powi(2), rms(&left_alone).powi(2));
     let removed = (before - after) / (before - 1.0).max(f64::MIN_POSITIVE);
-    let least = if ids.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED };
-    let largest =
-        removed > least && part_left_on_held_out(judged, &left_alone) < judged.setting.loss().hardly_less();
+    let largest = removed > least_share(ids.len())
+        && part_left_on_held_out(judged, &left_alone) < judged.setting.loss().hardly_less();
     // A form that takes any function of its variable would have fitted its own cause.
     let general = ids.iter().all(|id| GENERAL.contains(id)) && after - 1.0 > LITTLE * (before - after);
     let best = !general && 1.0 - after / before >= best_of_others(&judged.structure_before, &ids);
@@ -135,8 +133,8 @@ fn best_of_others(before: &Structure, ids: &[EffectId]) -> f64 {
     before.dependences.iter().filter(other).map(|of| of.share).fold(0.0, f64::max)
 }
 
-fn least_share(selection: &Selection) -> f64 {
-    if selection.fitted.point.hypothesis.members.len() > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
+fn least_share(causes: usize) -> f64 {
+    if causes > 1 { EXPLAINED_TOGETHER } else { EXPLAINED }
 }
 
 /// The ratio of the held-out RMS with the causes to that without; 0 without held-out runs.

@@ -34,13 +34,16 @@ pub(crate) fn loose(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Loo
     }
     let clear = |of: &Ripple| !of.in_phase && of.amplitude > CLEAR * of.std_error;
     let found: Vec<Ripple> = ripples_by_run(setting, left).into_iter().filter(clear).collect();
+    if found.is_empty() {
+        return None;
+    }
     let orders: Vec<usize> = found.iter().map(|of| of.order).collect();
     let pieces = &setting.campaign.pieces;
     let mut by_piece: Vec<Vec<f64>> = pieces.iter().map(|piece| vec![0.0; piece.len()]).collect();
     for run in 0..setting.campaign.runs.len() {
         let own: Vec<usize> =
             (0..pieces.len()).filter(|at| pieces.get(*at).is_some_and(|of| of.run == run)).collect();
-        if !orders.is_empty() && turns_enough(setting, run) {
+        if turns_enough(setting, run) {
             of_run(setting, left, &own, &orders, &mut by_piece);
         }
     }
