@@ -156,6 +156,13 @@ fn rivals_are_models_of_their_own() {
     }
     // The page says the group in its headline, and what to do.
     look_at(&place.path("out/report.html"), "can't tell which of these it is");
+    // A diagnosis is replaced if that is said, and what only the old one had goes.
+    let rival = place.path(&format!("out/model-{}.toml", ids[0].as_str().unwrap()));
+    let again = &arguments[..arguments.len() - 1];
+    assert!(place.stepvalve(again).expect_code(2).stderr.contains("--force"));
+    assert!(rival.exists());
+    place.stepvalve(&[again, &["--force"]].concat()).expect_code(0);
+    assert!(!rival.exists() && place.path("out/model-extended.toml").exists());
 }
 
 /// A number that is known exactly is set, and no cause; one that can't be set is refused with what can.

@@ -263,6 +263,47 @@ fn preambles_units_dates_and_what_is_missing() {
 }
 
 #[test]
+fn a_column_in_another_unit_is_refused_with_the_map_that_was_meant() {
+    let place = TestPlace::new();
+    let file = place.write("given.csv", "Zeit;Winkel [deg]\nms;deg\n0;0\n10;90\n20;180\n");
+    let file = file.to_str().unwrap();
+    let given = |time: &'static str, angle: &'static str| {
+        [file, "--skip", "auto", "--units-line", "--map", time, "--map", angle]
+    };
+    refused(
+        &place,
+        &given("time=Zeit", "angle={Winkel [deg]}"),
+        &["ms by its line of units", "time='(Zeit)/1000'"],
+    );
+    let angle = ["deg by its line of units", "angle='(-{Winkel [deg]})*pi/180'"];
+    refused(&place, &given("time=Zeit/1000", "angle=-{Winkel [deg]}"), &angle);
+    let log = imported(&place, &given("time=Zeit/1000", "angle={Winkel [deg]}*pi/180"));
+    assert_eq!(log.runs[0].time_s, [0.0, 0.01, 0.02]);
+    let log = imported(&place, &[&given("time=Zeit*1", "angle={Winkel [deg]}*1")[..], &["--force"]].concat());
+    assert_eq!((log.runs[0].time_s[2], log.runs[0].angle_rad[2]), (20.0, 180.0));
+}
+
+#[test]
+fn on_one_clock_files_follow_their_numbers() {
+    let place = TestPlace::new();
+    let files = ["run-1", "run-10", "run-2"].map(|name| place.write(&format!("{name}.csv"), "0,1\n1,2\n"));
+    let files = files.each_ref().map(|file| file.to_str().unwrap());
+    let maps = ["--map", "time=c1", "--map", "angle=c2"];
+    let names = |log: &Log| log.runs.iter().map(|run| run.name.clone()).collect::<Vec<_>>();
+    let finished = import(&place, &[&files[..], &maps, &["--gap", "5"]].concat()).expect_code(0);
+    assert!(finished.stdout.contains("run-2 before run-10"), "{}", finished.stdout);
+    let log = run_log::read_log(&place.path("out.h5")).unwrap();
+    assert_eq!(names(&log), ["run-1", "run-2", "run-10"]);
+    assert_eq!(log.run("run-10").unwrap().start_s(), 12.0);
+    // Whoever says another order means it; the names that are given stay with their files.
+    let order = [files[1], files[0], files[2]];
+    let more = ["--gap", "5", "--force", "--run", "ten", "--run", "one", "--run", "two"];
+    assert_eq!(names(&imported(&place, &[&order[..], &maps, &more].concat())), ["ten", "one", "two"]);
+    let more = ["--gap", "5", "--force", "--run", "one", "--run", "ten", "--run", "two"];
+    assert_eq!(names(&imported(&place, &[&files[..], &maps, &more].concat())), ["one", "two", "ten"]);
+}
+
+#[test]
 fn rows_by_condition_every_nth_and_decimated() {
     let place = TestPlace::new();
     // A slow ramp, and a tone that lies above half of the new sampling rate.

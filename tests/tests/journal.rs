@@ -185,7 +185,8 @@ fn new_files_are_right_and_overwrite_nothing() {
         finished.code
     };
     // The scenario's check reads the model.
-    for (what, file) in [("drive", "drive.toml"), ("model", "model.toml"), ("scenario", "scenario.toml")] {
+    let places = [("drive", "drive.toml"), ("model", "model.toml"), ("scenario", "scenario.toml")];
+    for (what, file) in places {
         assert_eq!(new(what), Some(0));
         let path = place.path(file);
         place.stepvalve(&["check", path.to_str().unwrap()]).expect_code(0);
@@ -194,6 +195,9 @@ fn new_files_are_right_and_overwrite_nothing() {
         assert_eq!(new(what), Some(2));
         assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     }
+    std::fs::remove_file(place.path("model.toml")).unwrap();
+    assert_eq!(new("torque-model"), Some(0));
+    place.stepvalve(&["check", place.path("model.toml").to_str().unwrap()]).expect_code(0);
 }
 
 #[test]

@@ -195,6 +195,23 @@ fn refused(place: &TestPlace, log: &Path, model: &Path, says: &[&str]) {
 }
 
 #[test]
+fn a_prediction_is_replaced_if_that_is_said_and_the_log_never() {
+    let place = TestPlace::new();
+    let log = write(&place, vec![run("slow", 1.0, |t| t, |_| 1.5)]);
+    predict(&place, &log, &rig()).expect_code(0);
+    assert!(predict(&place, &log, &rig()).expect_code(2).stderr.contains("--force"));
+    let (log, model) = (log.to_str().unwrap(), rig());
+    let forced = |out: &str| {
+        let model = model.to_str().unwrap();
+        place.stepvalve(&["predict", "--log", log, "--model", model, "--out", out, "--force"])
+    };
+    let before = std::fs::read(log).unwrap();
+    assert!(forced(log).expect_code(2).stderr.contains("is the log"));
+    assert_eq!(std::fs::read(log).unwrap(), before);
+    forced(place.path("pred.h5").to_str().unwrap()).expect_code(0);
+}
+
+#[test]
 fn samples_missing_and_runs_too_short() {
     let place = TestPlace::new();
     let good = || run("good", 1.0, |t| t, |_| 1.5);

@@ -3,8 +3,11 @@
 use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hdf5::{Container, Dataset, Extent, Group, H5Type, Location, Result};
 use log_data::Attribute;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
+/// What an HDF5 file begins with, or what follows a block of the user's own.
+const SIGNATURE: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
 /// Rows of a chunk, where a dataset has chunks.
 pub(crate) const CHUNK_ROWS: usize = 16 * 1024;
 /// A fixed-length text longer than this is not read.
@@ -21,6 +24,24 @@ fn options() -> hdf5::FileBuilder {
 /// Opens a file for reading.
 pub(crate) fn open(path: &Path) -> Result<hdf5::File> {
     options().open(path)
+}
+
+/// Whether a file has HDF5's signature, at one of the places where HDF5 looks for it.
+pub(crate) fn is_hdf5(path: &Path) -> std::io::Result<bool> {
+    let mut file = std::fs::File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut signature = [0; SIGNATURE.len()];
+    for at in std::iter::once(0).chain(std::iter::successors(Some(512), |at| Some(2 * at))) {
+        if at + signature.len() as u64 > length {
+            return Ok(false);
+        }
+        file.seek(SeekFrom::Start(at))?;
+        file.read_exact(&mut signature)?;
+        if &signature == SIGNATURE {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Begins a file; one of this name is emptied.

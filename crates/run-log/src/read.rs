@@ -100,10 +100,24 @@ pub fn read_log_parts<E: From<RunLogError>>(
     most: usize,
     each: &mut dyn FnMut(LogPart) -> Result<(), E>,
 ) -> Result<(), E> {
-    let opened = std::fs::File::open(path).context(path, String::new)?;
-    drop(opened);
-    let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
+    let file = open(path)?;
     Reader { path, wanted, most, samples_left: most }.log(&file, each)
+}
+
+/// Opens what has to be a valve-log.
+///
+/// # Errors
+/// A file that the system does not open, one that is no HDF5 at all, one that HDF5 can't read.
+pub(crate) fn open(path: &Path) -> Result<hdf5::File, RunLogError> {
+    if !h5::is_hdf5(path).context(path, String::new)? {
+        return Err(RunLogError::Format {
+            path: path.to_owned(),
+            place: "the file".to_owned(),
+            found: "no HDF5".to_owned(),
+            expected: "a valve-log, which stepvalve import makes of a table".to_owned(),
+        });
+    }
+    h5::open(path).context(path, || "not a readable HDF5 file".to_owned())
 }
 
 struct Reader<'a> {

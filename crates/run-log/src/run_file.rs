@@ -2,6 +2,7 @@
 
 use crate::blocks::{Blocks, Part};
 use crate::error::Context;
+use crate::read::open;
 use crate::{FORMAT, FORMAT_VERSION, RunLogError, h5};
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, Group};
@@ -54,8 +55,7 @@ impl RunFile {
     /// # Errors
     /// [`RunLogError`] where it can't be read or is no valve-log.
     pub fn open(path: &Path) -> Result<Self, RunLogError> {
-        drop(std::fs::File::open(path).context(path, String::new)?);
-        let file = h5::open(path).context(path, || "not a readable HDF5 file".to_owned())?;
+        let file = open(path)?;
         let mut log = Self { path: path.to_owned(), file, runs: Vec::new() };
         log.check_format()?;
         log.find_runs()?;

@@ -139,7 +139,10 @@ fn files_of_other_kinds_and_cut_files_are_refused() {
     assert!(matches!(read_log(&path), Err(RunLogError::Io { .. })));
     std::fs::write(&path, "time,angle\n0,0\n").unwrap();
     let message = read_log(&path).unwrap_err().to_string();
-    assert!(message.contains("not a readable HDF5 file"), "{message}");
+    assert!(
+        message.contains("found no HDF5, expected a valve-log, which stepvalve import makes"),
+        "{message}"
+    );
     write_log(&path, &sample()).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     for length in (0..bytes.len()).step_by(97) {

@@ -9,6 +9,7 @@ use supervisor::{Failure, Outcome};
 
 const SCENARIO: &str = include_str!("../../../rt-config/scenarios/step-sequence.toml");
 const MODEL: &str = include_str!("../../../rt-config/models/rig.toml");
+const TORQUE_MODEL: &str = include_str!("../../../rt-config/models/torque-rig.toml");
 const DRIVE: &str = include_str!("../../../rt-config/drives/simulated.toml");
 
 /// The name that a new scenario has for its model.
@@ -33,6 +34,8 @@ enum What {
     Scenario,
     /// Motor, load, friction, orifice, oil
     Model,
+    /// A model of friction and load alone, for records of a torque transducer
+    TorqueModel,
     /// A drive on EtherCAT
     Drive,
 }
@@ -41,7 +44,7 @@ impl What {
     fn default_name(self) -> &'static str {
         match self {
             Self::Scenario => "scenario.toml",
-            Self::Model => MODEL_FILE,
+            Self::Model | Self::TorqueModel => MODEL_FILE,
             Self::Drive => "drive.toml",
         }
     }
@@ -56,6 +59,10 @@ impl What {
             Self::Model => (
                 MODEL.to_owned(),
                 "A model to begin from: replace each number by what you know of your valve.",
+            ),
+            Self::TorqueModel => (
+                TORQUE_MODEL.to_owned(),
+                "A model to begin from: replace each number by your rig's. docs/model.md says how to read them off a record.",
             ),
             Self::Drive => (
                 DRIVE.to_owned(),

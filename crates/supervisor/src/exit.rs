@@ -53,7 +53,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Input(error) | Self::Failed(error)) = self;
-        write!(f, "{error:#}")
+        f.write_str(&once(error))
     }
 }
 
@@ -61,5 +61,28 @@ impl fmt::Display for Failure {
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         if error.is::<Refused>() { Self::Input(error) } else { Self::Failed(error) }
+    }
+}
+
+/// An error and its causes, without a cause that the text before it ends with: many errors say their cause themselves.
+fn once(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |text, cause| match cause.to_string() {
+        cause if text.is_empty() => cause,
+        cause if text.ends_with(&cause) => text,
+        cause => format!("{text}: {cause}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cause_that_the_error_says_itself_is_told_once() {
+        let cause = anyhow::anyhow!("no section [motor]");
+        let error = cause.context("run a: no section [motor]").context("log.h5");
+        assert_eq!(Failure::Input(error).to_string(), "log.h5: run a: no section [motor]");
+        let error = anyhow::anyhow!("too short").context("run a");
+        assert_eq!(Failure::Failed(error).to_string(), "run a: too short");
     }
 }

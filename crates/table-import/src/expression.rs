@@ -128,6 +128,13 @@ impl Map {
         &self.text
     }
 
+    /// The column that is taken as it is, or turned in sign; `None` where anything else is done with it.
+    pub(crate) fn column_as_it_is(&self, names: &[String]) -> Option<usize> {
+        let text = self.text.trim_start_matches('-').trim();
+        let inside = text.strip_prefix('{').and_then(|text| text.strip_suffix('}'));
+        (inside.is_some() || next_token(text) == Some(text)).then(|| column(inside.unwrap_or(text), names))?
+    }
+
     pub(crate) fn bind(&self, names: &[String], wanted: &mut Vec<usize>) -> anyhow::Result<Bound<'_>> {
         self.expression.bind(names, wanted).map_err(|error| anyhow!("{self}: {error}"))
     }

@@ -16,6 +16,7 @@ mod operators;
 mod rows;
 mod separated;
 mod table;
+mod units;
 
 pub use columns::{Columns, columns_of};
 pub use expression::{Condition, Map};

@@ -106,7 +106,7 @@ pub struct Format {
     pub header: Header,
     /// Lines before the names, or before the rows where there are none.
     pub skip: Skip,
-    /// Whether a line of units follows the names; nothing in it is read.
+    /// Whether a line of units follows the names.
     pub units_line: bool,
     /// 1,5 is one and a half.
     pub decimal_comma: bool,
@@ -141,6 +141,7 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 pub struct Separated {
     rows: RowLines,
     reader: CellReader,
+    units: Vec<String>,
 }
 
 /// The lines that hold rows.
@@ -218,13 +219,15 @@ impl Separated {
         if has_names {
             let begins_later = |found: &FoundRows| found.begin > skip + 1 + usize::from(units_line);
             reader.hint = found.filter(begins_later).map(|found| found.hint()).unwrap_or_default();
-            if units_line {
-                lines.next()?;
+            let mut units = Vec::new();
+            if units_line && let Some((_, line)) = lines.next()? {
+                cells.split(line);
+                units = cells.iter().map(|cell| plain(cell).into_owned()).collect();
             }
-            return Ok(Self { rows: RowLines { lines, cells, first: None }, reader });
+            return Ok(Self { rows: RowLines { lines, cells, first: None }, reader, units });
         }
         reader.names = (1..=reader.names.len()).map(|column| format!("c{column}")).collect();
-        Ok(Self { rows: RowLines { lines, cells, first: Some((number, line)) }, reader })
+        Ok(Self { rows: RowLines { lines, cells, first: Some((number, line)) }, reader, units: Vec::new() })
     }
 
     /// The lines, and what reads their cells.
@@ -236,6 +239,10 @@ impl Separated {
 impl Table for Separated {
     fn names(&self) -> &[String] {
         &self.reader.names
+    }
+
+    fn units(&self) -> &[String] {
+        &self.units
     }
 
     fn place(&self) -> &'static str {

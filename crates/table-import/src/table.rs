@@ -3,6 +3,7 @@
 use crate::expression::{Bound, Cells, Condition, Map};
 use crate::filter::low_pass;
 use crate::rows::Rows;
+use crate::units;
 use anyhow::{anyhow, bail, ensure};
 use log_data::{Channel, Extra, Run};
 use std::num::NonZero;
@@ -18,6 +19,11 @@ const CORNER: f64 = 0.8;
 pub trait Table {
     /// The columns' names.
     fn names(&self) -> &[String];
+
+    /// The columns' units, as far as the table states any.
+    fn units(&self) -> &[String] {
+        &[]
+    }
 
     /// What a row's place in the file is called: "line" or "row".
     fn place(&self) -> &'static str;
@@ -65,6 +71,7 @@ pub fn collect(
     let mut wanted = Vec::new();
     let (names, place) = (table.names().to_vec(), table.place());
     let bound = bind(maps, |map| map.bind(&names, &mut wanted))?;
+    maps.iter().try_for_each(|map| units::check(map, &*table))?;
     let conditions = bind(&selection.conditions, |condition| condition.bind(&names, &mut wanted))?;
     let mut taken = read(table, &wanted, maps.len(), selection)?;
     keep(&mut taken, &conditions, selection)?;

@@ -3,9 +3,9 @@
 
 use config::{ModelComments, write_model};
 use diagnosis::{BestOfGroup, Cause, Evidence, Found, ParameterFound, Parameters};
-use valve_model::{Effect, Model};
+use valve_model::{Effect, EffectId, Model};
 
-use super::words::{corrected as corrected_words, short, unit};
+use super::words::{behind, corrected as corrected_words, short, unit};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {
@@ -84,6 +84,11 @@ fn alternatives(found: &Found, given: &Model) -> String {
     text
 }
 
+/// What the model with one of several causes that can't be told apart is called.
+pub fn rival_file(id: EffectId) -> String {
+    format!("model-{id}.toml")
+}
+
 /// A model for each effect of the groups that can't be told apart, by its file's name.
 pub fn rivals(found: &Found, given: &Model) -> Vec<(String, String)> {
     let fits = || found.diagnosis.ambiguous.iter().flat_map(|group| &group.rivals);
@@ -101,7 +106,7 @@ pub fn rivals(found: &Found, given: &Model) -> Vec<(String, String)> {
             let section = format!("effect[{}]", model.effects.len() - 1);
             comments = comments.with_section(&section, lines.join("\n"));
         }
-        (format!("model-{}.toml", effect.id()), write_model(&model, &comments))
+        (rival_file(effect.id()), write_model(&model, &comments))
     };
     found.rivals.iter().map(model).collect()
 }
@@ -152,10 +157,10 @@ fn entry(effect: &Effect, given: &Model) -> Vec<String> {
 fn known(parameters: &Parameters) -> Vec<String> {
     let line = |(key, of): (&String, &ParameterFound)| {
         format!(
-            "{key}: {} ± {} {}, 95 % between {} and {}",
+            "{key}: {} ± {}{}, 95 % between {} and {}",
             short(of.value),
             short(of.std_error),
-            of.unit,
+            behind(of),
             short(of.ci95[0]),
             short(of.ci95[1])
         )

@@ -24,6 +24,7 @@ use crate::inspect;
 use crate::say::say;
 use anyhow::Context;
 use diagnosis::{Diagnosis, Options, Verdict};
+use log_quality::Finding;
 use logs::Reading;
 use page::Material;
 use processes::complain;
@@ -47,6 +48,9 @@ pub struct Arguments {
     /// The folder for diagnosis.json, model-extended.toml, residuals.h5 and report.html
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Replace the diagnosis that is in the folder
+    #[arg(long)]
+    force: bool,
     /// Leave a run out; of several logs it is called LOG:RUN
     #[arg(long, value_name = "RUN")]
     exclude: Vec<String>,
@@ -116,7 +120,7 @@ fn noise(text: &str) -> Result<f64, String> {
 /// [`Failure::Input`] where the log or the model can't be used, naming run and row, or files exist;
 /// [`Failure::Failed`] where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let results = Results::new(&arguments.out)?;
+    let results = Results::new(&arguments.out, arguments.force)?;
     let model_file = name(&arguments.model);
     let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
     let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
@@ -159,11 +163,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     results.write(&texts, |path| residuals.write(path, &log))?;
     progress.end();
-    summary(&found.diagnosis, &headline, &arguments.out);
+    summary(&found.diagnosis, &headline, &quality, &arguments.out);
     Ok(Outcome::Done)
 }
 
-fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
+fn summary(diagnosis: &Diagnosis, headline: &str, quality: &[Finding], out: &Path) {
     say(format_args!("{}: {headline}", diagnosis.verdict.name()));
     for cause in &diagnosis.causes {
         say(format_args!("  {}: {}", cause.id, words::numbers(&cause.parameters)));
@@ -181,7 +185,9 @@ fn summary(diagnosis: &Diagnosis, headline: &str, out: &Path) {
     for seen in diagnosis.nuisances.iter().chain(&diagnosis.observations) {
         say(format_args!("  seen: {seen}"));
     }
-    if diagnosis.verdict != Verdict::NoDiscrepancy {
+    let mend = quality::mend_first(quality);
+    mend.iter().for_each(|mend| say(format_args!("next: {mend}")));
+    if mend.is_empty() && diagnosis.verdict != Verdict::NoDiscrepancy {
         say(format_args!("next: {}", diagnosis.next_experiment));
     }
     say(format_args!(

@@ -1,7 +1,7 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
 use super::residuals::Residuals;
-use super::words::{extended, headline, short, unit};
+use super::words::{behind, extended, headline, short, unit};
 use super::{causes, explore, leftover, quality, remains, runs};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
@@ -62,9 +62,13 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
     let held = format!("{} before, {} {unit} after", short(gain.rms_before), short(gain.rms_after));
     if extended(found) {
         facts.push(("error on runs not used for fitting".to_owned(), held));
-        let (low, high) = (short(gain.ratio_ci95[0]), short(gain.ratio_ci95[1]));
-        let text =
-            format!("{} (other runs would give {low} to {high}, with 95 % certainty)", short(gain.ratio));
+        let [low, high] = gain.ratio_ci95;
+        let text = if low < high {
+            let (low, high) = (short(low), short(high));
+            format!("{} (other runs would give {low} to {high}, with 95 % certainty)", short(gain.ratio))
+        } else {
+            format!("{} (on a single run: what others would give is not known)", short(gain.ratio))
+        };
         facts.push(("error after over before".to_owned(), text));
     }
     if let Some(closed) = &gain.closed_loop {
@@ -91,9 +95,9 @@ fn parameters(found: &Found) -> Section {
     let mut rows = Vec::new();
     for cause in &found.diagnosis.causes {
         for (key, of) in &cause.parameters {
-            let unit = if of.unit == "1" { "" } else { of.unit.as_str() };
-            let within = format!("{} to {} {unit}", short(of.ci95[0]), short(of.ci95[1]));
-            rows.push(vec![cause.id.to_string(), key.clone(), format!("{} {unit}", short(of.value)), within]);
+            let unit = behind(of);
+            let within = format!("{} to {}{unit}", short(of.ci95[0]), short(of.ci95[1]));
+            rows.push(vec![cause.id.to_string(), key.clone(), format!("{}{unit}", short(of.value)), within]);
         }
     }
     let section = Section::new("Parameters");

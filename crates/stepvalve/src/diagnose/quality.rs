@@ -21,6 +21,12 @@ pub fn section(found: &[Finding]) -> Section {
     section.with(Block::Table(Table { header, rows }))
 }
 
+/// What to mend in the log before anything that was found in it is believed.
+pub fn mend_first(found: &[Finding]) -> Vec<String> {
+    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);
+    mistakes.map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
+}
+
 /// diagnosis.json, with `data_quality`.
 pub fn json(diagnosis: &Diagnosis, found: &[Finding]) -> anyhow::Result<String> {
     let mut all = serde_json::to_value(diagnosis).context("diagnosis.json")?;

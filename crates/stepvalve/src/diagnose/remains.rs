@@ -1,8 +1,9 @@
 //! Of the report: what the models leave, and what to do next, in words to act on.
 
+use super::quality::mend_first;
 use super::words::{names, short, unit};
 use diagnosis::{Dependence, Found, Verdict};
-use log_quality::{Finding, Severity};
+use log_quality::Finding;
 use report::{Block, Section, Table};
 
 /// Dependences that are spelled out.
@@ -107,11 +108,7 @@ fn cause_of(on: &str, as_friction: bool) -> (&'static str, &'static str) {
 /// What to do, in order.
 fn steps(found: &Found, quality: &[Finding]) -> Vec<String> {
     let diagnosis = &found.diagnosis;
-    let mut steps: Vec<String> = quality
-        .iter()
-        .filter(|finding| finding.severity == Severity::Mistake)
-        .map(|finding| format!("Mend the log first: {}. {}.", finding.evidence, finding.mend))
-        .collect();
+    let mut steps = mend_first(quality);
     if !diagnosis.causes.is_empty() {
         steps.push(
             "Take model-extended.toml for the simulation; a controller makes use of it as its belief, with [compensation] level = \

@@ -1,31 +1,35 @@
 //! The folder for the results: all files appear when all are whole.
 
+use super::extended::rival_file;
 use crate::files::name;
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 use supervisor::Failure;
+use valve_model::EffectId;
 use whole_file::Partial;
 
-/// A folder without a diagnosis.
+/// A folder without a diagnosis, or with one that may be replaced.
 pub struct Results {
     folder: PathBuf,
+    replace: bool,
 }
 
 const RESIDUALS: &str = "residuals.h5";
 
 impl Results {
-    /// Refuses a folder that holds a diagnosis.
+    /// Refuses a folder that holds a diagnosis, unless that may be replaced.
     ///
     /// # Errors
     /// [`Failure::Input`] where it does.
-    pub fn new(folder: &Path) -> Result<Self, Failure> {
+    pub fn new(folder: &Path, replace: bool) -> Result<Self, Failure> {
         for file in ["diagnosis.json", "model-extended.toml", "report.html", RESIDUALS] {
             let path = folder.join(file);
-            if path.exists() {
-                return Err(Failure::Input(anyhow!("{} exists: give --out another folder", name(&path))));
+            if path.exists() && !replace {
+                let path = name(&path);
+                return Err(Failure::Input(anyhow!("{path} exists: give --out another folder, or --force")));
             }
         }
-        Ok(Self { folder: folder.to_owned() })
+        Ok(Self { folder: folder.to_owned(), replace })
     }
 
     /// Writes texts by name, and what `residuals` writes to the path that it is given.
@@ -43,7 +47,19 @@ impl Results {
             written.push(self.partial(file, |path| Ok(std::fs::write(path, text)?))?);
         }
         for (partial, path) in written {
-            partial.appear().with_context(|| name(&path))?;
+            if self.replace { partial.replace() } else { partial.appear() }.with_context(|| name(&path))?;
+        }
+        self.remove_rivals_but(texts)
+    }
+
+    /// Models of rivals that the replaced diagnosis had and this one doesn't have.
+    fn remove_rivals_but(&self, texts: &[(String, String)]) -> anyhow::Result<()> {
+        let old = EffectId::ALL.iter().map(|id| rival_file(*id));
+        for file in old.filter(|old| self.replace && texts.iter().all(|(new, _)| new != old)) {
+            let path = self.folder.join(file);
+            if path.exists() {
+                std::fs::remove_file(&path).with_context(|| name(&path))?;
+            }
         }
         Ok(())
     }

@@ -90,14 +90,27 @@ pub fn headline(found: &Found) -> String {
             says
         }
         Verdict::Explained => {
-            format!("{}; the model has none of it. With it, {falls}.{beside}", joined(&sentences))
+            format!("{}{} {falls}.{beside}", joined(&sentences), lacking(&diagnosis.causes))
         }
         Verdict::PartlyExplained => {
             format!(
-                "{}; the model has none of it. With it, {falls}; something is left that no cause explains.{beside}",
-                joined(&sentences)
+                "{}{} {falls}; something is left that no cause explains.{beside}",
+                joined(&sentences),
+                lacking(&diagnosis.causes)
             )
         }
+    }
+}
+
+/// What the causes mean for the model: a number of it is another, or it lacks something.
+fn lacking(causes: &[Cause]) -> &'static str {
+    let is_number = |cause: &Cause| cause.id.spec().folded_into.is_some();
+    if causes.iter().all(is_number) {
+        ". With that corrected,"
+    } else if causes.iter().any(is_number) {
+        "; the model has none of that. With all of it,"
+    } else {
+        "; the model has none of it. With it,"
     }
 }
 
@@ -185,10 +198,14 @@ pub fn short(value: f64) -> String {
 /// "key = value unit (from to to), ..."
 pub fn numbers(parameters: &Parameters) -> String {
     let number = |(key, of): (&String, &ParameterFound)| {
-        let unit = if of.unit == "1" { String::new() } else { format!(" {}", of.unit) };
-        format!("{key} = {}{unit} ({} to {})", short(of.value), short(of.ci95[0]), short(of.ci95[1]))
+        format!("{key} = {}{} ({} to {})", short(of.value), behind(of), short(of.ci95[0]), short(of.ci95[1]))
     };
     parameters.iter().map(number).collect::<Vec<_>>().join(", ")
+}
+
+/// A parameter's unit as it stands behind a number.
+pub fn behind(of: &ParameterFound) -> String {
+    if of.unit == "1" { String::new() } else { format!(" {}", of.unit) }
 }
 
 /// "a, b and c"

@@ -26,7 +26,8 @@ pub(super) struct Mapping {
     #[arg(long, value_enum)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_zero: Option<Zero>,
-    /// Put the runs on one clock: each begins so many seconds after the one before it ended
+    /// Put the runs on one clock: each begins so many seconds after the one before it ended. Files in a shell's order (run-1,
+    /// run-10, run-2) follow one another by their numbers, others as they are given
     #[arg(long, value_name = "SECONDS")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
@@ -51,7 +52,7 @@ pub(super) struct Mapping {
     #[arg(long, value_name = "LINES|auto")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skip: Option<Skip>,
-    /// A line of units follows the names
+    /// A line of units follows the names. A column that is mapped as it is, and in another unit, is refused
     #[arg(long)]
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub units_line: bool,

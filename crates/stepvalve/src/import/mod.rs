@@ -2,6 +2,7 @@
 
 mod clock;
 mod mapping;
+mod order;
 mod recipe;
 
 use crate::files::name;
@@ -117,7 +118,7 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     let (read, files) = (progress.clone(), arguments.files.len());
     let _pulse = Pulse::new(move || format!("{} of {files} files read", read.position()));
     let mut numbers_left = MAX_NUMBERS;
-    for (index, file) in arguments.files.iter().enumerate() {
+    for (index, file) in in_order(&arguments.files, mapping) {
         let mut run = Run { name: run_name(arguments, index, file), ..Run::default() };
         let kind = mapping.kinds.get(index).or_else(|| mapping.kinds.first());
         run.kind = kind.cloned().unwrap_or_default();
@@ -132,6 +133,16 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     progress.finish_and_clear();
     clock::begin_with_a_day(&mut log);
     Ok(log)
+}
+
+/// The files with their places among those given, in the order of their runs.
+fn in_order<'a>(files: &'a [PathBuf], mapping: &Mapping) -> impl Iterator<Item = (usize, &'a PathBuf)> {
+    let order = match mapping.gap {
+        Some(_) => order::by_numbers(files),
+        None => (0..files.len()).collect(),
+    };
+    order::told(files, &order).into_iter().for_each(say);
+    order.into_iter().filter_map(|index| Some((index, files.get(index)?)))
 }
 
 /// A title by the files' names.

@@ -30,6 +30,9 @@ pub struct Arguments {
     /// The file to write: the same runs and times, `torque` or `angle` predicted
     #[arg(long, value_name = "PRED.h5")]
     out: PathBuf,
+    /// Replace the file that is there
+    #[arg(long)]
+    force: bool,
 }
 
 /// Predicts every run, several at a time, and writes each as soon as it is there.
@@ -39,8 +42,11 @@ pub struct Arguments {
 /// [`Failure::Failed`] where writing fails. No file is left then.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
-    if out.exists() {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    if out.exists() && !arguments.force {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
+    }
+    if is_same_file(out, &arguments.log) {
+        return Err(Failure::Input(anyhow!("{} is the log: give --out another name", name(out))));
     }
     let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
@@ -57,6 +63,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     say(format_args!("{}: {} runs predicted with \"{}\"", name(out), log.runs.len(), model.name));
     Ok(Outcome::Done)
+}
+
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 /// Writes the runs in their order, each while later ones are being predicted; tells what was done with them.
