@@ -88,7 +88,7 @@ pub fn diagnose(
     campaign.facts.excitation = excitation(&campaign, noise.channel);
     let (able, unable) = candidates(&campaign.facts, model, &options.fixed, &options.suspects);
     let nuisances = Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) };
-    let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+    let setting = Setting::new(&campaign, model, nuisances, workers);
     let corrected = corrections(&campaign.facts, &able, options.tolerance);
     let asked = Asked { first: &first, corrections: &corrected, able: &able, seed: options.seed };
     let judged = judge(setting, noise, asked, None, tell)?;
@@ -97,9 +97,11 @@ pub fn diagnose(
         return conclude(&judged, &able, &unable);
     }
     let nuisances = judged.setting.nuisances;
-    let zero_nm = judged.zero_from_run_to_run(&judged.selection.fitted)?;
+    let has_zeros = nuisances.zero_nm > 0.0;
+    let zero_nm =
+        if has_zeros { nuisances.zero_nm } else { judged.zero_from_run_to_run(&judged.selection.fitted)? };
     let nuisances = Nuisances { zero_nm, ..nuisances };
-    let judged = if zero_nm == 0.0 {
+    let judged = if zero_nm == 0.0 || has_zeros {
         judged
     } else {
         tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
@@ -115,7 +117,7 @@ pub fn diagnose(
             let earlier = judged.selection;
             let ready = setting.ready(&found.hypothesis)?;
             let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
-            let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+            let setting = Setting::new(&campaign, model, nuisances, workers);
             (judge(setting, noise, asked, Some(&earlier), tell)?, noise)
         }
     };
@@ -132,7 +134,7 @@ pub fn diagnose(
             let ready = judged.setting.ready(&found.hypothesis)?;
             campaign.take_out_hum(hum.hums, &hum.by_piece);
             let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
-            let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+            let setting = Setting::new(&campaign, model, nuisances, workers);
             (judge(setting, noise, asked, Some(&earlier), tell)?, noise)
         }
     };
@@ -145,7 +147,7 @@ pub fn diagnose(
             let ready = judged.setting.ready(&point.hypothesis)?;
             campaign.take_out_ripples(found.ripples, &found.by_piece);
             let noise = estimate(&mut campaign, &ready, &point.starts, options, workers);
-            let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+            let setting = Setting::new(&campaign, model, nuisances, workers);
             (judge(setting, noise, asked, None, tell)?, noise)
         }
     };
@@ -153,7 +155,7 @@ pub fn diagnose(
         tell(Event::Step("once more, with what the causes leave as an error of every sample"));
         let first = judged.selection;
         let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
-        let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+        let setting = Setting::new(&campaign, model, nuisances, workers);
         let judged = judge(setting, noise, asked, None, tell)?;
         let judged = if setting.is_over() && first.has_more_than(&judged.selection) {
             judge(setting, noise, asked, Some(&first), tell)?
@@ -176,7 +178,7 @@ pub fn diagnose(
     tell(Event::Step("once more, with noise whose neighbours are alike"));
     let earlier = judged.selection;
     let noise = with_colour(&mut campaign, noise, &colour.left, colour.per_independent);
-    let setting = Setting { campaign: &campaign, given: model, nuisances, workers };
+    let setting = Setting::new(&campaign, model, nuisances, workers);
     let judged = judge(setting, noise, asked, Some(&earlier), tell)?;
     conclude(&judged, &able, &unable)
 }
@@ -203,7 +205,7 @@ fn hum_of_first(
     first: &Point,
     workers: &dyn Workers,
 ) -> Result<Option<Mains>, DiagnosisError> {
-    let setting = Setting { campaign, given, nuisances: Nuisances::default(), workers };
+    let setting = Setting::new(campaign, given, Nuisances::default(), workers);
     Ok(mains(&setting, &left(&setting, first)?))
 }
 

@@ -6,6 +6,7 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
+use crate::fit::kept::Kept;
 use crate::fit::spread::spread;
 use crate::found::Event;
 use crate::log::noise::NoiseLevel;
@@ -15,14 +16,15 @@ use crate::measure::judgement::Judgement;
 use crate::name::refine::{fewer_orders, refine};
 use crate::name::round::next_cause;
 use crate::name::screen::screen;
-use crate::name::select::{Tell, nothing_yet, select};
+use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::name::twins::missing;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
-use crate::show::colour::colour;
+use crate::show::colour::is_coloured;
+use crate::show::mains::mains;
 use crate::show::observe::shows_zeros;
 use crate::show::residual::{Jumps, PieceResidual, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
@@ -32,9 +34,12 @@ use valve_model::EffectId;
 
 /// Steps of a fit of the corrections within their tolerance.
 const CORRECTING: usize = 6;
+/// Steps of a fit of a number beyond its tolerance, before it is seen whether it may leave noise.
+const FIRST_STEPS: usize = 2;
 /// Causes that are looked for beside corrections.
 const FEW: usize = 2;
-/// A candidate that by its linearised gain leaves more than this, in parts of the noise, is not fitted in the hope that it leaves noise.
+/// A candidate that by its linearised gain, or its first steps, leaves more than this, in parts of the noise, is not fitted in the hope that
+/// it leaves noise.
 const HOPELESS: f64 = 1.5;
 /// A correction is clear from so many of its standard errors on.
 const CLEAR: f64 = 2.0;
@@ -66,7 +71,7 @@ pub(crate) fn judge<'a>(
     tell(Event::Step("screening causes"));
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
-    let few = few(&setting, asked, (&given, corrected.as_ref()), &mut ranked)?;
+    let few = few_quickly(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
     if let Few::Not(few) = &few
         && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
         && with_zeros.selection.rms < MUCH_LESS * few.as_ref().map_or(f64::INFINITY, |few| few.rms)
@@ -95,7 +100,8 @@ pub(crate) fn judge_few<'a>(
 ) -> Result<Option<Judgement<'a>>, DiagnosisError> {
     let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
-    let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), &mut |_| {})? else {
+    let Few::Found(few) = few_quickly(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})?
+    else {
         return Ok(None);
     };
     let selection = with_corrections(&setting, *few, corrected, asked)?;
@@ -164,12 +170,25 @@ enum Few {
     Not(Option<Box<Selection>>),
 }
 
+/// As [`few`], with the corrections' sensitivities where they alone fit best: what comes of it is fitted again, with exact ones.
+fn few_quickly(
+    setting: &Setting<'_>,
+    asked: Asked<'_>,
+    (given, corrected): (&Fitted, Option<&Fitted>),
+    earlier: Option<&Selection>,
+    ranked: &mut Tell<'_>,
+) -> Result<Few, DiagnosisError> {
+    let kept = corrected.map(|corrected| Kept::at(setting, &corrected.point)).transpose()?.flatten();
+    few(&Setting { kept: kept.as_ref(), ..*setting }, asked, (given, corrected), earlier, ranked)
+}
+
 /// No cause, where corrections alone leave no more than noise, or few beside them. Corrections that get there at their bounds are held
 /// against one number that is off by more.
 fn few(
     setting: &Setting<'_>,
     asked: Asked<'_>,
     (given, corrected): (&Fitted, Option<&Fitted>),
+    earlier: Option<&Selection>,
     ranked: &mut Tell<'_>,
 ) -> Result<Few, DiagnosisError> {
     let Some(corrected) = corrected else { return Ok(Few::Not(None)) };
@@ -183,7 +202,33 @@ fn few(
     if within {
         return found(nothing_yet(setting, given.clone()));
     }
+    if let Some(earlier) = earlier
+        && let Some(again) = earlier_ones(setting, earlier, (given, corrected))?
+    {
+        return found(again);
+    }
     few_beside_corrections(setting, asked.able, (given, corrected), ranked)
+}
+
+/// The causes of an earlier search, where they leave no more than noise beside the corrections now: the log, or what is known of its noise,
+/// has changed since.
+fn earlier_ones(
+    setting: &Setting<'_>,
+    earlier: &Selection,
+    (given, corrected): (&Fitted, &Fitted),
+) -> Result<Option<Selection>, DiagnosisError> {
+    let hypothesis = &earlier.fitted.point.hypothesis;
+    if hypothesis.members.is_empty() || setting.is_over() {
+        return Ok(None);
+    }
+    let mut point = earlier.fitted.point.clone();
+    point.hypothesis.corrections =
+        corrected.point.hypothesis.with_corrections_of(|id| !hypothesis.has(id)).corrections;
+    point.hypothesis.zero_rad = corrected.point.hypothesis.zero_rad;
+    let mut state = nothing_yet(setting, given.clone());
+    take_over(setting, earlier, point, &mut state)?;
+    state.first_ranking.clone_from(&earlier.first_ranking);
+    Ok(leaves_noise(setting, &state.fitted)?.then_some(state))
 }
 
 /// A number of the model that is wrong beyond its tolerance, where that leaves no more than noise beside corrections of the others: each
@@ -202,7 +247,12 @@ fn beyond_tolerance(
         let others = corrected.point.hypothesis.with_corrections_of(|id| id != of.id);
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
         let begin = Point { hypothesis: others.with(level), starts: corrected.point.starts.clone() };
-        let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { continue };
+        // Levels act nearly in proportion: what a few steps leave far from noise, more would not bring there.
+        let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { continue };
+        if tried.rms > HOPELESS {
+            continue;
+        }
+        let tried = tried.further(setting, STEPS)?;
         if leaves_noise(setting, &tried.fitted)? {
             found.push((of.id, tried));
         }
@@ -274,7 +324,11 @@ fn within_tolerance(
 /// Whether a fit leaves no more than noise, coloured or not.
 fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
     let left = left(setting, &fitted.point)?;
-    Ok(is_white(setting, &left) || is_noise(&structure(setting, &left)) || colour(setting, &left).is_some())
+    if is_white(setting, &left) {
+        return Ok(true);
+    }
+    let structure = structure(setting, &left);
+    Ok(is_noise(&structure) || is_coloured(setting, &left, &structure))
 }
 
 /// One cause or two that leave no more than noise together with corrections of the model's numbers, if it takes no more.
@@ -306,7 +360,10 @@ fn few_beside_corrections(
             break;
         }
         refine(setting, &mut state)?;
-        if leaves_noise(setting, &state.fitted)? {
+        // Causes would be searched for a hum that stands out now: without it they come next.
+        if leaves_noise(setting, &state.fitted)?
+            || mains(setting, &left(setting, &state.fitted.point)?).is_some()
+        {
             (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
             return Ok(Few::Found(Box::new(state)));
         }
@@ -337,9 +394,12 @@ fn with_corrections(
     }
     let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
     point.hypothesis.corrections = others.collect();
-    let fitted = fit(setting, point, &Piece::is_fitted, CORRECTING)?;
-    let joint = levels_beyond(setting, asked.able, Tried::judged(setting, fitted))?;
-    selection.take(without_idle_corrections(setting, joint)?);
+    let kept = Kept::at(setting, &point)?;
+    let quick = Setting { kept: kept.as_ref(), ..*setting };
+    let joint = Tried::from(&quick, point, CORRECTING)?;
+    let joint = without_idle_corrections(&quick, levels_beyond(&quick, asked.able, joint)?)?;
+    let exact = if kept.is_some() { Tried::from(setting, joint.fitted.point, CORRECTING)? } else { joint };
+    selection.take(exact);
     // Beside the corrections some harmonics may be within their own errors.
     for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
         if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)

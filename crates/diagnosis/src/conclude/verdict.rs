@@ -26,7 +26,7 @@ use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
 use crate::show::residual::PieceResidual;
 use crate::show::spectrum::spectrum;
-use crate::show::structure::{Structure, structure};
+use crate::show::structure::{Structure, orders, structure};
 use crate::show::tone::{Tone, tone};
 use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
@@ -223,7 +223,7 @@ fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
 
 fn description(judged: &Judgement<'_>, left: &[PieceResidual], structure: &Structure) -> Description {
     let noise = judged.noise_where_it_counts();
-    let mut orders = structure.orders.clone();
+    let mut orders = orders(&judged.setting, left, structure.per_independent);
     for order in &mut orders {
         order.both_ways *= noise;
         order.against_motion *= noise;

@@ -3,6 +3,7 @@
 
 use crate::DiagnosisError;
 use crate::extend::hypothesis::{Free, Hypothesis};
+use crate::fit::kept::Kept;
 use crate::log::campaign::Campaign;
 use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
@@ -36,6 +37,8 @@ pub(crate) enum Column {
     /// (prediction of this − prediction)/size
     Simulated(Ready, f64),
     Direct(Additive),
+    /// What [`Setting::kept`] has at this place.
+    Kept(usize),
 }
 
 /// A piece's equations.
@@ -67,9 +70,20 @@ pub(crate) struct Setting<'a> {
     pub given: &'a Model,
     pub nuisances: Nuisances,
     pub workers: &'a dyn Workers,
+    /// Sensitivities to corrections that are taken in place of exact ones.
+    pub kept: Option<&'a Kept>,
 }
 
-impl Setting<'_> {
+impl<'a> Setting<'a> {
+    pub fn new(
+        campaign: &'a Campaign,
+        given: &'a Model,
+        nuisances: Nuisances,
+        workers: &'a dyn Workers,
+    ) -> Self {
+        Self { campaign, given, nuisances, workers, kept: None }
+    }
+
     /// The columns of what the hypothesis leaves free.
     pub fn own_columns(&self, hypothesis: &Hypothesis) -> Result<Vec<Column>, DiagnosisError> {
         hypothesis.free().into_iter().map(|free| self.own_column(hypothesis, free)).collect()
@@ -79,6 +93,12 @@ impl Setting<'_> {
     pub fn own_column(&self, hypothesis: &Hypothesis, free: Free) -> Result<Column, DiagnosisError> {
         if free == Free::Zero {
             return Ok(Column::Direct(Additive::Constant));
+        }
+        if let Free::Correction(index) = free
+            && let Some(of) = hypothesis.corrections.get(index)
+            && let Some(place) = self.kept.and_then(|kept| kept.place(of.id))
+        {
+            return Ok(Column::Kept(place));
         }
         if let Free::Number(member, number) = free
             && let Some(of) = hypothesis.members.get(member)
@@ -146,7 +166,7 @@ impl Setting<'_> {
         let ready = self.ready(&point.hypothesis)?;
         let moved = columns.iter().filter_map(|column| match column {
             Column::Simulated(moved, _) => Some(moved),
-            Column::Direct(_) => None,
+            Column::Direct(_) | Column::Kept(_) => None,
         });
         self.predict_courses(point, &std::iter::once(&ready).chain(moved).collect::<Vec<_>>());
         let job = |index: usize| {
@@ -154,7 +174,8 @@ impl Setting<'_> {
             let start = point.start(index);
             let zero = point.hypothesis.zero_rad.unwrap_or(0.0);
             let other = seen(piece);
-            Some(self.piece_equations(other.as_ref().unwrap_or(piece), &ready, start, zero, columns))
+            let seen = other.as_ref().unwrap_or(piece);
+            Some(self.piece_equations((index, seen), &ready, start, zero, columns))
         };
         Ok(map(self.workers, self.campaign.pieces.len(), job))
     }
@@ -180,7 +201,7 @@ impl Setting<'_> {
 
     fn piece_equations(
         &self,
-        piece: &Piece,
+        (place, piece): (usize, &Piece),
         ready: &Ready,
         start: InitialState,
         zero: f64,
@@ -213,11 +234,11 @@ impl Setting<'_> {
         for (index, column) in columns.iter().enumerate() {
             match column {
                 Column::Simulated(moved, size) => {
-                    let moved = piece.predict(moved, start);
-                    put(
-                        offset + index,
-                        &mut moved.iter().zip(&base).map(|(moved, base)| (moved - base) / size),
-                    );
+                    put(offset + index, &mut sensitivity(piece, &base, (moved, *size), start));
+                }
+                Column::Kept(kept) => {
+                    let values = self.kept.map_or(&[][..], |all| all.of(place, *kept));
+                    put(offset + index, &mut values.iter().copied());
                 }
                 // What the transducer adds comes after its scale, and is the same late.
                 Column::Direct(Additive::Constant) => {
@@ -251,6 +272,16 @@ impl Setting<'_> {
         }
         (shifts, ridges)
     }
+}
+
+/// How a piece's prediction follows a number, by a model in which that is moved by `size`.
+pub(crate) fn sensitivity<'a>(
+    piece: &Piece,
+    base: &'a [f64],
+    (moved, size): (&Ready, f64),
+    start: InitialState,
+) -> impl Iterator<Item = f64> + use<'a> {
+    piece.predict(moved, start).into_iter().zip(base).map(move |(moved, base)| (moved - base) / size)
 }
 
 fn finish(x: &DMatrix<f64>, ridges: &[f64], piece: &Piece) -> PieceEquations {

@@ -84,9 +84,9 @@ pub(crate) fn fit_on(
     wanted: &(impl Fn(&Piece) -> bool + Sync),
     steps: usize,
 ) -> Result<Fitted, DiagnosisError> {
+    // Torques along a measured motion follow the numbers smoothly, however poor the fit is, unless friction has a memory.
+    let rough = !setting.campaign.kind.motion_is_measured || setting.ready(&begin.hypothesis)?.has_sides();
     let mut here = evaluate(setting, begin, wanted)?;
-    // Torques of static friction follow the numbers smoothly, however poor the fit is.
-    let rough = !setting.campaign.kind.motion_is_measured || setting.campaign.facts.stiffness.is_some();
     for _ in 0..steps.min(STEPS) {
         if setting.is_over() {
             break;
@@ -392,12 +392,7 @@ mod tests {
             Effect::new(EffectId::CouplingCompliance, &[("stiffness_nm_per_rad", EffectValue::Number(5e3))]);
         let given = fixtures::model(vec![coupling.unwrap()]);
         let campaign = Campaign::new(&swings(), &given, 0, &OneAfterTheOther).unwrap();
-        let setting = Setting {
-            campaign: &campaign,
-            given: &given,
-            nuisances: Nuisances::default(),
-            workers: &OneAfterTheOther,
-        };
+        let setting = Setting::new(&campaign, &given, Nuisances::default(), &OneAfterTheOther);
         let mut inertia = candidate(EffectId::LoadInertia, &campaign.facts).unwrap();
         inertia.parameters.iter_mut().for_each(|factor| factor.lower = 0.0);
         let of = |factor: f64| {

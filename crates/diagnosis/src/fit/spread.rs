@@ -240,12 +240,7 @@ mod tests {
         let given = fixtures::model(Vec::new());
         let mut campaign = Campaign::new(&turns(second_nm), &given, 0, &OneAfterTheOther).unwrap();
         campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1.0 / NOISE_NM));
-        let setting = Setting {
-            campaign: &campaign,
-            given: &given,
-            nuisances: Nuisances::default(),
-            workers: &OneAfterTheOther,
-        };
+        let setting = Setting::new(&campaign, &given, Nuisances::default(), &OneAfterTheOther);
         let series = candidate(EffectId::PositionTorque, &campaign.facts).unwrap();
         let member = Member::new(&series, series.neutral(), vec![0, 1]);
         let hypothesis = Hypothesis { members: vec![member], ..Hypothesis::default() };

@@ -14,7 +14,7 @@ use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
 use crate::show::observe::shows_zeros;
 use crate::show::residual::{PieceResidual, left, rms_left, settled};
-use crate::show::structure::{Structure, structure};
+use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
@@ -45,7 +45,7 @@ impl Judgement<'_> {
             return Ok(false);
         }
         let (_, left) = self.everywhere(&self.selection.fitted)?;
-        Ok(structure(&self.setting, &left).rms < part)
+        Ok(rms(&self.setting, &left) < part)
     }
 
     pub fn gain_of(&self, after: &[PieceResidual]) -> Gain {

@@ -72,7 +72,8 @@ pub(crate) fn screen<'a>(
     for (index, candidate) in candidates.iter().enumerate().filter(|(_, c)| !hypothesis.has(c.id)) {
         let secants = secants(setting, candidate, state);
         for (number, probe) in candidate.probes.iter().enumerate() {
-            for part in secants.iter().take(if probe.jump { 1 } else { secants.len() }) {
+            let secants = secants.iter().take(if probe.jump { 1 } else { secants.len() });
+            for part in secants.filter(|part| may_go(candidate, probe, **part)) {
                 let of = |(parameter, step): &(usize, f64)| {
                     probe_column(setting, candidate, probe, *parameter, part * step, point)
                 };
@@ -150,6 +151,18 @@ fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<
         }
         _ => SECANTS.to_vec(),
     }
+}
+
+/// Whether a secant leads anywhere: a gain that has none below it is none on that side, however far.
+fn may_go(candidate: &Candidate, probe: &Probe, part: f64) -> bool {
+    let bound = |(parameter, step): &(usize, f64)| {
+        let of = candidate.parameters.get(*parameter);
+        of.is_some_and(|of| {
+            let nearest = if part * step < 0.0 { of.lower } else { of.upper };
+            nearest == of.neutral
+        })
+    };
+    probe.jump || !probe.columns.iter().any(bound)
 }
 
 fn probe_column(

@@ -3,7 +3,7 @@
 
 use crate::DiagnosisError;
 use crate::extend::candidate::Candidate;
-use crate::fit::equations::Setting;
+use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
 use crate::name::fine::fit_finely;
 use crate::name::forms::Forms;
@@ -37,7 +37,9 @@ pub(crate) fn select(
 ) -> Result<Selection, DiagnosisError> {
     let mut state = nothing_yet(setting, begin);
     if let Some(earlier) = earlier {
-        take_over(setting, earlier, &mut state)?;
+        let mut point = earlier.fitted.point.clone();
+        point.hypothesis.corrections.clear();
+        take_over(setting, earlier, point, &mut state)?;
     }
     if is_explained(setting, &state)? {
         return Ok(state);
@@ -145,14 +147,13 @@ fn settle(
     fit_finely(setting, state)
 }
 
-/// Starts from causes that an earlier search accepted, fitted again.
-fn take_over(
+/// Starts from causes that an earlier search accepted, fitted again from `point`.
+pub(crate) fn take_over(
     setting: &Setting<'_>,
     earlier: &Selection,
+    point: Point,
     state: &mut Selection,
 ) -> Result<(), DiagnosisError> {
-    let mut point = earlier.fitted.point.clone();
-    point.hypothesis.corrections.clear();
     let tried = Tried::from(setting, point, 8)?;
     let members = &tried.fitted.point.hypothesis.members;
     if members.iter().any(|member| Forms::is_inexact(member.candidate.id)) {

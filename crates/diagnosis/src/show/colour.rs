@@ -2,9 +2,8 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::show::residual::PieceResidual;
-use crate::show::structure::structure;
+use crate::show::structure::{Structure, depends, structure};
 use crate::show::tone::tone;
 use crate::show::whiteness::is_white;
 
@@ -32,20 +31,21 @@ pub(crate) struct Colour {
 
 /// The colour of a residual; `None` if it is white, holds a tone or depends on a covariate.
 pub(crate) fn colour(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Colour> {
-    if is_white(setting, left) || tone(setting, left).is_some() {
+    if is_white(setting, left) {
         return None;
     }
     let structure = structure(setting, left);
-    let depends = structure.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
-    let coloured = (ALIKE..MOST_ALIKE).contains(&structure.per_independent) && structure.rms < LOUDEST_STEADY;
-    if !coloured || depends {
-        return None;
-    }
-    let quiet = structure.rms < LOUDEST;
-    let per_independent = structure.per_independent;
     let residuals = || left.iter().map(|of| of.residual.clone()).collect();
-    (quiet || is_steady(setting, left, per_independent))
-        .then(|| Colour { left: residuals(), per_independent })
+    is_coloured(setting, left, &structure)
+        .then(|| Colour { left: residuals(), per_independent: structure.per_independent })
+}
+
+/// Whether a residual that is not white, and its structure, are those of coloured noise.
+pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structure: &Structure) -> bool {
+    let alike = (ALIKE..MOST_ALIKE).contains(&structure.per_independent);
+    let quiet = structure.rms < LOUDEST;
+    let steady = || structure.rms < LOUDEST_STEADY && is_steady(setting, left, structure.per_independent);
+    alike && !depends(structure) && (quiet || steady()) && tone(setting, left).is_none()
 }
 
 /// Whether a residual is as loud in all classes of speed and of acceleration.

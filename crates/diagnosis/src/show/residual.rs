@@ -1,7 +1,7 @@
 //! The residual of every piece at one hypothesis, and its RMS over the pieces wanted.
 
 use crate::DiagnosisError;
-use crate::fit::equations::{Point, Setting};
+use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{fit, with_best_starts};
 use crate::log::piece::Piece;
 use crate::workers::map;
@@ -68,7 +68,7 @@ pub(crate) fn left_with(
                 predicted.iter_mut().skip(*from).for_each(|value| *value -= jump);
             }
         }
-        let shift = own_zero(setting, &residual);
+        let shift = own_zero(setting, piece, &residual);
         residual.iter_mut().for_each(|value| *value -= shift);
         predicted.iter_mut().for_each(|value| *value += zero + shift);
         PieceResidual { predicted, residual }
@@ -76,10 +76,20 @@ pub(crate) fn left_with(
     Ok(map(setting.workers, setting.campaign.pieces.len(), job))
 }
 
-/// A run's own zero, drawn towards none as far as zeros are known to scatter.
-fn own_zero(setting: &Setting<'_>, residual: &[f64]) -> f64 {
-    let mean = residual.iter().sum::<f64>() / residual.len().max(1) as f64;
-    if setting.nuisances.angle_zero || setting.nuisances.zero_nm > 0.0 { mean } else { 0.0 }
+/// A run's own zero as the fit has it: every sample counts as it is known, and zeros scatter by so much. A plain mean would be ruled by the
+/// samples of which least is known.
+fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
+    let Nuisances { zero_nm, angle_zero } = setting.nuisances;
+    if !angle_zero && zero_nm == 0.0 {
+        return 0.0;
+    }
+    let ridge = if angle_zero { 0.0 } else { 1.0 / (zero_nm * zero_nm) };
+    let counted =
+        residual.iter().zip(&piece.weights).filter(|(value, weight)| **weight > 0.0 && value.is_finite());
+    let (sum, weights) = counted.fold((0.0, 0.0), |(sum, weights), (value, weight)| {
+        (sum + weight * weight * value, weights + weight * weight)
+    });
+    if weights > 0.0 { sum / (weights + ridge) } else { 0.0 }
 }
 
 /// Sum of squares and samples by group, over the pieces wanted; with the loose ripples, which no model explains.

@@ -8,6 +8,7 @@ use crate::numerics::line::{Line, Weighted};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT, holm};
 use crate::outcome::{Dependence, Order};
 use crate::show::residual::PieceResidual;
+use crate::workers::map;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
@@ -56,11 +57,13 @@ const COVARIATES: [&str; 9] = [
     "distance travelled",
 ];
 
+/// The angle's place among them.
+const ANGLE: usize = 2;
+
 /// What was found of a residual.
 #[derive(Debug, Clone)]
 pub(crate) struct Structure {
     pub dependences: Vec<Dependence>,
-    pub orders: Vec<Order>,
     /// RMS in parts of the noise.
     pub rms: f64,
     /// As how many independent samples all of them count.
@@ -78,41 +81,65 @@ pub(crate) fn depends(of: &Structure) -> bool {
 pub(crate) fn structure(setting: &Setting<'_>, left: &[PieceResidual]) -> Structure {
     let per_independent = correlation(setting, left);
     let samples = samples(setting, left);
-    let count: f64 = samples.iter().map(|sample| sample.information).sum();
-    let square: f64 = samples.iter().map(|sample| sample.residual * sample.residual).sum();
+    let (square, count) = size(&samples);
     let independent = (count / per_independent).max(4.0);
-    let mut dependences = Vec::new();
-    for (index, name) in COVARIATES.iter().enumerate() {
-        for as_friction in [false, true] {
-            let of = |sample: &Sample| {
-                let sign = if as_friction { sample.direction } else { 1.0 };
-                (sample.covariates.get(index).copied().unwrap_or(f64::NAN), sign * sample.residual)
-            };
-            let counts = |(covariate, value, _): &Counted| covariate.is_finite() && *value != 0.0;
-            let counted = |sample: &Sample| {
-                let (covariate, value) = of(sample);
-                (covariate, value, sample.information)
-            };
-            let values: Vec<Counted> = samples.iter().map(counted).filter(counts).collect();
-            let by_name = index < 2;
-            let mut found = binned(name, as_friction, values, by_name, square, independent);
-            if let Some(found) = found.as_mut().filter(|_| OF_RUNS.contains(name)) {
-                found.p_value = chance_over_runs(&samples, of);
-            }
-            dependences.extend(found);
-        }
-    }
-    for order in 1..=ORDERS {
-        for as_friction in [false, true] {
-            dependences.extend(harmonic(order, as_friction, &samples, square, independent));
-        }
+    let tested =
+        map(setting.workers, COVARIATES.len(), |index| by_covariate(index, &samples, square, independent));
+    let mut dependences: Vec<Dependence> = tested.into_iter().flatten().collect();
+    let orders = Progression { first: 1, count: ORDERS };
+    for harmonic in harmonics(&samples, orders, square, independent) {
+        dependences.extend([harmonic.both_ways, harmonic.against_motion].map(
+            |(share, p_value, as_friction)| Dependence {
+                on: format!("angle, order {}", harmonic.order),
+                as_friction,
+                share,
+                p_value,
+            },
+        ));
     }
     holm(dependences.iter_mut().map(|found| &mut found.p_value));
     dependences.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let rms = (square / count.max(1.0)).sqrt();
-    let teeth = setting.campaign.facts.rotor().map(|(_, teeth)| teeth);
-    let orders = orders(&samples, teeth, square, independent, rms);
-    Structure { dependences, orders, rms, count, per_independent }
+    Structure { dependences, rms: (square / count.max(1.0)).sqrt(), count, per_independent }
+}
+
+/// RMS of a residual in parts of the noise.
+pub(crate) fn rms(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
+    let (square, count) = size(&samples(setting, left));
+    (square / count.max(1.0)).sqrt()
+}
+
+/// Sum of squares, and as how many samples they count.
+fn size(samples: &[Sample]) -> (f64, f64) {
+    samples.iter().fold((0.0, 0.0), |(square, count), sample| {
+        (square + sample.residual * sample.residual, count + sample.information)
+    })
+}
+
+/// The tests against one covariate, the same both ways and against the motion.
+fn by_covariate(index: usize, samples: &[Sample], square: f64, independent: f64) -> Vec<Dependence> {
+    let Some(name) = COVARIATES.get(index) else { return Vec::new() };
+    let covariate = |sample: &Sample| sample.covariates.get(index).copied().unwrap_or(f64::NAN);
+    let mut sorted: Vec<&Sample> =
+        samples.iter().filter(|sample| covariate(sample).is_finite() && sample.residual != 0.0).collect();
+    sorted.sort_by(|a, b| covariate(a).total_cmp(&covariate(b)));
+    let mut found = Vec::new();
+    for as_friction in [false, true] {
+        let of = |sample: &Sample| {
+            let sign = if as_friction { sample.direction } else { 1.0 };
+            (covariate(sample), sign * sample.residual)
+        };
+        let counted = |sample: &&Sample| {
+            let (covariate, value) = of(sample);
+            (covariate, value, sample.information)
+        };
+        let values: Vec<Counted> = sorted.iter().map(counted).filter(|(_, value, _)| *value != 0.0).collect();
+        let mut dependence = binned(name, as_friction, &values, index < 2, square, independent);
+        if let Some(found) = dependence.as_mut().filter(|_| OF_RUNS.contains(name)) {
+            found.p_value = chance_over_runs(samples, of);
+        }
+        found.extend(dependence);
+    }
+    found
 }
 
 /// The probability that the runs' means go with a covariate like this by chance: a line through them, each with the weight
@@ -140,25 +167,23 @@ fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f
     Line::through(&points).map_or(1.0, |line| line.p_value)
 }
 
-/// Amplitudes by order of the angle, in parts of the noise.
-fn orders(samples: &[Sample], teeth: Option<f64>, square: f64, independent: f64, rms: f64) -> Vec<Order> {
-    let of_rotor = teeth.into_iter().flat_map(|teeth| (1..=TEETH_TIMES).map(move |k| k * teeth as usize));
-    let amplitude = |order: usize, as_friction: bool| {
-        let found = harmonic(order, as_friction, samples, square, independent)?;
-        Some(((2.0 * found.share).sqrt() * rms, found.p_value))
-    };
-    let mut found: Vec<Order> = (1..=SHOWN_ORDERS)
-        .chain(of_rotor)
-        .filter_map(|order| {
-            let ((both_ways, p_both), (against, p_against)) =
-                (amplitude(order, false)?, amplitude(order, true)?);
-            Some(Order {
-                order,
-                both_ways,
-                p_both_ways: p_both,
-                against_motion: against,
-                p_against_motion: p_against,
-            })
+/// Amplitudes by order of the angle, in parts of the noise; of angle logs the rotor's teeth times some beside them.
+pub(crate) fn orders(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> Vec<Order> {
+    let samples = samples(setting, left);
+    let (square, count) = size(&samples);
+    let (rms, independent) = ((square / count.max(1.0)).sqrt(), (count / per_independent).max(4.0));
+    let teeth = setting.campaign.facts.rotor().map(|(_, teeth)| teeth as usize);
+    let of_rotor = teeth.map(|teeth| Progression { first: teeth, count: TEETH_TIMES });
+    let wanted = std::iter::once(Progression { first: 1, count: SHOWN_ORDERS }).chain(of_rotor);
+    let found = wanted.flat_map(|orders| harmonics(&samples, orders, square, independent));
+    let amplitude = |share: f64| (2.0 * share).sqrt() * rms;
+    let mut found: Vec<Order> = found
+        .map(|Harmonic { order, both_ways, against_motion }| Order {
+            order,
+            both_ways: amplitude(both_ways.0),
+            p_both_ways: both_ways.1,
+            against_motion: amplitude(against_motion.0),
+            p_against_motion: against_motion.1,
         })
         .collect();
     holm(found.iter_mut().flat_map(|of| [&mut of.p_both_ways, &mut of.p_against_motion]));
@@ -220,15 +245,15 @@ fn of_piece(piece: &Piece, left: &PieceResidual, (unit, class): (usize, f64), sa
     }
 }
 
+/// The test of values that are sorted by their covariate.
 fn binned(
     name: &str,
     as_friction: bool,
-    mut values: Vec<Counted>,
+    values: &[Counted],
     by_value: bool,
     square: f64,
     independent: f64,
 ) -> Option<Dependence> {
-    values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (first, last) = (values.first()?.0, values.last()?.0);
     if first == last {
         return None;
@@ -249,81 +274,115 @@ fn binned(
     };
     let between: f64 = bins.iter().map(within).sum();
     let total: f64 = values.iter().map(|(_, value, _)| value * value).sum();
-    Some(tested(name, as_friction, (between, total), bins.len() as f64, square, independent))
+    let (share, p_value) = tested((between, total), bins.len() as f64, square, independent);
+    Some(Dependence { on: name.to_owned(), as_friction, share, p_value })
 }
 
-fn harmonic(
+/// Orders `first`, 2·`first`, ..., as many as `count`.
+#[derive(Clone, Copy)]
+struct Progression {
+    first: usize,
+    count: usize,
+}
+
+/// A residual's wave over the angle: share of its square, chance, and whether it is taken against the motion.
+struct Harmonic {
     order: usize,
-    as_friction: bool,
-    samples: &[Sample],
-    square: f64,
-    independent: f64,
-) -> Option<Dependence> {
-    let (mut cc, mut ss, mut cs, mut rc, mut rs) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    both_ways: (f64, f64, bool),
+    against_motion: (f64, f64, bool),
+}
+
+/// Sums over the samples of cosine and sine of an order, and of the residual with them.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    cc: f64,
+    ss: f64,
+    cs: f64,
+    /// The residual, and the residual times the direction.
+    with_cos: [f64; 2],
+    with_sin: [f64; 2],
+}
+
+/// The waves of these orders that the angles tell apart; none where an angle is not known.
+fn harmonics(samples: &[Sample], orders: Progression, square: f64, independent: f64) -> Vec<Harmonic> {
+    let angle = |sample: &Sample| sample.covariates.get(ANGLE).copied().unwrap_or(f64::NAN);
+    let mut sums = vec![Sums::default(); orders.count];
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for sample in samples {
-        let angle = sample.covariates.get(2).copied().unwrap_or(f64::NAN);
-        if !angle.is_finite() {
+        let at = angle(sample);
+        if !at.is_finite() {
+            return Vec::new();
+        }
+        (least, most) = (least.min(at), most.max(at));
+        let (first_sin, first_cos) = (orders.first as f64 * at).sin_cos();
+        let root = sample.information.sqrt();
+        let values = [sample.residual, sample.residual * sample.direction];
+        let (mut sin, mut cos) = (first_sin, first_cos);
+        for of in &mut sums {
+            let (weighted_sin, weighted_cos) = (root * sin, root * cos);
+            of.cc += weighted_cos * weighted_cos;
+            of.ss += weighted_sin * weighted_sin;
+            of.cs += weighted_cos * weighted_sin;
+            for (value, (with_cos, with_sin)) in
+                values.iter().zip(of.with_cos.iter_mut().zip(&mut of.with_sin))
+            {
+                *with_cos += value * weighted_cos;
+                *with_sin += value * weighted_sin;
+            }
+            // The next order is one rotation further.
+            (sin, cos) = (sin * first_cos + cos * first_sin, cos * first_cos - sin * first_sin);
+        }
+    }
+    let harmonic = |(index, of): (usize, &Sums)| {
+        let order = orders.first * (index + 1);
+        let determinant = of.cc * of.ss - of.cs * of.cs;
+        if (most - least) * (order as f64) < std::f64::consts::TAU || determinant <= 1e-6 * of.cc * of.ss {
             return None;
         }
-        (least, most) = (least.min(angle), most.max(angle));
-        let value = sample.residual * if as_friction { sample.direction } else { 1.0 };
-        let root = sample.information.sqrt();
-        let (sin, cos) = (order as f64 * angle).sin_cos();
-        let (sin, cos) = (root * sin, root * cos);
-        (cc, ss, cs, rc, rs) =
-            (cc + cos * cos, ss + sin * sin, cs + cos * sin, rc + value * cos, rs + value * sin);
-    }
-    let determinant = cc * ss - cs * cs;
-    if (most - least) * (order as f64) < std::f64::consts::TAU || determinant <= 1e-6 * cc * ss {
-        return None;
-    }
-    let explained = (rc * (ss * rc - cs * rs) + rs * (cc * rs - cs * rc)) / determinant;
-    Some(tested(&format!("angle, order {order}"), as_friction, (explained, square), 2.0, square, independent))
+        let found = |([rc, _], [rs, _]): ([f64; 2], [f64; 2]), as_friction| {
+            let explained = (rc * (of.ss * rc - of.cs * rs) + rs * (of.cc * rs - of.cs * rc)) / determinant;
+            let (share, p_value) = tested((explained, square), 2.0, square, independent);
+            (share, p_value, as_friction)
+        };
+        let turned = |[one, other]: [f64; 2]| [other, one];
+        Some(Harmonic {
+            order,
+            both_ways: found((of.with_cos, of.with_sin), false),
+            against_motion: found((turned(of.with_cos), turned(of.with_sin)), true),
+        })
+    };
+    sums.iter().enumerate().filter_map(harmonic).collect()
 }
 
-fn tested(
-    on: &str,
-    as_friction: bool,
-    (between, total): (f64, f64),
-    groups: f64,
-    square: f64,
-    independent: f64,
-) -> Dependence {
+/// Share of the residual's square beyond what chance explains, and the probability that chance explains as much.
+fn tested((between, total): (f64, f64), groups: f64, square: f64, independent: f64) -> (f64, f64) {
     let within = (total - between).max(1e-12 * total);
     let freedom = (independent - groups).max(1.0);
     let statistic = (between / groups) / (within / freedom);
     let p_value = FisherSnedecor::new(groups, freedom).map_or(1.0, |f| 1.0 - f.cdf(statistic.max(0.0)));
     let by_chance = groups / independent;
-    let share = ((between / square) - by_chance).max(0.0);
-    Dependence { on: on.to_owned(), as_friction, share, p_value }
+    (((between / square) - by_chance).max(0.0), p_value)
 }
 
 /// How many samples are worth one independent one: 1 + 2·Σ autocorrelation.
 fn correlation(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
-    let mut sums = vec![0.0; LAGS];
-    for (piece, left) in setting.campaign.pieces.iter().zip(left) {
+    let centred = |(piece, left): (&Piece, &PieceResidual)| {
         let mut values = piece.together(&left.residual);
         values.truncate(LOOKED_AT);
         // Less the mean: a run's offset is no noise that decorrelates.
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         values.iter_mut().for_each(|value| *value -= mean);
-        let some = &values;
-        for (lag, sum) in sums.iter_mut().enumerate() {
-            *sum += some.iter().zip(some.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
-        }
-    }
-    let none = sums.first().copied().unwrap_or(0.0);
-    let mut total = 1.0;
+        values
+    };
+    let pieces: Vec<Vec<f64>> = setting.campaign.pieces.iter().zip(left).map(centred).collect();
+    let at = |lag: usize| -> f64 {
+        let of = |some: &Vec<f64>| some.iter().zip(some.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+        pieces.iter().map(of).sum()
+    };
+    let none = at(0).max(f64::MIN_POSITIVE);
+    let correlations = (1..LAGS).map(|lag| at(lag) / none);
     // Until it first falls below a twentieth.
-    for sum in sums.iter().skip(1) {
-        let correlation = sum / none.max(f64::MIN_POSITIVE);
-        if correlation < 0.05 {
-            break;
-        }
-        total += 2.0 * correlation;
-    }
-    total
+    1.0 + 2.0 * correlations.take_while(|correlation| *correlation >= 0.05).sum::<f64>()
 }
 
 #[cfg(test)]
