@@ -74,7 +74,7 @@ pub(crate) fn judge<'a>(
     let few = few_quickly(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
     if let Few::Not(few) = &few
         && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
-        && with_zeros.selection.rms < MUCH_LESS * few.as_ref().map_or(f64::INFINITY, |few| few.rms)
+        && zeros_explain(&with_zeros.selection, few.as_deref(), asked.corrections)
     {
         return Ok(with_zeros);
     }
@@ -131,6 +131,19 @@ fn with_zeros_by_run<'a>(
         first.hypothesis.zero_rad = None;
     }
     judge_few(Setting { nuisances, ..setting }, noise, Asked { first: &first, ..asked })
+}
+
+/// Whether zeros by run, which leave no more than noise, are what a log is told with: no cause beside them that would not be needed without
+/// (a number of the model may be), or much less is left than without.
+fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, corrections: &[Correction]) -> bool {
+    let Some(without) = without else { return true };
+    let is_number = |id: EffectId| corrections.iter().any(|of| of.id == id);
+    let needed = |member: &Member| {
+        let id = member.candidate.id;
+        without.fitted.point.hypothesis.has(id) || is_number(id)
+    };
+    let no_other = with_zeros.fitted.point.hypothesis.members.iter().all(needed);
+    no_other || with_zeros.rms < MUCH_LESS * without.rms
 }
 
 /// The nuisances with a zero for each run, where the log says nothing of them; as they are where runs can't show a zero. A torque's zeros
@@ -244,18 +257,14 @@ fn beyond_tolerance(
         if setting.is_over() {
             return Ok(None);
         }
-        let others = corrected.point.hypothesis.with_corrections_of(|id| id != of.id);
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
-        let begin = Point { hypothesis: others.with(level), starts: corrected.point.starts.clone() };
-        // Levels act nearly in proportion: what a few steps leave far from noise, more would not bring there.
-        let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { continue };
-        if tried.rms > HOPELESS {
-            continue;
-        }
-        let tried = tried.further(setting, STEPS)?;
-        if leaves_noise(setting, &tried.fitted)? {
-            found.push((of.id, tried));
-        }
+        found.extend(if_noise_is_left(setting, corrected, level)?.map(|tried| (of.id, tried)));
+    }
+    // A late transducer makes such numbers stand for it.
+    let late = able.iter().find(|candidate| candidate.id == EffectId::SensorDelay);
+    if let Some(late) = late.filter(|_| !found.is_empty()) {
+        let member = Member::new(late, late.neutral(), late.free.clone());
+        found.extend(if_noise_is_left(setting, corrected, member)?.map(|tried| (late.id, tried)));
     }
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
     if let Some(best) = found.first().map(|(id, _)| *id) {
@@ -282,6 +291,23 @@ fn beyond_tolerance(
     }
     state.rounds.push(round);
     Ok(Some(state))
+}
+
+/// A cause beside the corrections, less the one that it is a number of, if that leaves no more than noise.
+fn if_noise_is_left(
+    setting: &Setting<'_>,
+    corrected: &Fitted,
+    member: Member,
+) -> Result<Option<Tried>, DiagnosisError> {
+    let others = corrected.point.hypothesis.with_corrections_of(|id| id != member.candidate.id);
+    let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
+    // Such causes act nearly in proportion: what a few steps leave far from noise, more would not bring there.
+    let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { return Ok(None) };
+    if tried.rms > HOPELESS {
+        return Ok(None);
+    }
+    let tried = tried.further(setting, STEPS)?;
+    Ok(if leaves_noise(setting, &tried.fitted)? { Some(tried) } else { None })
 }
 
 /// The twins of a number beyond its tolerance that these data can't tell from it, in its place, where they leave no more than noise too.
@@ -342,11 +368,13 @@ fn few_beside_corrections(
 ) -> Result<Few, DiagnosisError> {
     let first = nothing_yet(setting, given.clone());
     let mut state = nothing_yet(setting, corrected.clone());
+    let mut kept = None;
     for causes in 0..FEW {
         if setting.is_over() {
             break;
         }
-        let screening = screen(setting, able, &state.fitted)?;
+        let quick = Setting { kept: kept.as_ref().or(setting.kept), ..*setting };
+        let screening = screen(&quick, able, &state.fitted)?;
         if causes == 0 {
             state.first_ranking = screening.ranking();
             ranked(&state.first_ranking);
@@ -356,10 +384,16 @@ fn few_beside_corrections(
         if causes + 1 == FEW && state.rms - best > HOPELESS {
             break;
         }
-        if !next_cause(setting, &screening.ranked, &mut state)? {
+        if !next_cause(&quick, &screening.ranked, &mut state)? {
             break;
         }
-        refine(setting, &mut state)?;
+        refine(&quick, &mut state)?;
+        kept = Kept::at(setting, &state.fitted.point)?;
+        if kept.is_some() {
+            // Beside the cause the corrections may do something else.
+            let quick = Setting { kept: kept.as_ref(), ..*setting };
+            state.take(Tried::from(&quick, state.fitted.point.clone(), CORRECTING)?);
+        }
         // Causes would be searched for a hum that stands out now: without it they come next.
         if leaves_noise(setting, &state.fitted)?
             || mains(setting, &left(setting, &state.fitted.point)?).is_some()

@@ -42,7 +42,7 @@ impl LogKind {
         most_fitted_whole: 80_000,
         fitted_of_more: 60_000,
         most_screened_whole: 60_000,
-        most_simulated: 320_000_000,
+        most_simulated: 480_000_000,
         first_search: 0.6,
         settling_steps: 4,
         other_starts: &[],

@@ -33,6 +33,9 @@ const WITHOUT_JUMPS: f64 = 0.623;
 /// `JUMPING`: the residual there depends on when the reversal happens, hardly on the friction's size.
 const AROUND: usize = 16;
 const JUMPING: f64 = 2.5;
+/// What half of the samples would make of the prediction counts where its variance is so many times what is known without it: the motion
+/// between samples matters there. It holds the encoder's noise too, which is known already.
+const COARSE: f64 = 4.0;
 /// No angle is known better than this, rad: the finest encoders' own errors; a simulation's angle is read as exact.
 const FINEST_RAD: f64 = 1e-7;
 /// Halvings that find the variance of a misfit.
@@ -208,6 +211,8 @@ struct PieceVariances {
     around: Vec<f64>,
     /// The encoder's share by sample.
     of_motion: Vec<f64>,
+    /// What the motion between samples may make of it, by sample.
+    of_sampling: Vec<f64>,
 }
 
 impl PieceVariances {
@@ -216,7 +221,8 @@ impl PieceVariances {
         let more = |seen: Option<&f64>, factor: f64| seen.copied().filter(|seen| *seen > factor * known);
         let steady = more(self.steady.get(index / BLOCK), LOUDER);
         let around = more(self.around.get(index), JUMPING);
-        steady.into_iter().chain(around).fold(known, f64::max)
+        let sampled = more(self.of_sampling.get(index), COARSE);
+        steady.into_iter().chain(around).chain(sampled).fold(known, f64::max)
     }
 }
 
@@ -235,7 +241,9 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     if kind.motion_is_measured {
         no_more_than_seen(&mut error, &fast);
     }
+    let [one, other] = piece.error_of_sampling(ready, start).map(|error| local_mean_square(&error, REACH));
     PieceVariances {
+        of_sampling: one.iter().zip(&other).map(|(one, other)| one.max(*other)).collect(),
         fast,
         fast_of_motion: blocks(&error, mean),
         holds: holds::variances(piece, &residual, kind),

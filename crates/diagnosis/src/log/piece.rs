@@ -247,6 +247,33 @@ impl Piece {
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
 
+    /// What the motion between the samples may make of the prediction, as far as samples twice as far apart tell: the prediction from a motion
+    /// of which every second angle is interpolated, less the one from all. A spool that stops within a sample or two keeps the torque
+    /// that its bristles had then, for as long as it rests. Empty where nothing depends on that.
+    pub fn error_of_sampling(&self, ready: &Ready, start: InitialState) -> [Vec<f64>; 2] {
+        if !ready.starts_with_a_torque() || ready.start_bound(&self.driven) == 0.0 {
+            return Default::default();
+        }
+        let all = ready.predict(&self.inputs(&self.motions), start);
+        [0, 1].map(|first| {
+            let thinned = ready.predict(&self.inputs(&self.thinned(first)), start);
+            all.iter().zip(thinned).map(|(all, thinned)| thinned - all).collect()
+        })
+    }
+
+    /// The motion with every second angle, from `first` on, put where its neighbours' cubic is.
+    fn thinned(&self, first: usize) -> Vec<MotionSample> {
+        let mut angles: Vec<f64> = self.motions.iter().map(|motion| motion.angle_rad).collect();
+        for index in (first + 4..angles.len().saturating_sub(3)).step_by(2) {
+            let at =
+                |offset: usize| self.motions.get(index + offset - 3).map_or(0.0, |motion| motion.angle_rad);
+            if let Some(angle) = angles.get_mut(index) {
+                *angle = (9.0 * (at(2) + at(4)) - at(0) - at(6)) / 16.0;
+            }
+        }
+        smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
+    }
+
     /// Information per sample from the variances of measured minus predicted: while the encoder stays within one step
     /// samples share an error. Angle log: the quantisation. Torque log: what that does to the prediction, the
     /// variance beyond `own_variance`, the transducer's.

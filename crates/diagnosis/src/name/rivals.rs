@@ -24,6 +24,9 @@ const PROMISING: f64 = 0.3;
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
+/// Where one leaves no more than this, in parts of the noise, `CLOSELY` stands for `BEHIND`: no other can be as good.
+const AT_NOISE: f64 = 1.05;
+const CLOSELY: f64 = 1.15;
 /// Two fits whose RMS differ by less than `NEARLY` count as equal if their mean difference over the groups is within
 /// `DISAGREE` standard errors.
 const DISAGREE: f64 = 1.5;
@@ -90,7 +93,8 @@ pub(crate) fn fit_rival(
     }
     let id = screened.member.candidate.id;
     let promises = reaches_threshold(state, (id, tried.rms, &tried.held_out), PROMISING, setting.loss());
-    if promises && tried.rms < BEHIND * best {
+    let behind = if best < AT_NOISE { CLOSELY } else { BEHIND };
+    if promises && tried.rms < behind * best {
         tried = tried.further(setting, STEPS)?;
         let last = tried.fitted.point.hypothesis.members.len() - 1;
         tried = tried.searched(setting, last)?;

@@ -69,7 +69,11 @@ pub(crate) fn screen<'a>(
     let mut columns = setting.own_columns(hypothesis)?;
     let own: Vec<usize> = (0..columns.len()).collect();
     let mut places: Vec<Place> = Vec::new();
-    for (index, candidate) in candidates.iter().enumerate().filter(|(_, c)| !hypothesis.has(c.id)) {
+    // A number that its correction may still move is none of them: its cause would say the same.
+    let is_free =
+        |id: EffectId| hypothesis.corrections.iter().any(|of| of.id == id && of.free && !of.is_at_bound());
+    let wanted = |id: EffectId| !hypothesis.has(id) && !is_free(id);
+    for (index, candidate) in candidates.iter().enumerate().filter(|(_, of)| wanted(of.id)) {
         let secants = secants(setting, candidate, state);
         for (number, probe) in candidate.probes.iter().enumerate() {
             let secants = secants.iter().take(if probe.jump { 1 } else { secants.len() });
