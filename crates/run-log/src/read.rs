@@ -110,11 +110,13 @@ pub fn read_log_parts<E: From<RunLogError>>(
 /// A file that the system does not open, one that is no HDF5 at all, one that HDF5 can't read.
 pub(crate) fn open(path: &Path) -> Result<hdf5::File, RunLogError> {
     if !h5::is_hdf5(path).context(path, String::new)? {
+        let record = path.extension().is_some_and(|extension| extension == "mcap");
+        let makes = if record { "convert makes of a record" } else { "import makes of a table" };
         return Err(RunLogError::Format {
             path: path.to_owned(),
             place: "the file".to_owned(),
             found: "no HDF5".to_owned(),
-            expected: "a valve-log, which stepvalve import makes of a table".to_owned(),
+            expected: format!("a valve-log, which stepvalve {makes}"),
         });
     }
     h5::open(path).context(path, || "not a readable HDF5 file".to_owned())

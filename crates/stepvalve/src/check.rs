@@ -44,6 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         scenario.truth,
         scenario.belief
     ));
+    say(loaded.goes_on());
     for warning in scenario.warnings() {
         say(format_args!("note: {warning}"));
     }

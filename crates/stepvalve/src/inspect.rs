@@ -79,5 +79,6 @@ fn contents(log: &Log) -> String {
     let has = |channel: &&Channel| log.runs.iter().any(|run| run.channel(**channel).is_some());
     let channels: Vec<&str> = Channel::ALL.iter().filter(has).map(|channel| channel.name()).collect();
     let samples: usize = log.runs.iter().map(log_data::Run::len).sum();
-    format!("{}: {} runs, {samples} samples, {}", log.title, log.runs.len(), channels.join(", "))
+    let runs = if log.runs.len() == 1 { "1 run".to_owned() } else { format!("{} runs", log.runs.len()) };
+    format!("{}: {runs}, {samples} samples, {}", log.title, channels.join(", "))
 }

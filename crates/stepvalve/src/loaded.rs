@@ -48,6 +48,25 @@ impl Loaded {
     }
 }
 
+impl Loaded {
+    /// How far the valve goes on where its controller dies at full speed: until the silence is noticed, and down the ramp.
+    pub fn goes_on(&self) -> String {
+        let Scenario { safety, driver, limits, .. } = &self.scenario;
+        let silence_s = (safety.silence_cycles + 1) as f64 * self.scenario.period_ns as f64 * 1e-9;
+        let speed = limits.max_speed_rad_per_s;
+        let ramp_s = speed / (driver.quick_stop_deceleration_hz_per_s * self.microstep_rad);
+        let further_rad = speed * (silence_s + 0.5 * ramp_s);
+        format!(
+            "where the controller dies at full speed ({:.0}°/s) the valve stands after {:.0} ms at most, {:.1}° further \
+             (silence_cycles = {})",
+            speed.to_degrees(),
+            1e3 * (silence_s + ramp_s),
+            further_rad.to_degrees(),
+            safety.silence_cycles
+        )
+    }
+}
+
 /// Reads and checks a scenario and the models that it names.
 ///
 /// # Errors
@@ -57,8 +76,14 @@ pub fn load(path: &Path) -> Result<Loaded, Failure> {
     let scenario = parse_scenario(&text, &files::name(path)).map_err(Failure::input)?;
     let (truth_path, belief_path) =
         (files::beside(path, &scenario.truth), files::beside(path, &scenario.belief));
-    let truth_text = files::read(&truth_path)?;
-    let belief_text = files::read(&belief_path)?;
+    let model = |key: &str, named: &Path| {
+        files::read(named).map_err(|failure| match failure {
+            Failure::Input(error) => Failure::Input(error.context(place(&text, key, &files::name(path)))),
+            other => other,
+        })
+    };
+    let truth_text = model("truth", &truth_path)?;
+    let belief_text = model("belief", &belief_path)?;
     let truth = parse_model(&truth_text, &files::name(&truth_path)).map_err(Failure::input)?;
     let belief = parse_model(&belief_text, &files::name(&belief_path)).map_err(Failure::input)?;
     for warning in belief_warnings(&scenario, &belief) {
@@ -70,6 +95,14 @@ pub fn load(path: &Path) -> Result<Loaded, Failure> {
         loaded.bridge = Some(drive::load(path, drive, &loaded.scenario, &loaded.parts)?);
     }
     Ok(loaded)
+}
+
+/// Where a scenario names a model: file, line, column and key, as in other errors.
+fn place(text: &str, key: &str, file: &str) -> String {
+    let begins = |line: &&str| line.split_once('=').is_some_and(|(name, _)| name.trim() == key);
+    let found = text.lines().enumerate().find(|(_, line)| begins(line));
+    let at = found.and_then(|(line, text)| Some((line + 1, text.find('=')? + 3)));
+    at.map_or(format!("{file}: {key}"), |(line, column)| format!("{file}:{line}:{column}: {key}"))
 }
 
 /// The same from texts that a record carries.

@@ -16,6 +16,11 @@ const DRIVE: &str = include_str!("../../../rt-config/drives/simulated.toml");
 const MODEL_FILE: &str = "model.toml";
 /// What the shipped scenario calls it.
 const SHIPPED_MODEL: &str = "../models/rig.toml";
+/// Shipped scenarios run on virtual machines too, a new one is for a valve.
+const SHIPPED_SILENCE: &str =
+    "silence_cycles = 50             # virtual machines stall for milliseconds; a machine takes 3";
+const SILENCE: &str =
+    "silence_cycles = 3              # a virtual machine stalls for longer: 50 to try it there";
 
 /// What to write.
 #[derive(Debug, clap::Args)]
@@ -53,7 +58,7 @@ impl What {
     fn text(self) -> (String, &'static str) {
         match self {
             Self::Scenario => (
-                SCENARIO.replace(SHIPPED_MODEL, MODEL_FILE),
+                SCENARIO.replace(SHIPPED_MODEL, MODEL_FILE).replace(SHIPPED_SILENCE, SILENCE),
                 "A scenario to begin from: steps of the spool's angle. docs/scenario.md lists every key.",
             ),
             Self::Model => (

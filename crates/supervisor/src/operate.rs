@@ -151,7 +151,8 @@ impl Generation<'_> {
             Some(OperatorResult::Begun) => Answer::done(state),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
-                let fault = fault.map_or(String::new(), |fault| format!(" ({fault})"));
+                let fault =
+                    fault.map_or(String::new(), |fault| format!(" ({fault}); first: stepvalve reset"));
                 Answer::refused(format!("{other}: the controller is in {state}{fault}"))
             }
             None => Answer::refused("the controller's answer means nothing"),

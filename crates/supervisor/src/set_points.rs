@@ -45,10 +45,11 @@ impl Generation<'_> {
             Some(reference) => {
                 let target = reference.target_angle_rad.to_degrees();
                 let kind = SetPointKind::from_code(reference.set_point_kind).map_or("", SetPointKind::name);
+                let asked = asked(&set_point).map_or(String::new(), |asked| format!(" {asked}"));
                 Answer::done(if kind == SetPointKind::Speed.name() {
-                    format!("set-point {id}: {kind}")
+                    format!("set-point {id}: {kind}{asked}")
                 } else {
-                    format!("set-point {id}: {kind}, to {target:.3}°")
+                    format!("set-point {id}: {kind}{asked}, to {target:.3}°")
                 })
             }
         }
@@ -78,7 +79,7 @@ impl Generation<'_> {
             }
             (SetPointRefusal::SpeedLimit, _) => {
                 let most = limits.max_speed_rad_per_s;
-                Some(format!("{value:.4} rad/s, expected -{most:.4} to {most:.4} rad/s"))
+                Some(format!("{} asked, expected up to {} either way", speed(value), speed(most)))
             }
             (SetPointRefusal::Flow, _) => {
                 let given = (set_point.pressure_given == 1).then_some(set_point.pressure_drop_pa);
@@ -97,6 +98,28 @@ impl Generation<'_> {
         };
         more.map_or(why.name().to_owned(), |more| format!("{}: {more}", why.name()))
     }
+}
+
+/// What was asked, in an operator's units; an angle says it by its target.
+fn asked(set_point: &SetPoint) -> Option<String> {
+    let SetPoint { value, pressure_drop_pa, .. } = set_point;
+    match SetPointKind::from_code(set_point.kind)? {
+        SetPointKind::Flow if set_point.pressure_given == 1 => {
+            Some(format!("{:.4} L/min at {:.4} MPa", value * L_PER_MIN, pressure_drop_pa / 1e6))
+        }
+        SetPointKind::Flow => Some(format!("{:.4} L/min", value * L_PER_MIN)),
+        SetPointKind::Speed => Some(speed(*value)),
+        SetPointKind::Opening => Some(format!("{value:.4}")),
+        _ => None,
+    }
+}
+
+/// Litres a minute in a cubic metre a second.
+const L_PER_MIN: f64 = 60e3;
+
+/// A speed in an operator's units.
+fn speed(rad_per_s: f64) -> String {
+    format!("{:.2} rpm ({:.1}°/s)", rad_per_s * 30.0 / std::f64::consts::PI, rad_per_s.to_degrees())
 }
 
 /// The refusal of a message that its readers would not accept: a field of it is beyond what any message may hold.

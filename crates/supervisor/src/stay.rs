@@ -74,11 +74,17 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
         setup.journal.note(at, EventKind::Process, &failure);
         deaths.push_back(Instant::now());
         deaths.retain(|death: &Instant| death.elapsed() < RESTART_WINDOW);
+        let minutes = RESTART_WINDOW.as_secs() / 60;
         if ending.interrupted || deaths.len() > MAX_RESTARTS {
-            let why = format!("{failure}; {} starts in {} min", deaths.len(), RESTART_WINDOW.as_secs() / 60);
+            let why = format!("{failure}; {} starts in {minutes} min", deaths.len());
+            let told =
+                format!("{why}: not started again; once the cause is found, `stepvalve run` starts it");
+            setup.journal.note(at, EventKind::End, &told);
             return Ok(Ending { failure: Some(why), ..ending });
         }
-        setup.journal.note(at, EventKind::Process, "starting again, disarmed");
+        let nth = deaths.len();
+        let again = format!("starting again, disarmed: restart {nth} of {MAX_RESTARTS} in {minutes} min");
+        setup.journal.note(at, EventKind::Process, &again);
         setup.generation += 1;
     }
 }

@@ -27,7 +27,7 @@ pub struct OrificeParams {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum OrificeError {
     /// The flow asked for is more than the open window passes at this pressure drop.
-    #[error("{asked_m3_per_s} m³/s asked for, at most {most_m3_per_s} m³/s at this pressure drop")]
+    #[error("{:.4} L/min asked for, at most {:.4} L/min at this pressure drop", asked_m3_per_s * 6e4, most_m3_per_s * 6e4)]
     TooMuch {
         /// Asked for, m³/s.
         asked_m3_per_s: f64,
@@ -35,7 +35,7 @@ pub enum OrificeError {
         most_m3_per_s: f64,
     },
     /// The flow asked for runs against the pressure drop.
-    #[error("{asked_m3_per_s} m³/s asked for against a pressure drop of {pressure_drop_pa} Pa")]
+    #[error("{:.4} L/min asked for against a pressure drop of {:.4} MPa", asked_m3_per_s * 6e4, pressure_drop_pa / 1e6)]
     AgainstPressure {
         /// Asked for, m³/s.
         asked_m3_per_s: f64,

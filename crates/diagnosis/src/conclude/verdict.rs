@@ -33,8 +33,8 @@ use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
 
 /// What to do where a search was ended.
-const AGAIN: &str = "The search was ended before it came to its end. Diagnose fewer samples: import the log again with --decimate 4, or \
-                     leave runs out that are like others (--exclude); with --limit, give it longer.";
+const AGAIN: &str = "The search was ended before it came to its end. Say what is known, so that less has to be searched: numbers of the \
+                     model (--fix), the noise (--noise), a law that you suspect (--hypothesis); or leave out runs that are like others (--exclude).";
 /// What is told where nothing is accepted removes at least this part.
 const MOST_OF_IT: f64 = 0.5;
 

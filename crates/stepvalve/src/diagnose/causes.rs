@@ -33,7 +33,10 @@ pub fn section(found: &Found) -> Section {
                 *id,
                 "can't be told apart",
                 match group.best.as_ref().filter(|best| best.id == *id) {
-                    None => "explains it".to_owned(),
+                    None => group.rivals.iter().find(|rival| rival.id == *id).map_or_else(
+                        || "explains it".to_owned(),
+                        |rival| format!("explains it: {}", super::words::numbers(&rival.parameters)),
+                    ),
                     Some(best) => {
                         format!("explains it, and fitted best: {}", super::words::numbers(&best.parameters))
                     }
@@ -43,11 +46,16 @@ pub fn section(found: &Found) -> Section {
         }
     }
     let alone = |id: EffectId| alone(found, id).unwrap_or(0.0);
+    // What was fitted, or not decided, was of use enough to be looked at.
+    let looked_at =
+        |judged: &Judged| ["fit", "not decided"].iter().any(|word| judged.reason.starts_with(word));
     let (mut some, none): (Vec<&Judged>, Vec<&Judged>) =
-        found.diagnosis.rejected.iter().partition(|judged| alone(judged.id) > OF_NO_USE);
+        found.diagnosis.rejected.iter().partition(|judged| alone(judged.id) > OF_NO_USE || looked_at(judged));
     some.sort_by(|a, b| alone(b.id).total_cmp(&alone(a.id)));
     for judged in some {
-        row(judged.id, "not it", "alone it would explain some".to_owned(), judged.reason.clone());
+        let undecided = judged.reason.starts_with("not decided");
+        let judgement = if undecided { "not decided" } else { "not it" };
+        row(judged.id, judgement, "alone it would explain some".to_owned(), judged.reason.clone());
     }
     let mut section = causes_table(rows, found.channel);
     if !none.is_empty() {

@@ -66,6 +66,17 @@ pub struct Reading {
     pub cut_for: Vec<Channel>,
 }
 
+/// The channel that a model predicts of these readings.
+pub fn predicted(readings: &[Reading], model: &Model) -> Channel {
+    let angle = readings.first().is_some_and(|reading| is_commanded(&reading.log, model));
+    if angle { Channel::Angle } else { Channel::Torque }
+}
+
+/// Whether the angle is predicted from its command.
+fn is_commanded(log: &Log, model: &Model) -> bool {
+    model.motor.is_some() && log.runs.iter().all(|run| run.angle_command_rad.is_some())
+}
+
 /// Cuts runs in which too many samples are missing to what is known of them, and leaves out those of which nothing is.
 ///
 /// What depends on a channel can't be computed for a run without it. Where some runs lack one, the log is read in two ways: all runs
@@ -75,7 +86,7 @@ pub struct Reading {
 /// # Errors
 /// Where nothing is left.
 pub fn readings(mut log: Log, model: &Model) -> anyhow::Result<Vec<Reading>> {
-    let commanded = model.motor.is_some() && log.runs.iter().all(|run| run.angle_command_rad.is_some());
+    let commanded = is_commanded(&log, model);
     let needed = [Channel::Angle, if commanded { Channel::AngleCommand } else { Channel::Torque }];
     let useful = [Channel::PressureDrop, Channel::OilTemperature];
     let told: Vec<String> =

@@ -129,7 +129,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
     let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
-    let progress = Progress::new();
+    if model.load.is_none() {
+        complain(
+            "note: the model has no [load]: the inertia behind the transducer, or the motor, counts as none",
+        );
+    }
+    let progress = Progress::new(words::unit(logs::predicted(&readings, &model)));
     let (seed, noise, tolerance) = (arguments.seed, arguments.noise, arguments.tolerance);
     let options = Options { seed, noise, tolerance, fixed, suspects };
     let threads = Threads::new(arguments.limit);

@@ -1,5 +1,6 @@
 //! How far a diagnosis is: a line that changes on a terminal; elsewhere a line for each step, and while a step goes on.
 
+use super::words;
 use crate::pulse::Pulse;
 use crate::say::say;
 use diagnosis::Event;
@@ -16,12 +17,14 @@ pub struct Progress {
     /// On a terminal it is drawn; elsewhere it holds the time and the step.
     bar: ProgressBar,
     drawn: bool,
+    /// Of what is predicted.
+    unit: &'static str,
     _pulse: Pulse,
 }
 
 impl Progress {
-    /// Begins to tell.
-    pub fn new() -> Self {
+    /// Begins to tell of a channel with this unit.
+    pub fn new(unit: &'static str) -> Self {
         let drawn = stderr().is_terminal();
         let bar = if drawn { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let (true, Ok(style)) = (drawn, ProgressStyle::with_template("{spinner} {elapsed} {msg}")) {
@@ -30,7 +33,7 @@ impl Progress {
         }
         let shown = bar.clone();
         let pulse = Pulse::new(move || format!("still: {}", shown.message()));
-        Self { bar, drawn, _pulse: pulse }
+        Self { bar, drawn, unit, _pulse: pulse }
     }
 
     /// A step begins.
@@ -46,7 +49,8 @@ impl Progress {
     pub fn show(&self, event: Event<'_>) {
         match event {
             Event::Noise { rms, noise } => self.aside(|| {
-                say(format_args!("error of the model: RMS {rms:.4e}; noise {noise:.4e}"));
+                let (rms, noise) = (words::short(rms), words::short(noise));
+                say(format_args!("error of the model: RMS {rms}; noise {noise} ({})", self.unit));
             }),
             Event::Ranking(ranking) => self.aside(|| {
                 say("first ranking, by what each cause alone would cut the error (in parts of the noise):");

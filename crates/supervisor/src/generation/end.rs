@@ -1,6 +1,7 @@
 //! The end of a generation, in the right order: the valve, the loop, the recorder, the rest.
 
 use super::{END_PATIENCE, Generation, LOOP};
+use crate::journal::EventKind;
 use crate::mission::{Ending, ProcessEnding};
 use processes::{Pace, ToChild};
 use signals::{Feedback, OperatorCommand, OperatorKind, PlantTruth, Source};
@@ -19,6 +20,7 @@ impl Generation<'_> {
         }
         if self.failure.is_some() {
             self.wait_for_standstill();
+            self.tell_where_it_stands();
         }
         self.end_loop();
         self.finish_recorder();
@@ -51,6 +53,14 @@ impl Generation<'_> {
         {
             self.look_around();
         }
+    }
+
+    /// Whoever reads of a death wants to know first what became of the valve.
+    fn tell_where_it_stands(&mut self) {
+        let Some(feedback) = self.watch.feedback().map(|message| message.body) else { return };
+        let stands = self.watch.stands_for_good(self.children.contains_key(&Source::Controller));
+        let how = if stands { "the valve has been stopped: it stands" } else { "the valve was last seen" };
+        self.note(EventKind::Process, format!("{how} at {:.3}°", feedback.angle_rad.to_degrees()));
     }
 
     /// Ends the loop's cycles, and waits for what its processes have to say.
