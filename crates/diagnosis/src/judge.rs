@@ -30,6 +30,7 @@ use crate::show::residual::{Jumps, PieceResidual, left, left_with, rms_left, set
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
 use log_data::AngleZero;
+use std::collections::BTreeSet;
 use valve_model::EffectId;
 
 /// Steps of a fit of the corrections within their tolerance.
@@ -133,17 +134,16 @@ fn with_zeros_by_run<'a>(
     judge_few(Setting { nuisances, ..setting }, noise, Asked { first: &first, ..asked })
 }
 
-/// Whether zeros by run, which leave no more than noise, are what a log is told with: no cause beside them that would not be needed without
-/// (a number of the model may be), or much less is left than without.
+/// Whether zeros by run, which leave no more than noise, are what a log is told with: the same causes are found without them and leave more
+/// (of numbers of the model others may be), or much less is left than without. Zeros that stand in for a cause have to be much better.
 fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, corrections: &[Correction]) -> bool {
     let Some(without) = without else { return true };
     let is_number = |id: EffectId| corrections.iter().any(|of| of.id == id);
-    let needed = |member: &Member| {
-        let id = member.candidate.id;
-        without.fitted.point.hypothesis.has(id) || is_number(id)
+    let of = |selection: &Selection| -> BTreeSet<EffectId> {
+        let ids = selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id);
+        ids.filter(|id| !is_number(*id)).collect()
     };
-    let no_other = with_zeros.fitted.point.hypothesis.members.iter().all(needed);
-    no_other || with_zeros.rms < MUCH_LESS * without.rms
+    of(with_zeros) == of(without) || with_zeros.rms < MUCH_LESS * without.rms
 }
 
 /// The nuisances with a zero for each run, where the log says nothing of them; as they are where runs can't show a zero. A torque's zeros
