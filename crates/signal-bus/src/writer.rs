@@ -26,7 +26,8 @@ impl<B: Service> Writer<B> {
 
     /// Maps the readers that are there, so that the first cycles need not.
     pub fn connect(&self) {
-        // A reader that can't be mapped now is tried again at the next send.
+        // iceoryx2 0.10 does not try one again that it can't map within its creation timeout (1 s) until the list of readers changes:
+        // docs/safety.md, "Between processes, in lockstep".
         let _ = self.publisher.update_connections();
     }
 
