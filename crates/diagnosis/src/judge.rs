@@ -6,7 +6,6 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
-use crate::fit::kept::Kept;
 use crate::fit::spread::spread;
 use crate::found::Event;
 use crate::log::noise::NoiseLevel;
@@ -191,7 +190,7 @@ fn few_quickly(
     earlier: Option<&Selection>,
     ranked: &mut Tell<'_>,
 ) -> Result<Few, DiagnosisError> {
-    let kept = corrected.map(|corrected| Kept::at(setting, &corrected.point)).transpose()?.flatten();
+    let kept = corrected.map(|corrected| setting.sensitivities(&corrected.point)).transpose()?.flatten();
     few(&Setting { kept: kept.as_ref(), ..*setting }, asked, (given, corrected), earlier, ranked)
 }
 
@@ -388,7 +387,7 @@ fn few_beside_corrections(
             break;
         }
         refine(&quick, &mut state)?;
-        kept = Kept::at(setting, &state.fitted.point)?;
+        kept = setting.sensitivities(&state.fitted.point)?;
         if kept.is_some() {
             // Beside the cause the corrections may do something else.
             let quick = Setting { kept: kept.as_ref(), ..*setting };
@@ -428,7 +427,7 @@ fn with_corrections(
     }
     let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
     point.hypothesis.corrections = others.collect();
-    let kept = Kept::at(setting, &point)?;
+    let kept = setting.sensitivities(&point)?;
     let quick = Setting { kept: kept.as_ref(), ..*setting };
     let joint = Tried::from(&quick, point, CORRECTING)?;
     let joint = without_idle_corrections(&quick, levels_beyond(&quick, asked.able, joint)?)?;

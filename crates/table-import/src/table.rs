@@ -71,7 +71,7 @@ pub fn collect(
     let mut wanted = Vec::new();
     let (names, place) = (table.names().to_vec(), table.place());
     let bound = bind(maps, |map| map.bind(&names, &mut wanted))?;
-    maps.iter().try_for_each(|map| units::check(map, &*table))?;
+    maps.iter().try_for_each(|map| units::check(map, &names, table.units()))?;
     let conditions = bind(&selection.conditions, |condition| condition.bind(&names, &mut wanted))?;
     let mut taken = read(table, &wanted, maps.len(), selection)?;
     keep(&mut taken, &conditions, selection)?;

@@ -1,7 +1,6 @@
 //! Units that a table states, held against those that channels are in.
 
 use crate::expression::Map;
-use crate::table::Table;
 use anyhow::bail;
 use log_data::Channel;
 
@@ -55,15 +54,16 @@ const fn spellings(channel: Channel) -> Spellings {
 }
 
 /// Refuses a column that is taken as it is for a channel, though the table says that it is in another unit. What a file says
-/// in no way that is known here is not judged, nor a column with which something is done: whoever did it thought of its unit.
+/// in no way that is known here is not judged, nor a column with which something is done: whoever did it thought of its unit. Names and units
+/// are those of the table's columns.
 ///
 /// # Errors
 /// The column, its unit, and the map that takes it into account.
-pub(crate) fn check(map: &Map, table: &dyn Table) -> anyhow::Result<()> {
+pub(crate) fn check(map: &Map, names: &[String], units: &[String]) -> anyhow::Result<()> {
     let Some(channel) = Channel::from_name(map.target()) else { return Ok(()) };
-    let Some(column) = map.column_as_it_is(table.names()) else { return Ok(()) };
-    let name = table.names().get(column).map_or("", String::as_str);
-    let stated = table.units().get(column).map(String::as_str);
+    let Some(column) = map.column_as_it_is(names) else { return Ok(()) };
+    let name = names.get(column).map_or("", String::as_str);
+    let stated = units.get(column).map(String::as_str);
     let by_line = stated.and_then(|unit| Some((unit, to_channel(channel, unit)?, "line of units")));
     let by_name = || in_name(name).and_then(|unit| Some((unit, to_channel(channel, unit)?, "name")));
     match by_line.or_else(by_name) {
@@ -114,30 +114,9 @@ fn in_name(name: &str) -> Option<&str> {
 mod tests {
     use super::*;
 
-    struct Stated(Vec<String>, Vec<String>);
-
-    impl Table for Stated {
-        fn names(&self) -> &[String] {
-            &self.0
-        }
-
-        fn units(&self) -> &[String] {
-            &self.1
-        }
-
-        fn place(&self) -> &'static str {
-            "line"
-        }
-
-        fn each(&mut self, _: &[usize], _: &mut crate::Take<'_>) -> anyhow::Result<()> {
-            Ok(())
-        }
-    }
-
     fn judged(map: &str, name: &str, unit: &str) -> Result<(), String> {
         let units = if unit.is_empty() { vec![] } else { vec![unit.to_owned()] };
-        let table = Stated(vec![name.to_owned()], units);
-        check(&map.parse().unwrap(), &table).map_err(|error| error.to_string())
+        check(&map.parse().unwrap(), &[name.to_owned()], &units).map_err(|error| error.to_string())
     }
 
     #[test]

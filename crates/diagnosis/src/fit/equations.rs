@@ -84,6 +84,35 @@ impl<'a> Setting<'a> {
         Self { campaign, given, nuisances, workers, kept: None }
     }
 
+    /// The sensitivities to the corrections at a point, to be kept through the fits from there: of a torque log with bristles, whose
+    /// simulation is what a search costs; `None` for others, where a torque is cheap, or an angle may slip elsewhere.
+    pub fn sensitivities(&self, point: &Point) -> Result<Option<Kept>, DiagnosisError> {
+        let campaign = self.campaign;
+        if !campaign.kind.motion_is_measured || campaign.facts.stiffness.is_none() {
+            return Ok(None);
+        }
+        let exact = Setting { kept: None, ..*self };
+        let (mut ids, mut columns) = (Vec::new(), Vec::new());
+        for (index, of) in point.hypothesis.corrections.iter().enumerate() {
+            let column = exact.own_column(&point.hypothesis, Free::Correction(index))?;
+            if let Column::Simulated(moved, size) = column {
+                ids.push(of.id);
+                columns.push((moved, size));
+            }
+        }
+        let ready = self.ready(&point.hypothesis)?;
+        let by_piece = map(self.workers, campaign.pieces.len(), |index| {
+            let piece = campaign.pieces.get(index).filter(|piece| piece.is_fitted());
+            let Some(piece) = piece else { return Vec::new() };
+            let start = point.start(index);
+            let base = piece.predict(&ready, start);
+            let of =
+                |(moved, size): &(Ready, f64)| sensitivity(piece, &base, (moved, *size), start).collect();
+            columns.iter().map(of).collect()
+        });
+        Ok(Some(Kept { ids, by_piece }))
+    }
+
     /// The columns of what the hypothesis leaves free.
     pub fn own_columns(&self, hypothesis: &Hypothesis) -> Result<Vec<Column>, DiagnosisError> {
         hypothesis.free().into_iter().map(|free| self.own_column(hypothesis, free)).collect()
@@ -275,7 +304,7 @@ impl<'a> Setting<'a> {
 }
 
 /// How a piece's prediction follows a number, by a model in which that is moved by `size`.
-pub(crate) fn sensitivity<'a>(
+fn sensitivity<'a>(
     piece: &Piece,
     base: &'a [f64],
     (moved, size): (&Ready, f64),
