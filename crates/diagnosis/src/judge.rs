@@ -207,7 +207,7 @@ fn few(
     let found = |selection: Selection| Ok(Few::Found(Box::new(selection)));
     let alone = Tried::judged(setting, corrected.clone());
     let within = leaves_noise(setting, corrected)?;
-    let beyond = beyond_tolerance(setting, asked.able, (given, corrected))?;
+    let beyond = beyond_tolerance(setting, asked.able, (given, corrected), within)?;
     if let Some(beyond) = beyond.filter(|beyond| !within || beyond.rms < alone.rms - EQUAL) {
         return found(beyond);
     }
@@ -245,10 +245,12 @@ fn earlier_ones(
 
 /// A number of the model that is wrong beyond its tolerance, where that leaves no more than noise beside corrections of the others: each
 /// that the corrections alone take to its bound is tried. A search beside the corrections can't see it, since its own is in the way.
+/// `within` says whether the corrections alone leave noise.
 fn beyond_tolerance(
     setting: &Setting<'_>,
     able: &[Candidate],
     (given, corrected): (&Fitted, &Fitted),
+    within: bool,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let mut found: Vec<(EffectId, Tried)> = Vec::new();
     for of in corrected.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()) {
@@ -259,9 +261,10 @@ fn beyond_tolerance(
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
         found.extend(if_noise_is_left(setting, corrected, level)?.map(|tried| (of.id, tried)));
     }
-    // A late transducer makes such numbers stand for it.
+    // A late transducer makes such numbers stand for it, where the corrections leave more than noise.
     let late = able.iter().find(|candidate| candidate.id == EffectId::SensorDelay);
-    if let Some(late) = late.filter(|_| !found.is_empty()) {
+    let stands_for_it = !found.is_empty() && !within && setting.campaign.kind.motion_is_measured;
+    if let Some(late) = late.filter(|_| stands_for_it) {
         let member = Member::new(late, late.neutral(), late.free.clone());
         found.extend(if_noise_is_left(setting, corrected, member)?.map(|tried| (late.id, tried)));
     }
