@@ -1,6 +1,6 @@
 //! A torque's zero that drifts: in sliding both ways the mean of measured less expected torque moves with time.
 
-use crate::expected::{AS_IT_IS, Expected};
+use crate::expected::Expected;
 use crate::finding::{Finding, Kind, Place, Severity};
 use crate::windows::{Source, Window, windows};
 use log_data::{Channel, Log, Run};
@@ -86,7 +86,7 @@ fn zeros(expected: &Expected<'_>, window: &Window, parts: usize) -> Vec<Zero> {
     let motions = window.motions.chunks(rows);
     let parts = motions.zip(window.measured.chunks(rows)).enumerate();
     let zero = |(part, (motions, measured)): (usize, (&[_], &[f64]))| {
-        let sums = expected.sums_of(motions, measured, AS_IT_IS);
+        let sums = expected.sums_of(motions, measured);
         let middle = (part * rows) as f64 + 0.5 * motions.len() as f64;
         let time_s = window.begin_s + middle * window.interval_s;
         Some(Zero { time_s, zero_nm: sums.zero()?, friction_nm: sums.expected_rms() })

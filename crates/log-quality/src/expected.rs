@@ -85,8 +85,13 @@ impl<'a> Expected<'a> {
     }
 
     /// The sums of each run, at its place in the log.
-    pub(crate) fn sums(&self, windows: &[Window], runs: usize, scale: Scale) -> Vec<Sums> {
-        let mut all = vec![Sums::default(); runs];
+    pub(crate) fn sums(&self, windows: &[Window], runs: usize) -> Vec<Sums> {
+        self.mended(windows, runs, AS_IT_IS).into_iter().map(|sums| sums.given).collect()
+    }
+
+    /// The sums of each run as it is, and once mended: over the samples that count either way.
+    pub(crate) fn mended(&self, windows: &[Window], runs: usize, scale: Scale) -> Vec<Mended> {
+        let mut all = vec![Mended::default(); runs];
         for window in windows {
             if let Some(sums) = all.get_mut(window.run) {
                 self.add(&window.motions, &window.measured, scale, sums);
@@ -96,29 +101,65 @@ impl<'a> Expected<'a> {
     }
 
     /// The sums of a stretch.
-    pub(crate) fn sums_of(&self, motions: &[MotionSample], measured: &[f64], scale: Scale) -> Sums {
-        let mut sums = Sums::default();
-        self.add(motions, measured, scale, &mut sums);
-        sums
+    pub(crate) fn sums_of(&self, motions: &[MotionSample], measured: &[f64]) -> Sums {
+        let mut sums = Mended::default();
+        self.add(motions, measured, AS_IT_IS, &mut sums);
+        sums.given
     }
 
-    fn add(&self, motions: &[MotionSample], measured: &[f64], scale: Scale, sums: &mut Sums) {
+    fn add(&self, motions: &[MotionSample], measured: &[f64], scale: Scale, sums: &mut Mended) {
         let settled_rad = SETTLED * self.deflection_rad();
-        let (by_speed, by_acceleration) = (scale.angle / scale.time, scale.angle / (scale.time * scale.time));
-        let (mut travel_rad, mut direction, mut before) = (0.0, 0.0, None::<f64>);
+        let (mut given, mut mended) = (Travel::default(), Travel::default());
         for (motion, measured) in motions.iter().zip(measured) {
-            let speed = by_speed * motion.speed_rad_per_s;
-            let angle = scale.angle * motion.angle_rad;
-            if speed.signum() != direction || speed == 0.0 {
-                (travel_rad, direction) = (0.0, if speed == 0.0 { 0.0 } else { speed.signum() });
-            }
-            travel_rad += (angle - before.replace(angle).unwrap_or(angle)).abs();
-            if direction == 0.0 || travel_rad <= settled_rad || !measured.is_finite() {
+            let (moved, would_move) = (scaled(motion, AS_IT_IS), scaled(motion, scale));
+            let settled = given.exceeds(&moved, settled_rad) & mended.exceeds(&would_move, settled_rad);
+            if !settled || !measured.is_finite() {
                 continue;
             }
-            let expected = self.at(speed, by_acceleration * motion.acceleration_rad_per_s2);
-            sums.take(scale.measured * measured, expected, direction);
+            sums.given.take(*measured, self.of(&moved), given.direction);
+            sums.mended.take(scale.measured * measured, self.of(&would_move), mended.direction);
         }
+    }
+
+    fn of(&self, motion: &MotionSample) -> f64 {
+        self.at(motion.speed_rad_per_s, motion.acceleration_rad_per_s2)
+    }
+}
+
+/// A run's sums as it is, and once mended.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Mended {
+    pub(crate) given: Sums,
+    pub(crate) mended: Sums,
+}
+
+fn scaled(motion: &MotionSample, scale: Scale) -> MotionSample {
+    MotionSample {
+        angle_rad: scale.angle * motion.angle_rad,
+        speed_rad_per_s: scale.angle / scale.time * motion.speed_rad_per_s,
+        acceleration_rad_per_s2: scale.angle / (scale.time * scale.time) * motion.acceleration_rad_per_s2,
+        ..*motion
+    }
+}
+
+/// How far a contact has moved one way.
+#[derive(Default)]
+struct Travel {
+    rad: f64,
+    /// 1 or -1, and 0 at rest.
+    direction: f64,
+    before_rad: Option<f64>,
+}
+
+impl Travel {
+    /// Goes on to `motion`; true if the contact has moved further than `settled_rad` since it turned.
+    fn exceeds(&mut self, motion: &MotionSample, settled_rad: f64) -> bool {
+        let (speed, angle_rad) = (motion.speed_rad_per_s, motion.angle_rad);
+        if speed.signum() != self.direction || speed == 0.0 {
+            (self.rad, self.direction) = (0.0, if speed == 0.0 { 0.0 } else { speed.signum() });
+        }
+        self.rad += (angle_rad - self.before_rad.replace(angle_rad).unwrap_or(angle_rad)).abs();
+        self.direction != 0.0 && self.rad > settled_rad
     }
 }
 

@@ -5,13 +5,13 @@
 //! of three makes between what was measured and what was expected; it agrees below [`AGREES`], within a factor of two. So
 //! what `diagnose` is for, friction that is somewhat else than the model's, makes no claim here.
 
-use crate::expected::{AS_IT_IS, Expected, Scale, Sums, pooled};
+use crate::expected::{AS_IT_IS, Expected, Mended, Scale, Sums, pooled};
 use crate::finding::{Finding, Kind, Place, Severity, in_runs};
 use crate::scale::median;
 use crate::windows::{Source, Window, windows};
 use log_data::{Channel, Log, Run};
-use std::f64::consts::TAU;
-use valve_model::Model;
+use std::f64::consts::{PI, TAU};
+use valve_model::{Model, MotorParams};
 
 /// From here on a record contradicts the model.
 const CONTRADICTS: f64 = 1.3;
@@ -37,7 +37,7 @@ const OPPOSED: f64 = 0.6;
 /// Two mistakes at once must leave so many times less than one.
 const TWO_MISTAKES: f64 = 2.5;
 /// Degrees in a radian.
-const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+const DEGREES: f64 = 180.0 / PI;
 /// How well a ratio of angle and command tells a unit.
 const RATIO: f64 = 1.2;
 
@@ -166,7 +166,7 @@ const MILLISECOND: Mistake = mistake(
 
 pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
     let torque = log.runs.iter().any(|run| run.torque_nm.is_some());
-    let by_command = against_command(log);
+    let by_command = against_command(log, model);
     if !by_command.is_empty() {
         return by_command;
     }
@@ -202,7 +202,7 @@ fn intervals_differ(log: &Log) -> Vec<Finding> {
 }
 
 /// What an angle is to its own command: the same but for a lag.
-fn against_command(log: &Log) -> Vec<Finding> {
+fn against_command(log: &Log, model: Option<&Model>) -> Vec<Finding> {
     let ratios: Vec<(&Run, f64, f64)> = log
         .runs
         .iter()
@@ -211,6 +211,7 @@ fn against_command(log: &Log) -> Vec<Finding> {
             Some((run, ratio, correlation))
         })
         .collect();
+    let most_lag_rad = model.and_then(|model| model.motor.as_ref()).map_or(0.0, most_lag_rad);
     let is = |ratio: f64, wanted: f64| ratio / wanted > 1.0 / RATIO && ratio / wanted < RATIO;
     let cases = [
         (
@@ -248,6 +249,7 @@ fn against_command(log: &Log) -> Vec<Finding> {
         let runs: Vec<String> = ratios
             .iter()
             .filter(|(_, ratio, correlation)| is(*ratio, wanted) && correlation.abs() > 0.9)
+            .filter(|(run, ..)| lag_range_rad(run) > most_lag_rad)
             .map(|(run, ..)| run.name.clone())
             .collect();
         if runs.is_empty() || 10 * runs.len() < ratios.len() {
@@ -279,6 +281,22 @@ fn against_command(log: &Log) -> Vec<Finding> {
     }]
 }
 
+/// How far a rotor's lag may range before it loses steps, rad: 90° electrical either way. Friction may hold it back by that in a short
+/// motion.
+fn most_lag_rad(motor: &MotorParams) -> f64 {
+    PI / f64::from(motor.rotor_teeth)
+}
+
+/// From the least to the largest of command less angle, rad.
+fn lag_range_rad(run: &Run) -> f64 {
+    let command = run.channel(Channel::AngleCommand).unwrap_or_default();
+    let lag = command.iter().zip(&run.angle_rad).map(|(command, angle)| command - angle);
+    let (least, most) = lag
+        .filter(|lag| lag.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), lag| (least.min(lag), most.max(lag)));
+    most - least
+}
+
 /// Slope and correlation of a channel on another; `None` where one hardly varies or little is known.
 fn regression(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
     let pairs = || x.iter().zip(y).filter(|(x, y)| x.is_finite() && y.is_finite());
@@ -304,26 +322,28 @@ struct Case<'a> {
 struct Tried<'a> {
     mistake: &'a Mistake,
     turned: bool,
-    sums: Vec<Sums>,
+    /// Each run as it is, over the samples that count once mended, too: other samples would be another comparison.
+    given: Vec<Sums>,
+    mended: Vec<Sums>,
 }
 
 impl Case<'_> {
     fn inspect(&self, source: Source) -> Vec<Finding> {
-        let given = self.sums(AS_IT_IS);
+        let given = self.expected.sums(&self.windows, self.log.runs.len());
         let all = pooled(&given);
         if matches!(self.expected, Expected::Direction) {
             return self.direction(&all);
         }
         let tried = self.tries();
         if all.tell() {
-            let claims = tried.iter().filter(|tried| self.claims(tried.mistake, &all, &pooled(&tried.sums)));
+            let claims = tried.iter().filter(|tried| self.claims(tried, &all));
             // One mistake is likelier than two.
             let cost = |tried: &Tried<'_>| {
                 let more = tried.mistake.count - 1 + i32::from(tried.turned);
-                pooled(&tried.sums).distance() * TWO_MISTAKES.powi(more)
+                pooled(&tried.mended).distance() * TWO_MISTAKES.powi(more)
             };
             if let Some(best) = claims.min_by(|a, b| cost(a).total_cmp(&cost(b))) {
-                return vec![self.finding(best, &given)];
+                return vec![self.finding(best)];
             }
         }
         if let Some(found) = self.some_runs(&tried, &given) {
@@ -336,17 +356,15 @@ impl Case<'_> {
         Vec::new()
     }
 
-    fn sums(&self, scale: Scale) -> Vec<Sums> {
-        self.expected.sums(&self.windows, self.log.runs.len(), scale)
-    }
-
     /// Each mistake alone, and a torque's with its sign turned beside.
     fn tries(&self) -> Vec<Tried<'static>> {
         let mistakes = if self.torque { OF_TORQUE } else { OF_ANGLE };
         let with = |mistake: &'static Mistake, turned: bool| {
             let sign = if turned { -1.0 } else { 1.0 };
             let scale = Scale { measured: sign * mistake.scale.measured, ..mistake.scale };
-            Tried { mistake, turned, sums: self.sums(scale) }
+            let sums = self.expected.mended(&self.windows, self.log.runs.len(), scale);
+            let (given, mended) = sums.into_iter().map(|Mended { given, mended }| (given, mended)).unzip();
+            Tried { mistake, turned, given, mended }
         };
         let alone = mistakes.iter().map(|mistake| with(mistake, false));
         let turned = mistakes.iter().filter(|mistake| mistake.kind != Kind::TorqueSign && self.torque);
@@ -354,13 +372,14 @@ impl Case<'_> {
     }
 
     /// Whether a mistake explains what contradicts the model.
-    fn claims(&self, mistake: &Mistake, given: &Sums, mended: &Sums) -> bool {
+    fn claims(&self, tried: &Tried<'_>, all: &Sums) -> bool {
+        let (given, mended) = (pooled(&tried.given), pooled(&tried.mended));
         if !(given.tell() && mended.tell()) {
             return false;
         }
-        let (before, after) = (given.distance(), mended.distance());
+        let (before, after) = (given.distance().min(all.distance()), mended.distance());
         let plain = before >= CONTRADICTS && after <= AGREES && before >= NEARER * after;
-        match mistake.kind {
+        match tried.mistake.kind {
             Kind::AngleUnit => plain || (before >= FEELS && before >= FALLS * after),
             // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
             Kind::TimeUnit if !self.torque => self.interval_s() >= SLOW_S && after <= SAME * before,
@@ -378,21 +397,21 @@ impl Case<'_> {
         if self.torque { "N*m" } else { "rad" }
     }
 
-    fn finding(&self, best: &Tried<'_>, given: &[Sums]) -> Finding {
+    fn finding(&self, best: &Tried<'_>) -> Finding {
         let of = |sums: &[Sums], run: usize| {
             sums.get(run).filter(|sums| sums.tell()).map(|sums| sums.about_zero().distance())
         };
         // Runs that agree as they are, and would agree less, by half or more.
         let is_right = |run: &usize| {
-            let (before, after) = (of(given, *run), of(&best.sums, *run));
+            let (before, after) = (of(&best.given, *run), of(&best.mended, *run));
             before.zip(after).is_some_and(|(before, after)| before <= AGREES && after >= WORSE * before)
         };
         let others: Vec<usize> = (0..self.log.runs.len()).filter(is_right).collect();
         if others.is_empty() {
-            return self.said(best, Vec::new(), &pooled(given), &pooled(&best.sums));
+            return self.said(best, Vec::new(), &pooled(&best.given), &pooled(&best.mended));
         }
         let runs = (0..self.log.runs.len()).filter(|run| !others.contains(run)).collect();
-        self.said(best, runs, &pooled(given), &pooled(&best.sums))
+        self.said(best, runs, &pooled(&best.given), &pooled(&best.mended))
     }
 
     /// Runs that contradict the model where others don't, and agree once mended.
@@ -401,9 +420,10 @@ impl Case<'_> {
         for tried in tried.iter().filter(|tried| tried.mistake.count == 1) {
             let explained = |run: &usize| {
                 let of = |sums: &[Sums]| sums.get(*run).copied().unwrap_or_default();
-                let (before, after) = (of(given), of(&tried.sums));
+                let (before, after) = (of(&tried.given), of(&tried.mended));
                 before.tell()
                     && after.tell()
+                    && of(given).about_zero().distance() >= CONTRADICTS
                     && before.about_zero().distance() >= CONTRADICTS
                     && after.about_zero().distance() <= 0.5 * AGREES
             };
@@ -417,7 +437,7 @@ impl Case<'_> {
             let chosen = runs.iter().filter_map(|run| all.get(*run)).copied();
             pooled(&chosen.collect::<Vec<_>>())
         };
-        let (before, after) = (of(given), of(&tried.sums));
+        let (before, after) = (of(&tried.given), of(&tried.mended));
         Some(self.said(tried, runs, &before, &after))
     }
 
@@ -446,7 +466,7 @@ impl Case<'_> {
         let mut best: Option<(Source, Sums)> = None;
         for tried in self.other_sources(source) {
             let windows = windows(self.log, tried);
-            let sums = pooled(&self.expected.sums(&windows, self.log.runs.len(), AS_IT_IS));
+            let sums = pooled(&self.expected.sums(&windows, self.log.runs.len()));
             let nearer = best.is_none_or(|(_, known)| sums.distance() < known.distance());
             if sums.tell() && nearer {
                 best = Some((tried, sums));

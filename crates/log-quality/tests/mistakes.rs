@@ -4,7 +4,7 @@
 use log_data::{Channel, Log, Run};
 use log_quality::{Finding, Kind, Severity, inspect};
 use std::f64::consts::TAU;
-use valve_model::{FrictionParams, LoadParams, LuGreParams, Model};
+use valve_model::{FrictionParams, LoadParams, LuGreParams, Model, MotorParams};
 
 fn model() -> Model {
     let friction = FrictionParams::LuGre(LuGreParams {
@@ -299,6 +299,61 @@ fn friction_that_is_twice_the_models_is_no_mistake_of_the_record() {
     let mut log = log();
     log.runs.iter_mut().flat_map(|run| run.torque_nm.as_mut().unwrap()).for_each(|torque| *torque += 3.0);
     assert_eq!(inspect(&log, Some(&model())), [], "an offset of twice the friction");
+}
+
+/// A coupling that rings for 20 ms when a run begins rules the run's RMS; in degrees the contact would not have settled before it ends, but
+/// the samples after it agree as they are.
+#[test]
+fn a_start_that_rings_is_no_mistake_of_a_unit() {
+    let (mut log, model) = (log(), model());
+    let run = log.runs.first_mut().unwrap();
+    let speed = |row: usize| if row < 1000 { 10.0 } else { 0.0 };
+    run.angle_rad = (0..2000).map(|row| 1e-3 * 10.0 * row.min(1000) as f64).collect();
+    let torque = |row: usize| model.friction.steady_torque(speed(row));
+    let rings = |row: usize| if row < 20 { 50.0 * (row as f64).cos() } else { 0.0 };
+    let mut noise = noise();
+    run.torque_nm = Some((0..2000).map(|row| torque(row) + rings(row) + 0.01 * noise()).collect());
+    let claims: Vec<_> = inspect(&log, Some(&model))
+        .into_iter()
+        .filter(|finding| finding.severity == Severity::Mistake)
+        .collect();
+    assert_eq!(claims, []);
+}
+
+/// Friction may hold a rotor back to a sixth of a command smaller than 90° electrical either way: that is no unit. A larger command is.
+#[test]
+fn a_rotor_held_back_is_no_mistake_of_a_unit() {
+    let motor = MotorParams {
+        phases: 2,
+        rotor_teeth: 50,
+        full_steps_per_rev: 200,
+        microsteps_per_full_step: 256,
+        holding_torque_nm: 3.0,
+        rotor_inertia_kg_m2: 1e-4,
+        damping_nm_s_per_rad: 0.01,
+        max_pulse_rate_hz: 1e6,
+        supply_voltage_v: None,
+        phase_resistance_ohm: None,
+        phase_inductance_h: None,
+        rated_current_a: None,
+        torque_constant_nm_per_a: None,
+    };
+    let model = Model { motor: Some(motor), ..model() };
+    for (amplitude_rad, is_claimed) in [(0.006, false), (0.06, true)] {
+        let mut log = log();
+        for (index, run) in log.runs.iter_mut().enumerate() {
+            run.torque_nm = None;
+            let size = if index == 2 { amplitude_rad } else { 0.5 };
+            let part = if index == 2 { 1.0 / TAU } else { 1.0 };
+            let most = run.angle_rad.iter().fold(0.0_f64, |most, angle| most.max(angle.abs()));
+            let command: Vec<f64> = run.angle_rad.iter().map(|angle| size * angle / most).collect();
+            run.angle_rad = command.iter().map(|command| part * command).collect();
+            run.angle_command_rad = Some(command);
+        }
+        let found = inspect(&log, Some(&model));
+        let claimed = found.iter().any(|finding| finding.kind == Kind::RunsDiffer);
+        assert_eq!(claimed, is_claimed, "a command of {amplitude_rad} rad: {found:#?}");
+    }
 }
 
 #[test]
