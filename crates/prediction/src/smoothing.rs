@@ -25,9 +25,9 @@ const LARGEST_NOISE: f64 = 5.0;
 const LEFT: f64 = 0.06;
 /// A motion within so many of these deviations is taken for a rest.
 const REST: f64 = 3.0;
-/// Samples on either side that show whether a stretch of `STILL_STRETCH` samples is a rest.
-const STILL_REACH: usize = 128;
-const STILL_STRETCH: usize = 64;
+/// Stretches of samples that are looked at for rests, and the samples on either side that show whether they are one: many show slow
+/// motions, few show the rests of a slow record.
+const STILL: [(usize, usize); 2] = [(64, 128), (16, 32)];
 /// The same of a single sample: what the start of an angle's prediction rests on.
 pub const MOMENT_REACH: usize = 48;
 /// A rest's samples lie within two steps and so many deviations of the noise beyond quantisation; the means of its halves
@@ -206,13 +206,23 @@ impl Work {
     /// Gives rests the greatest strength: flickering between two steps, their residuals would look like motion.
     fn find_rests(&mut self, angle_rad: &[f64], noise: Noise) {
         let spread = still_spread_rad(noise);
-        let stretches = self.strengths.chunks_mut(STILL_STRETCH).enumerate();
-        for (index, stretch) in stretches.map(|(number, stretch)| (number * STILL_STRETCH, stretch)) {
-            let (from, to) = (index.saturating_sub(STILL_REACH), index + stretch.len() + STILL_REACH);
-            let window = angle_rad.get(from..to.min(angle_rad.len())).unwrap_or_default();
-            if window.len() >= STILL_REACH && is_still(window, spread) {
-                stretch.fill(STRENGTHS[0]);
+        for (length, reach) in STILL {
+            for (number, stretch) in self.strengths.chunks_mut(length).enumerate() {
+                let index = number * length;
+                let (from, to) = (index.saturating_sub(reach), index + stretch.len() + reach);
+                let window = angle_rad.get(from..to.min(angle_rad.len())).unwrap_or_default();
+                if window.len() >= reach && is_still(window, spread) {
+                    stretch.fill(STRENGTHS[0]);
+                }
             }
+        }
+        // What flickers between steps is a rest up to its last sample; where noise is more than that, residuals tell.
+        if noise.step_rad > noise.beyond_quantisation_rad() {
+            extend_rests(&mut self.strengths, angle_rad);
+            self.strengths.reverse();
+            let backwards: Vec<f64> = angle_rad.iter().rev().copied().collect();
+            extend_rests(&mut self.strengths, &backwards);
+            self.strengths.reverse();
         }
     }
 
@@ -235,15 +245,36 @@ impl Work {
     }
 }
 
+/// Lets each rest go on while the samples stay among its last ones: further than a stretch and its reach the next stretch would tell.
+fn extend_rests(strengths: &mut [f64], angles: &[f64]) {
+    let [_, (length, reach)] = STILL;
+    let is_rest = |strengths: &[f64], index: usize| strengths.get(index).is_some_and(|of| *of > 0.0);
+    let ends: Vec<usize> = (length..strengths.len())
+        .filter(|index| is_rest(strengths, index - 1) && !is_rest(strengths, *index))
+        .collect();
+    for end in ends {
+        let (least, most) = least_and_most(angles.get(end - length..end).unwrap_or_default());
+        let beyond = strengths.iter_mut().zip(angles).skip(end).take(length + reach);
+        for (strength, _) in
+            beyond.take_while(|(strength, angle)| **strength == 0.0 && (least..=most).contains(*angle))
+        {
+            *strength = STRENGTHS[0];
+        }
+    }
+}
+
+fn least_and_most(angles: &[f64]) -> (f64, f64) {
+    let wider = |(least, most): (f64, f64), angle: &f64| (angle.min(least), angle.max(most));
+    angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), wider)
+}
+
 /// Whether samples stay within a spread and show no trend beyond their own scatter.
 fn is_still(angles: &[f64], spread_rad: f64) -> bool {
     let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
     if (last - first).abs() > spread_rad {
         return false;
     }
-    let (least, most) = angles
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), angle| (angle.min(least), angle.max(most)));
+    let (least, most) = least_and_most(angles);
     let (before, after) = angles.split_at(angles.len() / 2);
     let mean = |half: &[f64]| half.iter().map(|angle| angle - first).sum::<f64>() / half.len() as f64;
     let (mean_before, mean_after) = (mean(before), mean(after));

@@ -112,6 +112,28 @@ fn nothing_creeps_at_rest() {
     }
 }
 
+/// A record of few samples a second has rests of a hundred samples. Where the spool stands between two counts they flicker; followed
+/// by the bristles, that would take a tenth off the friction before the next motion.
+#[test]
+fn nothing_creeps_in_the_short_rests_of_a_slow_record() {
+    // Moves of 60 ms by a whole number of steps and a half, and rests of 120 ms.
+    let stroke_rad = 1000.0 * STEP_RAD;
+    let moved = |t: f64| {
+        let (number, part) = ((t / 0.18).floor(), ((t % 0.18) / 0.06).min(1.0));
+        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2)) + 0.5 * STEP_RAD
+    };
+    let run = exact(9.0, moved);
+    let mut seen = measured(&run, 0.05);
+    predict(&mut seen, &rig(), &Past::default()).unwrap();
+    let (predicted, truth) = (seen.torque_nm.unwrap(), run.torque_nm.clone().unwrap());
+    for rest in 1..49 {
+        let (begin, end) = (180 * rest + 65, 180 * rest + 175);
+        let creep_nm = (predicted[end] - predicted[begin]) - (truth[end] - truth[begin]);
+        let part = creep_nm.abs() / truth[end].abs();
+        assert!(part < 0.03, "rest {rest}: {:.1} % of the friction in 110 ms", 100.0 * part);
+    }
+}
+
 #[test]
 fn the_encoder_is_found_in_its_angles() {
     let run = exact(2.0, |t| 0.3 * t);
