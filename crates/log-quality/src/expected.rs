@@ -138,7 +138,6 @@ fn scaled(motion: &MotionSample, scale: Scale) -> MotionSample {
         angle_rad: scale.angle * motion.angle_rad,
         speed_rad_per_s: scale.angle / scale.time * motion.speed_rad_per_s,
         acceleration_rad_per_s2: scale.angle / (scale.time * scale.time) * motion.acceleration_rad_per_s2,
-        ..*motion
     }
 }
 
