@@ -33,8 +33,11 @@ use world::{Presence, TOLERANCE, World};
 const ATTEMPTS: u64 = 40;
 /// Rounds in which an effect's amount is brought to its strength.
 const ROUNDS: usize = 5;
-/// An effect larger than so many times its natural size is none that one meets.
+/// An effect larger than so many times its natural size is none that one meets, or smaller than such a part of it.
 const MOST_AMOUNT: f64 = 5.0;
+const LEAST_AMOUNT: f64 = 0.01;
+/// A spool has turned back once it has come back by so much, rad: without that, play is a zero of the angle.
+const TURNED_BACK_RAD: f64 = 0.01;
 /// A number is hidden as a cause where it is off by so many tolerances, or more.
 const BEYOND: f64 = 4.0;
 /// Samples that effects are sized and compared on, about: what they change is simulated some fifty times.
@@ -79,6 +82,9 @@ fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
         return None;
     }
     let plain = measure(draft.kind, &draft.part, &draft.valve(&[], &draft.part))?;
+    if hidden.effects.iter().any(|id| id == "backlash") && !plain.iter().any(turns_back) {
+        return None;
+    }
     let instances: Vec<Instance> = hidden.effects.iter().map(|id| draft.instance(id, &mut rng)).collect();
     let late = draft.lateness(&plain);
     let nuisances = match (instances.is_empty(), &late) {
@@ -93,6 +99,18 @@ fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
     let model_toml =
         draft.believed.toml(&format!("believed valve of seed {seed}"), draft.kind == LogKind::Angle);
     Some(Campaign { log, model_toml, truth })
+}
+
+/// Whether a spool goes both ways.
+fn turns_back(outputs: &Outputs) -> bool {
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut risen, mut fallen) = (false, false);
+    for angle in &outputs.angle_rad {
+        (least, most) = (least.min(*angle), most.max(*angle));
+        risen |= angle - least > TURNED_BACK_RAD;
+        fallen |= most - angle > TURNED_BACK_RAD;
+    }
+    risen && fallen
 }
 
 impl Draft {
@@ -212,6 +230,9 @@ impl Draft {
             }
             instance.amount = (instance.amount * ratio.clamp(0.1, 4.0)).min(MOST_AMOUNT * natural);
             shown = self.shown(instance.clone(), plain, nuisances)?;
+        }
+        if instance.amount < LEAST_AMOUNT * natural {
+            return None;
         }
         let least = BEYOND * TOLERANCE;
         for _ in 0..ROUNDS {
