@@ -41,6 +41,8 @@ const FEW: usize = 2;
 /// A candidate that by its linearised gain, or its first steps, leaves more than this, in parts of the noise, is not fitted in the hope that
 /// it leaves noise.
 const HOPELESS: f64 = 1.5;
+/// A twin that by its linearised gain leaves so much more than its like, in parts of the noise, doesn't stand for it.
+const FAR_OFF: f64 = 0.03;
 /// A correction is clear from so many of its standard errors on.
 const CLEAR: f64 = 2.0;
 /// A level beyond its tolerance cuts this part of the held-out error at least.
@@ -207,8 +209,9 @@ fn few(
     let found = |selection: Selection| Ok(Few::Found(Box::new(selection)));
     let alone = Tried::judged(setting, corrected.clone());
     let within = leaves_noise(setting, corrected)?;
-    let beyond = beyond_tolerance(setting, asked.able, (given, corrected), within)?;
-    if let Some(beyond) = beyond.filter(|beyond| !within || beyond.rms < alone.rms - EQUAL) {
+    // Where the corrections leave noise, a number beyond its tolerance has to leave less.
+    let least = if within { alone.rms - EQUAL } else { f64::INFINITY };
+    if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected), least)? {
         return found(beyond);
     }
     if within {
@@ -245,12 +248,12 @@ fn earlier_ones(
 
 /// A number of the model that is wrong beyond its tolerance, where that leaves no more than noise beside corrections of the others: each
 /// that the corrections alone take to its bound is tried. A search beside the corrections can't see it, since its own is in the way.
-/// `within` says whether the corrections alone leave noise.
+/// It has to leave less than `most`: finite where the corrections alone leave noise.
 fn beyond_tolerance(
     setting: &Setting<'_>,
     able: &[Candidate],
     (given, corrected): (&Fitted, &Fitted),
-    within: bool,
+    most: f64,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let mut found: Vec<(EffectId, Tried)> = Vec::new();
     for of in corrected.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()) {
@@ -259,17 +262,18 @@ fn beyond_tolerance(
             return Ok(None);
         }
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
-        found.extend(if_noise_is_left(setting, corrected, level)?.map(|tried| (of.id, tried)));
+        found.extend(if_noise_is_left(setting, corrected, level, HOPELESS)?.map(|tried| (of.id, tried)));
     }
     // A late transducer makes such numbers stand for it, where the corrections leave more than noise.
     let late = able.iter().find(|candidate| candidate.id == EffectId::SensorDelay);
-    let stands_for_it = !found.is_empty() && !within && setting.campaign.kind.motion_is_measured;
+    let stands_for_it = !found.is_empty() && !most.is_finite() && setting.campaign.kind.motion_is_measured;
     if let Some(late) = late.filter(|_| stands_for_it) {
         let member = Member::new(late, late.neutral(), late.free.clone());
-        found.extend(if_noise_is_left(setting, corrected, member)?.map(|tried| (late.id, tried)));
+        found.extend(if_noise_is_left(setting, corrected, member, HOPELESS)?.map(|tried| (late.id, tried)));
     }
+    found.retain(|(_, tried)| tried.rms < most);
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
-    if let Some(best) = found.first().map(|(id, _)| *id) {
+    if let Some(best) = found.first().map(|(id, tried)| (*id, tried.rms)) {
         found.extend(twins_beside(setting, able, best, corrected)?);
     }
     let alike: Vec<(EffectId, Option<Member>)> = found
@@ -300,12 +304,13 @@ fn if_noise_is_left(
     setting: &Setting<'_>,
     corrected: &Fitted,
     member: Member,
+    hopeless: f64,
 ) -> Result<Option<Tried>, DiagnosisError> {
     let others = corrected.point.hypothesis.with_corrections_of(|id| id != member.candidate.id);
     let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
     // Such causes act nearly in proportion: what a few steps leave far from noise, more would not bring there.
     let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { return Ok(None) };
-    if tried.rms > HOPELESS {
+    if tried.rms > hopeless {
         return Ok(None);
     }
     let tried = tried.further(setting, STEPS)?;
@@ -313,29 +318,39 @@ fn if_noise_is_left(
 }
 
 /// The twins of a number beyond its tolerance that these data can't tell from it, in its place, where they leave no more than noise too.
+/// Only those are fitted that by their linearised gain come near it.
 fn twins_beside(
     setting: &Setting<'_>,
     able: &[Candidate],
-    best: EffectId,
+    (best, rms): (EffectId, f64),
     corrected: &Fitted,
 ) -> Result<Vec<(EffectId, Tried)>, DiagnosisError> {
-    let mut found = Vec::new();
     let facts = &setting.campaign.facts;
     let is_number = |id: EffectId| corrected.point.hypothesis.corrections.iter().any(|of| of.id == id);
-    let twins = able.iter().filter(|of| missing(best, of.id, facts).is_some() && !is_number(of.id));
-    for candidate in twins.filter(|_| !setting.is_over()) {
-        let others = corrected.point.hypothesis.with_corrections_of(|id| id != best);
-        let member = Member::new(candidate, candidate.neutral(), candidate.free.clone());
-        let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
-        let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { continue };
-        if leaves_noise(setting, &tried.fitted)? {
-            found.push((candidate.id, tried));
+    let is_twin = |of: &&Candidate| missing(best, of.id, facts).is_some() && !is_number(of.id);
+    let twins: Vec<Candidate> = able.iter().filter(is_twin).cloned().collect();
+    if twins.is_empty() || setting.is_over() {
+        return Ok(Vec::new());
+    }
+    let hypothesis = corrected.point.hypothesis.with_corrections_of(|id| id != best);
+    let without = Point { hypothesis, starts: corrected.point.starts.clone() };
+    let Some(without) = if_possible(Tried::from(setting, without, FIRST_STEPS))? else {
+        return Ok(Vec::new());
+    };
+    let (mut found, hopeless) = (Vec::new(), rms + FAR_OFF);
+    for screened in screen(setting, &twins, &without.fitted)?.ranked {
+        if setting.is_over() || without.rms - screened.gain > hopeless {
+            break;
         }
+        let id = screened.member.candidate.id;
+        let tried = if_noise_is_left(setting, &without.fitted, screened.member, hopeless)?;
+        found.extend(tried.map(|tried| (id, tried)));
     }
     Ok(found)
 }
 
-/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed.
+/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed. They stay at none where they
+/// only make it worse.
 fn within_tolerance(
     setting: &Setting<'_>,
     given: &Fitted,
@@ -346,7 +361,14 @@ fn within_tolerance(
     }
     let hypothesis = Hypothesis { corrections: corrections.to_vec(), ..given.point.hypothesis.clone() };
     let begin = Point { hypothesis, starts: given.point.starts.clone() };
-    fit(setting, begin, &Piece::is_fitted, CORRECTING).map(Some)
+    let corrected = fit(setting, begin.clone(), &Piece::is_fitted, CORRECTING)?;
+    // A loss that counts each group by its own noise may buy little everywhere with much in one place. Where nothing but noise is left
+    // without, there was nothing to buy.
+    let rms = |point: &Point| left(setting, point).map(|left| rms_left(setting, &left, &Piece::is_fitted));
+    if rms(&corrected.point)? > rms(&given.point)? && leaves_noise(setting, given)? {
+        return fit(setting, begin, &Piece::is_fitted, 0).map(Some);
+    }
+    Ok(Some(corrected))
 }
 
 /// Whether a fit leaves no more than noise, coloured or not.

@@ -13,8 +13,9 @@ use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
 
 /// A start may carry so many times the static torque: the model's own levels may be too low.
 const BEYOND_STATIC: f64 = 1.2;
-/// The cost of a sample of bristles' torque in those of a torque without.
+/// The cost of a sample of bristles' torque in those of a torque without, and of a piece of one behind a spring.
 const BRISTLES: usize = 4;
+const SPRING: usize = 50;
 /// Most that the first angle may be off, rad.
 const FIRST_ANGLE_RAD: f64 = 0.01;
 
@@ -33,6 +34,17 @@ pub(crate) struct Inputs<'a> {
     /// The run that the piece is cut out of, and the piece's rows, where it is predicted as a whole.
     pub whole_run: Option<(&'a Arc<WholeRun>, &'a Range<usize>)>,
     pub work: &'a Work,
+}
+
+/// What a sample costs, in those of a torque without bristles.
+fn cost(params: &MotionParams, time_s: &[f64]) -> usize {
+    let bristles = params.friction_law().break_away_deflection_rad() > 0.0;
+    let length_s = time_s.first().zip(time_s.last()).map_or(0.0, |(first, last)| last - first);
+    match params.pieces_behind_spring(length_s / time_s.len().max(1) as f64) {
+        Some(pieces) => SPRING * pieces as usize,
+        None if bristles => BRISTLES,
+        None => 1,
+    }
 }
 
 impl Ready {
@@ -90,8 +102,7 @@ impl Ready {
     pub fn predict(&self, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
         match self {
             Self::Torque(params) => {
-                let bristles = params.friction_law().break_away_deflection_rad() > 0.0;
-                inputs.work.add(inputs.motions.len() * if bristles { BRISTLES } else { 1 });
+                inputs.work.add(inputs.motions.len() * cost(params, inputs.driven.time_s()));
                 torque_nm(params, inputs.driven, inputs.motions, inputs.past, start)
             }
             Self::Angle(params, whole) => {

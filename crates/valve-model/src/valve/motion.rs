@@ -113,6 +113,13 @@ impl MotionParams {
         self.spring.is_some()
     }
 
+    /// The pieces that a step of `dt_s` is cut into where a spring lies between encoder and spool: what it costs.
+    pub fn pieces_behind_spring(&self, dt_s: f64) -> Option<u32> {
+        self.spring.as_ref()?;
+        let natural = (self.effects.coupling.stiffness_nm_per_rad / self.load_inertia_kg_m2).sqrt();
+        Some((natural * dt_s / PHASE).ceil().clamp(1.0, MOST_PIECES) as u32)
+    }
+
     /// The friction law with the effects that change its numbers.
     pub fn friction_law(&self) -> &FrictionLaw {
         &self.friction
@@ -231,12 +238,6 @@ impl MotionParams {
 const PHASE: f64 = 1.0;
 const MOST_PIECES: f64 = 8.0;
 
-fn pieces_behind_spring(params: &MotionParams, dt_s: f64) -> u32 {
-    let stiffness = params.effects.coupling.stiffness_nm_per_rad;
-    let natural_rad_per_s = (stiffness / params.load_inertia_kg_m2).sqrt();
-    (natural_rad_per_s * dt_s / PHASE).ceil().clamp(1.0, MOST_PIECES) as u32
-}
-
 /// The way of the spring's far end between two samples: a cubic with the given angles and speeds at its ends, ahead by what the
 /// damper makes of the speed.
 struct FarEnd<'a> {
@@ -276,7 +277,7 @@ fn step_behind_spring(
     input: &MotionInput,
     dt_s: f64,
 ) -> MotionOutput {
-    let pieces = pieces_behind_spring(params, dt_s);
+    let pieces = params.pieces_behind_spring(dt_s).unwrap_or(1);
     let coupling = params.effects.coupling;
     let ahead_s = coupling.damping_nm_s_per_rad / coupling.stiffness_nm_per_rad;
     let way = FarEnd { input, dt_s, ahead_s };
