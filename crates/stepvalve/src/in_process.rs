@@ -1,8 +1,7 @@
 //! A scenario in one thread: as fast as it goes, with the same record as the processes make.
 
-use crate::metrics::Metrics;
 use anyhow::Result;
-use closed_loop::{CycleOutputs, InProcess, Parts, Perfect, Wire};
+use closed_loop::{CycleOutputs, InProcess, Metrics, Parts, Perfect, Wire};
 use injection::{FaultyWire, Injection};
 use recording::{Gap, RecordInfo, Topic, Writer};
 use signals::{Body, Header, Message, Source};

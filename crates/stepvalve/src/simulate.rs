@@ -5,13 +5,14 @@ use crate::files;
 use crate::in_process;
 use crate::keep::parse_keep;
 use crate::loaded::{self, Loaded};
-use crate::metrics::Metrics;
+use crate::metrics::note;
 use crate::output::Output;
 use crate::record_info::{Mode, record_info};
 use crate::report;
 use crate::say::say;
 use crate::summary::{Summary, by_process};
 use anyhow::anyhow;
+use closed_loop::Metrics;
 use injection::Injection;
 use processes::{Keep, Pace, complain};
 use realtime::now_ns;
@@ -193,7 +194,7 @@ fn injections(arguments: &Arguments) -> Result<Vec<Injection>, Failure> {
 fn take_record(output: &Output, summary: &mut Summary) -> Result<(), anyhow::Error> {
     let segments = output.segments();
     let mut metrics = Metrics::default();
-    let report = read_record(&segments, |message| metrics.note(message))?;
+    let report = read_record(&segments, |message| note(&mut metrics, message))?;
     summary.take_record(&metrics, &report);
     run_log::convert(&segments, &output.run_h5())?;
     report::write(&output.run_h5(), &output.run_html())?;

@@ -1,7 +1,7 @@
 //! A run's summary: for people on stdout, for machines as JSON.
 
 use crate::errand::Simulation;
-use crate::metrics::{Metrics, Spread};
+use closed_loop::{Metrics, Spread};
 use processes::ChildSummary;
 use realtime::{Obtained, Percentiles};
 use recording::{Damage, Report};
