@@ -6,7 +6,7 @@ mod bus;
 
 use arbitrary_log::arbitrary_log;
 pub use bus::bus_replies;
-use config::{parse_drive, parse_effects, parse_model, parse_scenario};
+use config::{parse_drive, parse_effects, parse_model, parse_plan, parse_scenario};
 use diagnosis::{OneAfterTheOther, Options, diagnose};
 use log_data::{Log, Run};
 use recording::read_record;
@@ -26,6 +26,7 @@ pub fn configuration(bytes: &[u8]) {
         parse_model(text, "fuzz.toml").err(),
         parse_drive(text, "fuzz.toml").err(),
         parse_effects(text, "fuzz.toml").err(),
+        parse_plan(text, "fuzz.toml").err(),
     ];
     for error in errors.into_iter().flatten() {
         assert!(error.to_string().contains("fuzz.toml"), "an error without a place: {error}");

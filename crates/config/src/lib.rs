@@ -9,9 +9,11 @@ mod against_models;
 mod asked;
 mod bounds;
 mod drive_file;
+mod edit;
 mod effects_file;
 mod error;
 mod model;
+mod plan;
 mod reachable;
 mod reader;
 mod scenario;
@@ -22,9 +24,11 @@ mod units;
 
 pub use against_models::{belief_warnings, check_against_models};
 pub use drive_file::parse_drive;
+pub use edit::{Editable, Setting};
 pub use effects_file::{OwnEffect, OwnParameter, parse_effects};
 pub use error::{ConfigError, ConfigErrors};
 pub use model::{ModelComments, parse_model, write_model};
+pub use plan::{Design, DesignKind, FailureLimit, How, Named, Plan, Target, Task, Vary, parse_plan};
 pub use scenario::{
     AfterStop, Compensation, Control, Damping, Drive, Driver, Encoder, FlowPressure, Homing, HomingMarks,
     HomingMethod, HomingSearch, LARGEST_ENCODER_DELAY_CYCLES, LONGEST_DAMPING_PERIOD_NS, LostSteps,

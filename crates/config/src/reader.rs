@@ -306,6 +306,16 @@ pub(crate) struct NamedNumber<'a> {
     pub(crate) place: Field<'a>,
 }
 
+/// A single value, whatever it is.
+pub(crate) enum Scalar {
+    /// A finite number.
+    Number(f64),
+    /// A text without control characters.
+    Text(String),
+    /// True or false.
+    Flag(bool),
+}
+
 /// A value with its path and place.
 #[derive(Clone)]
 pub(crate) struct Field<'a> {
@@ -339,6 +349,25 @@ impl<'a> Field<'a> {
     /// Reports that this value is wrong, described in the caller's words.
     pub(crate) fn refuse_as(&self, found: impl Into<String>, expected: impl Into<String>) {
         self.source.report(self.span.start, &self.path, found, expected);
+    }
+
+    /// A number, a text or a truth value as it stands; `None`, and reported, for anything else.
+    pub(crate) fn scalar(&self, expected: &str) -> Option<Scalar> {
+        [Shape::Number, Shape::Text, Shape::Boolean].into_iter().for_each(|shape| self.expects(shape));
+        let scalar = match self.value {
+            DeValue::String(text) if !text.contains(char::is_control) => Some(Scalar::Text(text.to_string())),
+            DeValue::Boolean(flag) => Some(Scalar::Flag(*flag)),
+            _ => self.plain_number().map(Scalar::Number),
+        };
+        if scalar.is_none() {
+            self.refuse(expected);
+        }
+        scalar
+    }
+
+    /// Line and column of the value, from 1.
+    pub(crate) fn position(&self) -> (usize, usize) {
+        self.source.position(self.span.start)
     }
 
     /// Where the value starts, in bytes.

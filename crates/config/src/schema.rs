@@ -5,7 +5,7 @@
 //! one set-point one kind), and inside texts with units, whose range it can't see.
 
 use crate::asked::{Key, Shape, Visit};
-use crate::{drive_file, model, scenario};
+use crate::{drive_file, model, plan, scenario};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,6 +18,8 @@ pub enum FileKind {
     Model,
     /// A drive.
     Drive,
+    /// A campaign's plan.
+    Plan,
 }
 
 /// Its schema.
@@ -26,6 +28,7 @@ pub fn schema(kind: FileKind) -> Value {
         FileKind::Scenario => ("stepvalve scenario", scenario::asked()),
         FileKind::Model => ("stepvalve model", model::asked()),
         FileKind::Drive => ("stepvalve drive", drive_file::asked()),
+        FileKind::Plan => ("stepvalve campaign plan", plan::asked()),
     };
     let mut tables = BTreeMap::<String, Vec<Visit>>::new();
     for visit in visits {

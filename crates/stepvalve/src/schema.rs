@@ -20,6 +20,8 @@ enum What {
     Model,
     /// A drive on EtherCAT
     Drive,
+    /// A campaign: scenarios, what is varied, design
+    Plan,
 }
 
 /// Prints it.
@@ -31,6 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         What::Scenario => FileKind::Scenario,
         What::Model => FileKind::Model,
         What::Drive => FileKind::Drive,
+        What::Plan => FileKind::Plan,
     };
     say(serde_json::to_string_pretty(&schema(kind)).map_err(anyhow::Error::from)?);
     Ok(Outcome::Done)
