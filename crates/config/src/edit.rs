@@ -116,7 +116,7 @@ fn steps(path: &str) -> Option<Vec<Step<'_>>> {
 }
 
 /// A text whose values can be changed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Editable {
     document: DocumentMut,
 }
