@@ -24,11 +24,11 @@ struct Ready<'c> {
 
 impl Campaign {
     /// Makes a run. Whatever becomes of it is a row; `None` where `is_over` said in its middle that it is to be given up.
-    pub fn run(&self, run: u64, is_over: &dyn Fn() -> bool) -> Option<Row> {
+    pub fn run(&self, run: u64, is_over: &(dyn Fn() -> bool + Sync)) -> Option<Row> {
         guarded(run, || self.attempt(run, is_over))
     }
 
-    fn attempt(&self, run: u64, is_over: &dyn Fn() -> bool) -> Option<Row> {
+    fn attempt(&self, run: u64, is_over: &(dyn Fn() -> bool + Sync)) -> Option<Row> {
         let task = self.plan.task;
         let mut row = Row { run, motion: None, diagnosed: None, failure: None };
         let ready = match self.ready(run) {
@@ -53,7 +53,11 @@ impl Campaign {
         }
         row.motion = task.measures().then(|| Motion::new(&metrics));
         if let Some(recorded) = recorded {
-            match diagnosed(recorded.into_log(), &ready.belief) {
+            let found = diagnosed(recorded.into_log(), &ready.belief, is_over);
+            if is_over() {
+                return None;
+            }
+            match found {
                 Ok(diagnosed) => row.diagnosed = Some(diagnosed),
                 Err(error) => row.failure = Some(Failure::new(Stage::Diagnosis, &error.to_string())),
             }

@@ -1,4 +1,4 @@
-//! HDF5 files: valve-logs in and out, and a record of the loop turned into one (`run.h5`).
+//! HDF5 files: valve-logs in and out, a record of the loop turned into one (`run.h5`), and tables of campaigns.
 //!
 //! A valve-log opens in h5py and in MATLAB's `h5read`. It appears under its name only when it is whole. This
 //! crate runs HDF5's C code, so it belongs in tools, never in a process of the loop.
@@ -16,6 +16,7 @@ mod messages;
 mod read;
 mod run_file;
 mod runs;
+mod table_file;
 mod tables;
 mod write;
 
@@ -24,6 +25,7 @@ pub use error::RunLogError;
 pub use mat::{MatArray, read_mat_arrays};
 pub use read::{LogPart, Wanted, read_log, read_log_parts};
 pub use run_file::{MissingMessages, RunFile, RunSpan};
+pub use table_file::{TableColumn, TableFile, TableValues, write_table};
 pub use write::{Late, write_log, write_log_with_late};
 
 /// Root attribute `format` of every valve-log.

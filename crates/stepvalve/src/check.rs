@@ -1,14 +1,14 @@
 //! `stepvalve check`: is this file good?
 
 use crate::say::say;
-use crate::{files, loaded};
+use crate::{campaign, files, loaded};
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
 
 /// What to check.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A scenario (its models and its drive file are checked too), a model, or a drive file
+    /// A scenario (its models and its drive file are checked too), a model, a drive file, or a campaign's plan
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
 }
@@ -31,6 +31,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "{file}: drive \"{}\", {} units a revolution: good",
             drive.name, drive.units_per_rev
         ));
+        return Ok(Outcome::Done);
+    }
+    if says_format(&text, "stepvalve-campaign") {
+        let campaign = campaign::load(&arguments.file)?;
+        say(format_args!("{file}: campaign \"{}\", {} runs: good", campaign.plan().name, campaign.runs()));
         return Ok(Outcome::Done);
     }
     let loaded = loaded::load(&arguments.file)?;

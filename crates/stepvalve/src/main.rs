@@ -3,6 +3,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod bus;
+mod campaign;
 mod check;
 mod conclude;
 mod convert;
@@ -97,6 +98,8 @@ enum Command {
     Man(shell::Man),
     /// Validate a scenario (with its models) or a model
     Check(check::Arguments),
+    /// Simulate and diagnose scenarios by the thousand, with values varied; DIR/campaign.h5 and DIR/campaign.html
+    Campaign(Box<campaign::Arguments>),
     /// Find the belief's friction parameters from a short motion, and how well they are known
     Tune(tune::Arguments),
     /// Check whether this machine holds the loop: what stands in the way, what to do, and how late a process wakes
@@ -159,6 +162,7 @@ fn main() -> ExitCode {
         Command::Completions(arguments) => shell::completions(&arguments),
         Command::Man(arguments) => shell::man(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Campaign(arguments) => campaign::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Bus(command) => bus::run(&command),

@@ -91,6 +91,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
 }
 
+/// Records a scenario in one thread and tells of it, as `simulate --mode in-process` does.
+///
+/// # Errors
+/// As [`run`].
+pub fn in_one_thread(loaded: &Loaded, output: &Output) -> Result<Outcome, Failure> {
+    let simulation = Simulation {
+        title: loaded.scenario.name.clone(),
+        mode: Mode::InProcess,
+        cycles: loaded.parts.timeline.last_cycle + 1,
+        period_s: loaded.scenario.period_s(),
+        begun_ns: now_ns(),
+        out: output.folder().to_owned(),
+        keep: Keep::All,
+        json: false,
+    };
+    in_process(&simulation, loaded, output, &[])
+}
+
 /// In one thread; without a record the summary's numbers come from the messages as they pass.
 fn in_process(
     simulation: &Simulation,
