@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod bus;
+mod campaign;
 mod compensation;
 mod data_quality;
 mod diagnosis;
@@ -89,6 +90,8 @@ enum Bench {
     Integrator,
     /// An hour of data through `stepvalve predict`
     Predict,
+    /// A campaign's runs beside the bare loop, one job beside two, memory and rows; --docs docs/campaign.md
+    Campaign,
     /// What friction compensation is worth, over scenarios, levels and beliefs; --file docs/compensation.md
     Compensation(compensation::Arguments),
     /// How far the loop of encoder, observer and motor is from instability; --docs docs/robustness.md
@@ -138,6 +141,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::Scope(arguments) => scope::run(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),
+        Bench::Campaign => campaign::run(quick),
         Bench::Margins => margins::run(quick),
         Bench::Robustness(arguments) => robustness::run(arguments, quick),
         Bench::Compensation(arguments) => return compensation::run(arguments),

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 /// Whether a text is a file of its kind.
 type Reader = fn(&str) -> bool;
 
-const KINDS: [(&str, &[&str], Reader); 3] = [
+const KINDS: [(&str, &[&str], Reader); 4] = [
     ("scenario", &["rt-config/scenarios", "fuzz/corpus/configuration/limited.toml"], |text| {
         config::parse_scenario(text, "").is_ok()
     }),
@@ -17,12 +17,31 @@ const KINDS: [(&str, &[&str], Reader); 3] = [
         config::parse_model(text, "").is_ok()
     }),
     ("drive", &["rt-config/drives"], |text| config::parse_drive(text, "").is_ok()),
+    (
+        "plan",
+        &[
+            "rt-config/campaigns",
+            "fuzz/corpus/configuration/campaign.toml",
+            "fuzz/corpus/configuration/campaign-grid.toml",
+        ],
+        |text| config::parse_plan(text, "").is_ok(),
+    ),
 ];
+
+/// Where shipped files of a kind are.
+fn folder(kind: &str) -> String {
+    if kind == "plan" { "rt-config/campaigns".to_owned() } else { format!("rt-config/{kind}s") }
+}
 
 /// What the schema can't say: the reader refuses it, the schema does not.
 fn only_the_reader_knows(kind: &str, mutation: &str) -> bool {
     // Which numbers a valve can have, the model's own checks say, after the reader.
     if kind == "model" && mutation.ends_with(": huge") {
+        return true;
+    }
+    // What a text says and which number is greater; one of four kinds of values, and levels in a grid alone.
+    let told = [": a word", ": huge", ": a list", ": gone"].iter().any(|end| mutation.ends_with(end));
+    if kind == "plan" && told && (mutation.starts_with("vary.") || mutation.starts_with("failure_limit")) {
         return true;
     }
     [
@@ -169,7 +188,7 @@ fn the_shipped_schemas_are_what_the_command_prints() {
         let path = repository().join("rt-config/schemas").join(format!("{kind}.json"));
         let shipped = std::fs::read_to_string(&path).unwrap();
         assert!(printed == shipped, "stepvalve schema {kind} > {}", path.display());
-        let folder = repository().join(format!("rt-config/{kind}s"));
+        let folder = repository().join(folder(kind));
         for entry in std::fs::read_dir(folder).unwrap().flatten() {
             let text = std::fs::read_to_string(entry.path()).unwrap();
             let line = format!("#:schema ../schemas/{kind}.json\n");

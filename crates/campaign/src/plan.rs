@@ -198,30 +198,23 @@ fn refusal(vary: &Vary, base: &Base, file: &str) -> Option<ConfigError> {
         let found = format!("{}, which {} does not have", vary.path.text, source.file);
         Some(vary.path.refuse(file, found, format!("a path such as {}", alike.join(", "))))
     };
-    match text.get(&vary.key) {
+    match text.get(&vary.key).filter(|_| vary.is_factor) {
         None if vary.is_factor => return unknown(),
-        Some(Setting::Word(word)) if vary.is_factor => {
-            return Some(vary.path.refuse(
-                file,
-                format!("a factor of the word {word}"),
-                "a path to a number",
-            ));
-        }
-        Some(Setting::Flag(flag)) if vary.is_factor => {
-            return Some(vary.path.refuse(file, format!("a factor of {flag}"), "a path to a number"));
+        Some(other @ (Setting::Word(_) | Setting::Flag(_))) => {
+            let found = format!("a factor of the word {}", other.shown());
+            return Some(vary.path.refuse(file, found, "a path to a number"));
         }
         _ => {}
     }
     // A value that no run could take is a mistake of the plan; one of several may be tried on purpose.
     let mut first = None;
     for probe in probes(vary) {
-        let Some(errors) = written(vary, &probe, text)
-            .and_then(|value| text.with([(vary.key.as_str(), &value)]))
-            .map(|changed| errors_of(vary.target, &changed, &source.file))
-        else {
+        let value = written(vary, &probe, text);
+        let Some(changed) = value.and_then(|value| text.with([(vary.key.as_str(), &value)])) else {
             return unknown();
         };
-        let Some(errors) = errors else { return None };
+        // Good: so the quantity is, too.
+        let errors = errors_of(vary.target, &changed, &source.file)?;
         if errors.errors().iter().any(|error| error.found == "an unknown key") {
             return unknown();
         }

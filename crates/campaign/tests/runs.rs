@@ -91,7 +91,10 @@ fn plans_that_do_not_fit() {
             "path = \"truth.friction.law\"\nas = \"factor\"\nvalues = [1]",
             "found a factor of the word lugre, expected a path to a number",
         ),
-        ("path = \"scenario.encoder.fitted\"\nas = \"factor\"\nvalues = [1]", "found a factor of true"),
+        (
+            "path = \"scenario.encoder.fitted\"\nas = \"factor\"\nvalues = [1]",
+            "found a factor of the word true",
+        ),
         (
             "path = \"scenario.pressure_drop\"\nrange = [\"1kg\", \"2kg\"]",
             "found the value 1.5kg for scenario.pressure_drop, expected",

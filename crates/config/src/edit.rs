@@ -9,6 +9,9 @@ use crate::suggest::most_alike;
 /// How many alike paths are named for one that is not there.
 const ALIKE: usize = 3;
 
+/// No number has more characters.
+const LONGEST_NUMBER: usize = 64;
+
 /// A value that can be changed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Setting {
@@ -82,8 +85,10 @@ fn whole_number(number: f64) -> Option<i64> {
 /// Splits "1e-3 rad" behind its number.
 fn number_and_unit(text: &str) -> (&str, &str) {
     let text = text.trim();
-    let ends = text.char_indices().map(|(at, c)| at + c.len_utf8());
-    let longest = ends.filter(|end| text.get(..*end).is_some_and(is_number)).last().unwrap_or(0);
+    let mut ends: Vec<usize> =
+        text.char_indices().take(LONGEST_NUMBER).map(|(at, c)| at + c.len_utf8()).collect();
+    ends.retain(|end| text.get(..*end).is_some_and(is_number));
+    let longest = ends.last().copied().unwrap_or(0);
     let (number, unit) = text.split_at(longest);
     (number, unit.trim())
 }

@@ -310,7 +310,7 @@ pub(crate) struct NamedNumber<'a> {
 pub(crate) enum Scalar {
     /// A finite number.
     Number(f64),
-    /// A text without control characters.
+    /// A text that is neither empty nor holds control characters.
     Text(String),
     /// True or false.
     Flag(bool),
@@ -351,12 +351,15 @@ impl<'a> Field<'a> {
         self.source.report(self.span.start, &self.path, found, expected);
     }
 
-    /// A number, a text or a truth value as it stands; `None`, and reported, for anything else.
-    pub(crate) fn scalar(&self, expected: &str) -> Option<Scalar> {
-        [Shape::Number, Shape::Text, Shape::Boolean].into_iter().for_each(|shape| self.expects(shape));
+    /// A number or a text as it stands, or a truth value where one may be; `None`, and reported, for anything else.
+    pub(crate) fn scalar(&self, may_be_flag: bool, expected: &str) -> Option<Scalar> {
+        let flag = may_be_flag.then_some(Shape::Boolean);
+        [Shape::Number, Shape::Text].into_iter().chain(flag).for_each(|shape| self.expects(shape));
         let scalar = match self.value {
-            DeValue::String(text) if !text.contains(char::is_control) => Some(Scalar::Text(text.to_string())),
-            DeValue::Boolean(flag) => Some(Scalar::Flag(*flag)),
+            DeValue::String(text) if !text.trim().is_empty() && !text.contains(char::is_control) => {
+                Some(Scalar::Text(text.to_string()))
+            }
+            DeValue::Boolean(flag) if may_be_flag => Some(Scalar::Flag(*flag)),
             _ => self.plain_number().map(Scalar::Number),
         };
         if scalar.is_none() {

@@ -21,6 +21,7 @@ const KIND: &str = "\"grid\" or \"latin-hypercube\" or \"sobol\" or \"random\"";
 const PATH: &str = "a path into truth, belief or scenario, such as truth.friction.coulomb_torque_nm";
 const VALUE: &str = "a number, a text or true or false";
 const ENDS: &str = "two numbers, or two texts with one unit: [0.5, 2.0] or [\"1MPa\", \"5MPa\"]";
+const FACTOR: &str = "a number without a unit: a factor has none";
 const HOW: [&str; 4] = ["values", "range", "log", "normal"];
 
 /// Reads a campaign's plan from its text. `file` names it in errors.
@@ -37,7 +38,9 @@ pub(crate) fn asked() -> Vec<Visit> {
         include_str!("../../../../fuzz/corpus/configuration/campaign.toml"),
         include_str!("../../../../fuzz/corpus/configuration/campaign-grid.toml"),
     ];
-    texts.into_iter().flat_map(|text| asked_of(text, FORMAT, FORMAT_VERSION, read)).collect()
+    let others = ["sobol", "random"].map(|kind| format!("[design]\nkind = \"{kind}\"\nruns = 1\n"));
+    let texts = texts.into_iter().chain(others.iter().map(String::as_str));
+    texts.flat_map(|text| asked_of(text, FORMAT, FORMAT_VERSION, read)).collect()
 }
 
 fn read(root: Section<'_>) -> Plan {
@@ -96,7 +99,7 @@ fn named(text: String, key: &str, field: &Field<'_>) -> Named {
 
 fn read_limit(field: &Field<'_>) -> FailureLimit {
     const EXPECTED: &str = "a whole number of runs, or a share of all such as \"10%\"";
-    match field.scalar(EXPECTED) {
+    match field.scalar(false, EXPECTED) {
         Some(Scalar::Number(count)) if count >= 0.0 && count.fract() == 0.0 => {
             return FailureLimit::Count(count as u64);
         }
@@ -220,28 +223,31 @@ fn read_values(field: &Field<'_>, is_factor: bool) -> Option<How> {
 
 /// A value; a factor is a bare number.
 fn setting(field: &Field<'_>, is_factor: bool) -> Option<Setting> {
-    let setting = match field.scalar(VALUE)? {
-        Scalar::Number(number) => Setting::Number { number, unit: String::new() },
-        Scalar::Text(text) => Setting::of_text(&text),
-        Scalar::Flag(flag) => Setting::Flag(flag),
-    };
+    let setting = setting_of(field.scalar(true, VALUE)?);
     let is_plain = matches!(&setting, Setting::Number { unit, .. } if unit.is_empty());
     if is_factor && !is_plain {
-        field.refuse("a number without a unit: a factor has none");
+        field.refuse(FACTOR);
         return None;
     }
     Some(setting)
 }
 
-/// A number with its unit.
-fn number(field: &Field<'_>, is_factor: bool, expected: &str) -> Option<(f64, String)> {
-    match setting(field, is_factor)? {
-        Setting::Number { number, unit } => Some((number, unit)),
-        _ => {
-            field.refuse(expected);
-            None
-        }
+fn setting_of(scalar: Scalar) -> Setting {
+    match scalar {
+        Scalar::Number(number) => Setting::Number { number, unit: String::new() },
+        Scalar::Text(text) => Setting::of_text(&text),
+        Scalar::Flag(flag) => Setting::Flag(flag),
     }
+}
+
+/// A number with its unit; a factor has none.
+fn number(field: &Field<'_>, is_factor: bool, expected: &str) -> Option<(f64, String)> {
+    match setting_of(field.scalar(false, expected)?) {
+        Setting::Number { unit, .. } if is_factor && !unit.is_empty() => field.refuse(FACTOR),
+        Setting::Number { number, unit } => return Some((number, unit)),
+        _ => field.refuse(expected),
+    }
+    None
 }
 
 fn read_ends(field: &Field<'_>, is_factor: bool) -> Option<(f64, f64, String)> {
