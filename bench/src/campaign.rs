@@ -6,19 +6,21 @@ use crate::progress::Progress;
 use crate::scenario::repository;
 use anyhow::{Context, Result, bail};
 use campaign::{BaseTexts, Campaign, Source};
-use closed_loop::{InProcess, Parts, wire};
-use config::{parse_model, parse_scenario};
+use closed_loop::{InProcess, wire};
+use config::{Scenario, parse_model, parse_scenario};
 use serde_json::{Value, json};
 use std::hint::black_box;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
+use valve_model::Model;
 
 /// The shipped sine, and a model file beside it.
 const SCENARIO: &str = "rt-config/scenarios/sine-1hz.toml";
-/// What is varied: a number of each model, so that both are read for every run.
-const VARIED: &str = "[[vary]]\npath = \"truth.friction.coulomb_torque_nm\"\nas = \"factor\"\nrange = [0.9, 1.1]\n\
-                      [[vary]]\npath = \"belief.load.inertia_kg_m2\"\nas = \"factor\"\nlog = [0.5, 2.0]\n";
+/// The truth varied, and the belief: with it the controller is wired, and its observer designed, for each run.
+const TRUTH: &str =
+    "[[vary]]\npath = \"truth.friction.coulomb_torque_nm\"\nas = \"factor\"\nrange = [0.9, 1.1]\n";
+const BELIEF: &str = "[[vary]]\npath = \"belief.load.inertia_kg_m2\"\nas = \"factor\"\nlog = [0.5, 2.0]\n";
 
 /// How much is run.
 struct Size {
@@ -30,7 +32,8 @@ struct Size {
 /// Ratios of a turn.
 struct Turn {
     bare_per_s: f64,
-    campaign_per_s: f64,
+    both_per_s: f64,
+    truth_per_s: f64,
     one_job_s: f64,
     two_jobs_s: f64,
 }
@@ -68,9 +71,10 @@ pub fn run(quick: bool) -> Result<Results> {
         json!({ "what": what, "turns": values })
     };
     let data = vec![
-        spread("runs a second, bare loop, one thread", &|turn| turn.bare_per_s),
-        spread("runs a second, campaign's runs, one thread", &|turn| turn.campaign_per_s),
-        spread("time of the latter over the former", &|turn| turn.bare_per_s / turn.campaign_per_s),
+        spread("runs a second, bare loop (wired and run)", &|turn| turn.bare_per_s),
+        spread("the same as a campaign, truth and belief varied", &|turn| turn.both_per_s),
+        spread("the same, the truth alone varied", &|turn| turn.truth_per_s),
+        spread("time of a run, campaign over bare loop", &|turn| turn.bare_per_s / turn.both_per_s),
         spread("time of the command, 1 job over 2", &|turn| turn.one_job_s / turn.two_jobs_s),
     ];
     let whole = [("largest resident memory, MB", memory_mb), ("rows.log, MB", row_bytes as f64 / 1e6)];
@@ -88,31 +92,44 @@ pub fn run(quick: bool) -> Result<Results> {
     })
 }
 
-/// Both ways and both numbers of jobs, one after the other.
+/// All ways and both numbers of jobs, one after the other.
 fn turn(place: &Workplace, size: &Size) -> Result<Turn> {
     let runs = size.runs_of_a_turn;
-    let campaign = Campaign::new(Source { file: String::new(), text: plan(runs) }, vec![texts()?])?;
-    // The bare loop is given what reading and wiring of the same runs come to.
-    let parts = (0..runs).map(|run| parts(&campaign, run)).collect::<Result<Vec<Parts>>>()?;
+    let campaign = |varied: &str| -> Result<Campaign> {
+        let source = Source { file: String::new(), text: plan(runs, varied) };
+        Ok(Campaign::new(source, vec![texts()?])?)
+    };
+    let both = campaign(&[TRUTH, BELIEF].concat())?;
+    // The bare loop is given what reading the same runs' texts comes to.
+    let read = (0..runs).map(|run| models(&both, run)).collect::<Result<Vec<_>>>()?;
     let begun = Instant::now();
-    for parts in &parts {
-        InProcess::new(parts).for_each(|cycle| _ = black_box(cycle));
+    for (scenario, truth, belief) in &read {
+        InProcess::new(&wire(scenario, truth, belief)?).for_each(|cycle| _ = black_box(cycle));
     }
     let bare_s = begun.elapsed().as_secs_f64();
-    let begun = Instant::now();
-    (0..runs).for_each(|run| _ = black_box(campaign.run(run, &|| false)));
-    let campaign_s = begun.elapsed().as_secs_f64();
+    let time_s = |campaign: &Campaign| {
+        let begun = Instant::now();
+        (0..runs).for_each(|run| _ = black_box(campaign.run(run, &|| false)));
+        begun.elapsed().as_secs_f64()
+    };
+    let (both_s, truth_s) = (time_s(&both), time_s(&campaign(TRUTH)?));
     let (one_job_s, ..) = program(place, runs, 1)?;
     let (two_jobs_s, ..) = program(place, runs, 2)?;
     let per_s = |time_s: f64| runs as f64 / time_s;
-    Ok(Turn { bare_per_s: per_s(bare_s), campaign_per_s: per_s(campaign_s), one_job_s, two_jobs_s })
+    Ok(Turn {
+        bare_per_s: per_s(bare_s),
+        both_per_s: per_s(both_s),
+        truth_per_s: per_s(truth_s),
+        one_job_s,
+        two_jobs_s,
+    })
 }
 
-fn plan(runs: u64) -> String {
+fn plan(runs: u64, varied: &str) -> String {
     let scenario = repository().join(SCENARIO);
     format!(
         "format = \"stepvalve-campaign\"\nformat_version = 1\nname = \"bench\"\nscenarios = [{scenario:?}]\n\
-         [design]\nkind = \"latin-hypercube\"\nruns = {runs}\n{VARIED}"
+         [design]\nkind = \"latin-hypercube\"\nruns = {runs}\n{varied}"
     )
 }
 
@@ -125,18 +142,18 @@ fn texts() -> Result<BaseTexts> {
     Ok(BaseTexts { scenario: read(&repository().join(SCENARIO))?, truth: model.clone(), belief: model })
 }
 
-fn parts(campaign: &Campaign, run: u64) -> Result<Parts> {
+fn models(campaign: &Campaign, run: u64) -> Result<(Scenario, Model, Model)> {
     let texts = campaign.texts(run).context("a run")?;
     let scenario = parse_scenario(&texts.scenario.text, &texts.scenario.file)?;
     let truth = parse_model(&texts.truth.text, &texts.truth.file)?;
     let belief = parse_model(&texts.belief.text, &texts.belief.file)?;
-    Ok(wire(&scenario, &truth, &belief)?)
+    Ok((scenario, truth, belief))
 }
 
 /// The command: its time in s, its largest resident memory in MB, and the bytes of its rows.
 fn program(place: &Workplace, runs: u64, jobs: usize) -> Result<(f64, f64, u64)> {
     let (path, out) = (place.path("plan.toml"), place.path("campaign"));
-    std::fs::write(&path, plan(runs))?;
+    std::fs::write(&path, plan(runs, &[TRUTH, BELIEF].concat()))?;
     let mut command = place.stepvalve()?;
     command.arg("campaign").arg(&path).arg("--out").arg(&out).args(["--jobs", &jobs.to_string()]);
     let begun = Instant::now();

@@ -1,7 +1,7 @@
 //! A scenario with its models, as they are before anything is varied.
 
 use crate::error::CampaignError;
-use closed_loop::wire;
+use closed_loop::{Parts, wire};
 use config::{
     Editable, Scenario, Target, belief_warnings, check_against_models, parse_model, parse_scenario,
 };
@@ -46,6 +46,7 @@ pub(crate) struct Base {
     pub(crate) scenario: Scenario,
     pub(crate) truth: Model,
     pub(crate) belief: Model,
+    pub(crate) parts: Parts,
     editable: [Editable; 3],
 }
 
@@ -56,11 +57,11 @@ impl Base {
         let belief = parse_model(&texts.belief.text, &texts.belief.file)?;
         let file = &texts.scenario.file;
         check_against_models(&scenario, &truth, &belief, &texts.scenario.text, file)?;
-        wire(&scenario, &truth, &belief)
+        let parts = wire(&scenario, &truth, &belief)
             .map_err(|source| CampaignError::Wiring { file: file.clone(), source })?;
         // Their readers took them as TOML.
         let editable = Target::ALL.map(|target| Editable::new(&texts.of(target).text).unwrap_or_default());
-        Ok(Self { texts, scenario, truth, belief, editable })
+        Ok(Self { texts, scenario, truth, belief, parts, editable })
     }
 
     /// A text to be changed.

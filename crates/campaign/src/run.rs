@@ -5,7 +5,7 @@ use crate::diagnose::diagnosed;
 use crate::plan::Campaign;
 use crate::recorded::Recorded;
 use crate::row::{Failure, Motion, Row, Stage};
-use closed_loop::{InProcess, Metrics, Parts, wire};
+use closed_loop::{InProcess, Metrics, Parts, wire, wire_like};
 use config::{Scenario, Target, check_against_models, parse_model, parse_scenario};
 use std::any::Any;
 use std::borrow::Cow;
@@ -85,7 +85,13 @@ impl Campaign {
             Cow::Borrowed(&base.scenario)
         };
         check_against_models(&scenario, &truth, &belief, text, file).map_err(|errors| errors.to_string())?;
-        let parts = wire(&scenario, &truth, &belief).map_err(|error| error.to_string())?;
+        let is_same_controller = !self.varies(Target::Scenario) && !self.varies(Target::Belief);
+        let parts = if is_same_controller {
+            wire_like(&base.parts, &scenario, &truth, &belief)
+        } else {
+            wire(&scenario, &truth, &belief)
+        };
+        let parts = parts.map_err(|error| error.to_string())?;
         Ok(Ready { scenario, belief, parts })
     }
 }

@@ -109,3 +109,21 @@ fn plans_that_do_not_fit() {
     assert!(campaign(&format!("{design}path = \"truth.load.inertia_kg_m2\"\nvalues = [-1, 1e-4]")).is_ok());
     assert!(campaign(&format!("{design}path = \"scenario.encoder.delay_cycles\"\nvalues = [0, 2]")).is_ok());
 }
+
+/// The controller is wired once where neither belief nor scenario are varied; a factor of 1 has it wired for each run.
+#[test]
+fn a_controller_wired_once_does_the_same() {
+    let varied = |path: &str, values: &str| {
+        format!("[[vary]]\npath = \"{path}\"\nas = \"factor\"\nvalues = {values}\n")
+    };
+    let truth = ["friction.coulomb_torque_nm", "motor.rotor_inertia_kg_m2"]
+        .map(|key| varied(&format!("truth.{key}"), "[1, 0.8]"));
+    let grid = format!("[design]\nkind = \"grid\"\n{}", truth.concat());
+    let once = campaign(&grid).unwrap();
+    let each = campaign(&(grid + &varied("belief.load.inertia_kg_m2", "[1]"))).unwrap();
+    for run in 0..4 {
+        let (one, other) = (once.run(run, &never).unwrap(), each.run(run, &never).unwrap());
+        assert!(one.motion.is_some(), "{one:?}");
+        assert_eq!(one, other);
+    }
+}

@@ -31,4 +31,4 @@ pub use plant_start::PlantStart;
 pub use snapshot::{Snapshot, SnapshotReader, SnapshotSender};
 pub use timeline::{ARM_CYCLE, Timeline};
 pub use wire::{Perfect, Presence, Wire};
-pub use wiring::{Parts, WiringError, wire};
+pub use wiring::{Parts, WiringError, wire, wire_like};

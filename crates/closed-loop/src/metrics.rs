@@ -4,7 +4,7 @@ use crate::in_process::CycleOutputs;
 use signals::{
     ControlStatus, ControllerState, FaultCode, PlantTruth, Reference, SetPointRefusal, StepCommand,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 /// RMS and peak of a quantity.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
@@ -36,17 +36,63 @@ impl Sum {
 }
 
 /// What becomes known of a cycle piece by piece, as its messages come.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Cycle {
     reference_rad: Option<f64>,
     true_rad: Option<f64>,
     running: Option<bool>,
 }
 
+/// Cycles of which something is known and something not yet, beside each other: this is asked in every cycle of a campaign, and a
+/// map costs a twentieth of the loop.
+#[derive(Debug, Default)]
+struct Open {
+    /// The first of them.
+    first: u64,
+    cycles: VecDeque<Cycle>,
+}
+
+impl Open {
+    /// A cycle that stays incomplete is forgotten when so many have followed it.
+    const PATIENCE: u64 = 100_000;
+
+    /// What is known of a cycle; `None` of one that is long past.
+    fn at(&mut self, cycle: u64) -> Option<&mut Cycle> {
+        if self.cycles.is_empty() || cycle > self.first.saturating_add(2 * Self::PATIENCE) {
+            self.cycles.clear();
+            self.first = cycle;
+        }
+        if cycle.saturating_add(Self::PATIENCE) < self.first {
+            return None;
+        }
+        while cycle < self.first {
+            self.cycles.push_front(Cycle::default());
+            self.first -= 1;
+        }
+        while cycle - self.first >= Self::PATIENCE {
+            self.cycles.pop_front();
+            self.first += 1;
+        }
+        let index = (cycle - self.first) as usize;
+        while self.cycles.len() <= index {
+            self.cycles.push_back(Cycle::default());
+        }
+        self.cycles.get_mut(index)
+    }
+
+    /// Forgets what nothing is known of at the beginning.
+    fn shorten(&mut self) {
+        while self.cycles.front() == Some(&Cycle::default()) {
+            self.cycles.pop_front();
+            self.first += 1;
+        }
+    }
+}
+
 /// Gathers what a run's summary says from its messages, in one pass and in little memory.
 #[derive(Debug, Default)]
 pub struct Metrics {
-    open: BTreeMap<u64, Cycle>,
+    open: Open,
     measured_error: Sum,
     true_error: Sum,
     /// Reference minus true angle in the last cycle in which the controller ran, rad.
@@ -100,8 +146,7 @@ impl Metrics {
     /// Takes note of Reference.
     pub fn reference(&mut self, cycle: u64, reference: &Reference) {
         self.refusal(reference);
-        self.open.entry(cycle).or_default().reference_rad = Some(reference.angle_rad);
-        self.close(cycle);
+        self.know(cycle, |of| of.reference_rad = Some(reference.angle_rad));
     }
 
     /// Takes note of StepCommand.
@@ -119,8 +164,7 @@ impl Metrics {
     /// Takes note of PlantTruth.
     pub fn truth(&mut self, cycle: u64, truth: &PlantTruth) {
         self.lost_steps = self.lost_steps.max(truth.lost_teeth.unsigned_abs());
-        self.open.entry(cycle).or_default().true_rad = Some(truth.angle_rad);
-        self.close(cycle);
+        self.know(cycle, |of| of.true_rad = Some(truth.angle_rad));
     }
 
     /// Takes note of ControlStatus.
@@ -138,24 +182,63 @@ impl Metrics {
         if fault != FaultCode::None {
             self.fault.get_or_insert((fault, status.fault_cycle));
         }
-        self.open.entry(cycle).or_default().running = Some(running);
-        self.close(cycle);
+        self.know(cycle, |of| of.running = Some(running));
     }
 
-    /// A cycle of which all is known is counted and forgotten; so is one that stays incomplete for long.
-    fn close(&mut self, cycle: u64) {
-        if let Some(Cycle { reference_rad: Some(reference), true_rad: Some(angle), running: Some(running) }) =
-            self.open.get(&cycle).copied()
-        {
-            self.open.remove(&cycle);
-            if running {
-                self.true_error.add(reference - angle);
-                self.final_error_rad = Some(reference - angle);
-            }
+    /// Takes note of a piece of a cycle; one of which all is known is counted and forgotten.
+    fn know(&mut self, cycle: u64, note: impl FnOnce(&mut Cycle)) {
+        let Some(of) = self.open.at(cycle) else { return };
+        note(of);
+        let Cycle { reference_rad: Some(reference), true_rad: Some(angle), running: Some(running) } = *of
+        else {
+            return;
+        };
+        *of = Cycle::default();
+        self.open.shorten();
+        if running {
+            self.true_error.add(reference - angle);
+            self.final_error_rad = Some(reference - angle);
         }
-        const PATIENCE: usize = 100_000;
-        if self.open.len() > PATIENCE {
-            self.open.pop_first();
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn metrics(order: impl Iterator<Item = (u64, usize)>) -> Metrics {
+        let mut metrics = Metrics::default();
+        for (cycle, piece) in order {
+            metrics.know(cycle, |of| match piece {
+                0 => of.reference_rad = Some(cycle as f64),
+                1 => of.true_rad = Some(0.0),
+                _ => of.running = Some(true),
+            });
         }
+        metrics
+    }
+
+    #[test]
+    fn pieces_may_come_in_any_order() {
+        let forwards = metrics((0..100).flat_map(|cycle| (0..3).map(move |piece| (cycle, piece))));
+        let by_piece = metrics((0..3).flat_map(|piece| (0..100).rev().map(move |cycle| (cycle, piece))));
+        for metrics in [&forwards, &by_piece] {
+            assert_eq!(metrics.true_error().unwrap().peak, 99.0);
+            assert_eq!(metrics.true_error.count, 100);
+            assert!(metrics.open.cycles.is_empty());
+        }
+        assert_eq!((forwards.final_error_rad, by_piece.final_error_rad), (Some(99.0), Some(0.0)));
+    }
+
+    #[test]
+    fn a_generation_begins_anew_and_gaps_are_forgotten() {
+        let all = |cycle: u64| (0..3).map(move |piece| (cycle, piece));
+        let far = 10_000_000;
+        let order = (50..60).chain([far]).chain(5..10).chain(far + 1..far + 3).flat_map(all);
+        // Cycle 20 stays incomplete; those far back come too late for the last of all.
+        let metrics = metrics([(20, 0)].into_iter().chain(order));
+        assert_eq!(metrics.true_error.count, 10 + 1 + 5 + 2);
+        assert!(metrics.open.cycles.is_empty());
     }
 }

@@ -96,6 +96,27 @@ pub fn wire(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Parts,
     Ok(Parts { timeline, plant, trajectory, controller: ControllerPart { params, initial_microsteps } })
 }
 
+/// Wires a scenario with another truth than `like` was wired with, and the same belief: what the controller is told stays, and its
+/// observer, whose design takes half as long as a run of seconds, is not designed anew.
+///
+/// # Errors
+/// As [`wire`], which gives the same parts.
+pub fn wire_like(
+    like: &Parts,
+    scenario: &Scenario,
+    truth: &Model,
+    belief: &Model,
+) -> Result<Parts, WiringError> {
+    let (truth_motor, _) = shaft_of(truth, "truth")?;
+    let drive = drive_params(scenario, &truth_motor);
+    if drive != like.plant.drive {
+        // The controller counts the truth's micro-steps.
+        return wire(scenario, truth, belief);
+    }
+    let valve = ValveParams::new(truth).map_err(|source| WiringError::Model { role: "truth", source })?;
+    Ok(Parts { plant: plant_part(scenario, valve, truth_motor, drive, like.timeline), ..like.clone() })
+}
+
 fn shaft_of(model: &Model, role: &'static str) -> Result<(MotorParams, LoadParams), WiringError> {
     let missing = |key: &'static str, expected: &'static str| WiringError::Model {
         role,
