@@ -95,7 +95,10 @@ pub fn keep(
             Ok(true) => {}
             Ok(false) => return Ok(false),
             // Its texts are kept: what is wrong with them is the row's reason.
-            Err(Failure::Input(error)) => complain(format_args!("note: run {run}: {error:#}")),
+            Err(Failure::Input(_)) => complain(format_args!(
+                "note: run {run} can't be simulated: its texts alone are in {}",
+                name(&place)
+            )),
             Err(failed) => return Err(failed),
         }
         std::fs::rename(&partial, &place).with_context(|| name(&place))?;
@@ -114,7 +117,11 @@ pub fn only(campaign: &Campaign, run: u64, folder: &Path) -> Result<Outcome, Fai
     }
     let output = Output::prepare(folder)?;
     let scenario = write_texts(campaign, run, folder)?;
-    let loaded = loaded::load(&scenario)?;
+    let loaded = loaded::load(&scenario).map_err(|failure| match failure {
+        // Nothing is recorded; the texts stay, since that is where the error is to be looked for.
+        Failure::Input(error) => Failure::Input(error.context(format!("run {run} can't be simulated"))),
+        other => other,
+    })?;
     simulate::in_one_thread(&loaded, &output)
 }
 

@@ -66,10 +66,9 @@ fn found(campaign: &Campaign, rows: &[Row], quantity: &Quantity, metric: Metric)
 }
 
 fn effects(campaign: &Campaign, rows: &[Row], quantities: &[Quantity]) -> Section {
-    let mut section = Section::new("Main effects").with(Block::Text(format!(
-        "Each run's {} over each varied quantity, and the mean of runs with like values.",
-        DRAWN.label()
-    )));
+    let mut section = Section::new("Main effects").with(Block::Text(
+        "Every point is a run; the line joins the means of runs with like values.".to_owned(),
+    ));
     let (mut plots, mut tables) = (Vec::new(), Vec::new());
     for quantity in quantities {
         let influence = found(campaign, rows, quantity, DRAWN);
