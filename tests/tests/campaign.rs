@@ -154,7 +154,7 @@ fn a_limit_of_failures_ends_it() {
 }
 
 #[test]
-fn an_interruption_keeps_all_rows() {
+fn one_process_writes_and_an_interruption_keeps_all_rows() {
     let place = TestPlace::new();
     let many = FORTY.replace("runs = 40", "runs = 4000");
     let plan = plan(&place, 5.0, &many);
@@ -162,12 +162,14 @@ fn an_interruption_keeps_all_rows() {
     place.wait_for("rows", || {
         std::fs::metadata(place.path("out/rows.log")).ok().filter(|log| log.len() > 20_000)
     });
+    let second = campaign(&place, &plan, "out", &["--resume"]).expect_code(2);
+    assert!(second.stderr.contains("another campaign writes to it"), "{}", second.stderr);
     nix::sys::signal::kill(nix::unistd::Pid::from_raw(child.id() as i32), nix::sys::signal::Signal::SIGINT)
         .unwrap();
     let finished = Finished::from(child.wait_with_output().unwrap()).expect_code(130);
     assert!(finished.stdout.contains("of 4000 runs are in "), "{}", finished.stdout);
     assert!(finished.stdout.contains("--resume goes on"), "{}", finished.stdout);
-    // Another process may not write there meanwhile, and nothing is begun anew by mistake.
+    // Nothing is begun anew by mistake.
     let again = campaign(&place, &plan, "out", &[]).expect_code(2);
     assert!(
         again.stderr.contains("rows.log exists: --resume goes on with it, --force begins anew"),

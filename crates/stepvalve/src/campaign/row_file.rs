@@ -38,9 +38,11 @@ impl RowFile {
             refuse_taken(folder)?;
         }
         let begin = log::begin(head).map_err(Failure::input)?;
+        // Locked before it is read: what is read is then what there is to go on with.
+        let there = if path.exists() { Some(locked(&path)?) } else { None };
         let found = if resume { found(&path, &begin, head)? } else { None };
         std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
-        let file = locked(&path)?;
+        let file = there.map_or_else(|| locked(&path), Ok)?;
         let mut this = Self { file, path, rows: BTreeMap::new(), dropped_bytes: 0 };
         match found {
             Some((contents, length)) => {
