@@ -1,7 +1,8 @@
 //! A model's formulas and tables, ready to run: torques on the spool, and factors of friction's levels and of σ2.
 //!
 //! Each is asked at a [`Moment`]: angle, speed, acceleration and time as they change within a cycle, the rest as it is held
-//! there. A value that is not finite counts as zero, so that the equations of motion stay sound whatever a user writes.
+//! there. A value that is not finite counts as zero, and one beyond [`MOST`] is held there, so that the equations of motion stay sound
+//! whatever a user writes.
 
 use expression::Dual;
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,9 @@ use crate::{ActsOn, Covariate, Effect, Model, ParamError};
 
 /// The levels are never scaled below this: a law needs some friction.
 const LEAST_LEVEL: f64 = 1e-3;
+
+/// No torque (N·m) and no factor is taken for more, either way: what is made of it has to stay a number.
+const MOST: f64 = 1e9;
 
 /// All covariates at one instant, by their places.
 pub(crate) type Moment = [f64; Covariate::COUNT];
@@ -152,8 +156,7 @@ impl Customs {
 
 impl Custom {
     fn value(&self, at: &Moment) -> f64 {
-        let value = self.rule.at(at);
-        if value.is_finite() { value } else { 0.0 }
+        bounded(self.rule.at(at))
     }
 
     fn sloped(&self, at: &Moment) -> Sloped {
@@ -171,8 +174,15 @@ impl Custom {
                 Sloped { value, slopes }
             }
         };
-        if found.value.is_finite() { found } else { Sloped { value: 0.0, slopes: [0.0; Covariate::MOVING] } }
+        let value = bounded(found.value);
+        // Where it is held it has no slope.
+        let slope = |slope: f64| if value == found.value { bounded(slope) } else { 0.0 };
+        Sloped { value, slopes: found.slopes.map(slope) }
     }
+}
+
+fn bounded(value: f64) -> f64 {
+    if value.is_finite() { value.clamp(-MOST, MOST) } else { 0.0 }
 }
 
 /// Refuses what a simulated valve can't know: friction that depends on the acceleration that it takes part in.
