@@ -10,8 +10,8 @@ use anyhow::{Context, Result};
 use config::parse_model;
 use hidden_effect_rig::Finding;
 use log_data::Log;
+use log_data::median;
 use nalgebra::DVector;
-use prediction::median;
 use std::collections::{BTreeMap, BTreeSet};
 use valve_model::{EffectId, FrictionParams, Model};
 

@@ -97,14 +97,12 @@ pub fn diagnose(
         return conclude(&judged, &able, &unable);
     }
     let nuisances = judged.setting.nuisances;
-    let has_zeros = nuisances.zero_nm > 0.0;
-    let zero_nm =
-        if has_zeros { nuisances.zero_nm } else { judged.zero_from_run_to_run(&judged.selection.fitted)? };
-    let nuisances = Nuisances { zero_nm, ..nuisances };
-    let judged = if zero_nm == 0.0 || has_zeros {
+    let zero_nm = nuisances.zero_nm.max(judged.zero_from_run_to_run(&judged.selection.fitted)?);
+    let judged = if zero_nm == nuisances.zero_nm {
         judged
     } else {
         tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
+        let nuisances = Nuisances { zero_nm, ..nuisances };
         let setting = Setting { nuisances, ..setting };
         judge(setting, noise, asked, Some(&judged.selection), tell)?
     };

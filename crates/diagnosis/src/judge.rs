@@ -73,7 +73,7 @@ pub(crate) fn judge<'a>(
     tell(Event::Step("screening causes"));
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
-    let few = few_quickly(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
+    let few = few(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
     if let Few::Not(few) = &few
         && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
         && zeros_explain(&with_zeros.selection, few.as_deref(), asked.corrections)
@@ -102,8 +102,7 @@ pub(crate) fn judge_few<'a>(
 ) -> Result<Option<Judgement<'a>>, DiagnosisError> {
     let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
-    let Few::Found(few) = few_quickly(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})?
-    else {
+    let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})? else {
         return Ok(None);
     };
     let selection = with_corrections(&setting, *few, corrected, asked)?;
@@ -184,18 +183,6 @@ enum Few {
     Not(Option<Box<Selection>>),
 }
 
-/// As [`few`], with the corrections' sensitivities where they alone fit best: what comes of it is fitted again, with exact ones.
-fn few_quickly(
-    setting: &Setting<'_>,
-    asked: Asked<'_>,
-    (given, corrected): (&Fitted, Option<&Fitted>),
-    earlier: Option<&Selection>,
-    ranked: &mut Tell<'_>,
-) -> Result<Few, DiagnosisError> {
-    let kept = corrected.map(|corrected| setting.sensitivities(&corrected.point)).transpose()?.flatten();
-    few(&Setting { kept: kept.as_ref(), ..*setting }, asked, (given, corrected), earlier, ranked)
-}
-
 /// No cause, where corrections alone leave no more than noise, or few beside them. Corrections that get there at their bounds are held
 /// against one number that is off by more.
 fn few(
@@ -207,10 +194,15 @@ fn few(
 ) -> Result<Few, DiagnosisError> {
     let Some(corrected) = corrected else { return Ok(Few::Not(None)) };
     let found = |selection: Selection| Ok(Few::Found(Box::new(selection)));
-    let alone = Tried::judged(setting, corrected.clone());
     let within = leaves_noise(setting, corrected)?;
+    if within && !corrected.point.hypothesis.corrections.iter().any(Correction::is_at_bound) {
+        return found(nothing_yet(setting, given.clone()));
+    }
+    // What comes of it is fitted again, with exact ones.
+    let kept = setting.sensitivities(&corrected.point)?;
+    let setting = &Setting { kept: kept.as_ref(), ..*setting };
     // Where the corrections leave noise, a number beyond its tolerance has to leave less.
-    let least = if within { alone.rms - EQUAL } else { f64::INFINITY };
+    let least = if within { Tried::judged(setting, corrected.clone()).rms - EQUAL } else { f64::INFINITY };
     if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected), least)? {
         return found(beyond);
     }

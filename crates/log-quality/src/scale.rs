@@ -2,7 +2,8 @@
 
 /// The median of what is finite; NaN of nothing.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
-    quantile(values, 0.5)
+    let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    log_data::median(&mut finite).unwrap_or(f64::NAN)
 }
 
 /// The value below which this part of what is finite lies; NaN of nothing.

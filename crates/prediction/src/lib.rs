@@ -9,7 +9,6 @@ mod angle;
 mod conditions;
 mod delay;
 mod error;
-mod median;
 mod noise;
 mod penalty;
 mod sides;
@@ -19,7 +18,6 @@ mod torque;
 pub use angle::encoder_angle_after;
 pub use delay::delay;
 pub use error::PredictionError;
-pub use median::median;
 pub use noise::{Noise, goes_through_steps};
 pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
 

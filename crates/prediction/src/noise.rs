@@ -1,6 +1,6 @@
 //! What an encoder adds to an angle: its step, and noise.
 
-use crate::median::median;
+use log_data::median;
 
 /// How far a measured angle is from the true one.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,9 +4,9 @@
 //! strengths each sample takes the strongest whose residuals, nearby, are no larger than the encoder's noise. A rest or
 //! a slow loop is then averaged over hundreds of samples, and a slip next to it keeps its edges.
 
-use crate::median::median;
 use crate::noise::Noise;
 use crate::penalty::{Differences, Solver};
+use log_data::median;
 use std::ops::Range;
 use valve_model::MotionSample;
 

@@ -141,9 +141,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 fn median(values: &[f64]) -> f64 {
-    let mut sorted: Vec<f64> = known(values).collect();
-    let middle = sorted.len() / 2;
-    if sorted.is_empty() { f64::NAN } else { *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    log_data::median(&mut known(values).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
 }
 
 /// A row whose sample is missing lies on the trapezoid across the gap.

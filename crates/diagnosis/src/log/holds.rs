@@ -3,7 +3,7 @@
 
 use crate::log::kind::LogKind;
 use crate::log::piece::Piece;
-use prediction::median;
+use log_data::median;
 
 /// Samples of a hold that are taken together, and how many holds it takes for their median to say anything.
 const LENGTH: usize = 64;

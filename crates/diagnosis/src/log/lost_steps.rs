@@ -3,7 +3,7 @@
 use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
-use prediction::median;
+use log_data::median;
 
 /// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
 const LEAST: f64 = 0.6;

@@ -12,7 +12,7 @@ use crate::log::kind::LogKind;
 use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use crate::workers::{Workers, map};
-use prediction::median;
+use log_data::median;
 
 /// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
 const FOURTH: f64 = 70.0;

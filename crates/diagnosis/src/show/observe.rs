@@ -5,7 +5,7 @@ use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
 use crate::show::residual::PieceResidual;
-use prediction::median;
+use log_data::median;
 use statrs::statistics::Statistics;
 
 /// Slower than this part of the fastest speed counts as rest.

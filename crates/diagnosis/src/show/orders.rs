@@ -3,7 +3,7 @@
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
 use crate::show::residual::PieceResidual;
-use prediction::median;
+use log_data::median;
 
 /// The highest order that is looked at. A motor's slots turn up to 48 times as often as its shaft; their second harmonic is below.
 pub(crate) const HIGHEST: usize = 128;

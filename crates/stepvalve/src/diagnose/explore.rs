@@ -3,7 +3,7 @@
 use super::words::{self, extended, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::Channel;
-use prediction::median;
+use log_data::median;
 use report::{Axis, Block, Covariate, Hue, Linked, LinkedSeries, Section};
 use std::f64::consts::TAU;
 
