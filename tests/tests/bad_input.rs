@@ -80,6 +80,19 @@ fn unreachable_flows_and_rotation_within_limits() {
     refused(&place, &file, &["speed"]);
 }
 
+/// The file may be for another machine: it is good, but one should know.
+#[test]
+fn a_core_that_is_not_here_is_noted() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("step-sequence.toml", 1.0, &[]);
+    let text = std::fs::read_to_string(&scenario).unwrap();
+    assert!(text.contains("core = 1"), "{text}");
+    std::fs::write(&scenario, text.replace("core = 1", "core = 511")).unwrap();
+    let checked = place.stepvalve(&["check", scenario.to_str().unwrap()]).expect_code(0);
+    let note = "note: step-controller is to stay on core 511; here are cores ";
+    assert!(checked.stdout.contains(note), "{}{}", checked.stdout, checked.stderr);
+}
+
 #[test]
 fn usage() {
     let place = TestPlace::new();
@@ -93,6 +106,13 @@ fn usage() {
     let not_a_record = place.write("x.mcap", "not a record");
     place.stepvalve(&["convert", not_a_record.to_str().unwrap(), "--out", "x.h5"]).expect_code(2);
     place.stepvalve(&["replay", not_a_record.to_str().unwrap()]).expect_code(2);
+    let empty = place.path("empty");
+    std::fs::create_dir(&empty).unwrap();
+    for command in [&["replay"][..], &["convert", "--out", "x.h5"]] {
+        let arguments = [command, &[empty.to_str().unwrap()]].concat();
+        let refused = place.stepvalve(&arguments).expect_code(2);
+        assert!(refused.stderr.contains("found no run-*.mcap in it"), "{}", refused.stderr);
+    }
 }
 
 /// A second of sliding with its torque.

@@ -100,8 +100,10 @@ fn report_makes_the_same_page_and_overwrites_nothing() {
     let report = |run: &Path, out: &Path| {
         place.stepvalve(&["report", run.to_str().unwrap(), "--out", out.to_str().unwrap()])
     };
-    report(&run, &page).expect_code(0);
-    assert_eq!(std::fs::read(&page).unwrap(), std::fs::read(place.path("out/run.html")).unwrap());
+    for (source, page) in [(&run, &page), (&place.path("out"), &place.path("of-folder.html"))] {
+        report(source, page).expect_code(0);
+        assert_eq!(std::fs::read(page).unwrap(), std::fs::read(place.path("out/run.html")).unwrap());
+    }
     let before = std::fs::read(&run).unwrap();
     let refused = report(&run, &run).expect_code(2);
     assert!(refused.stderr.contains("exists"), "{}", refused.stderr);
@@ -119,8 +121,10 @@ fn bad_files_are_refused_and_nothing_is_written() {
     std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
     let text = place.write("text.h5", "not HDF5");
     let pages = place.path("pages");
+    let no_run = place.path("no-run");
     std::fs::create_dir(&pages).unwrap();
-    for bad in [cut, text, place.path("missing.h5"), place.path("out")] {
+    std::fs::create_dir(&no_run).unwrap();
+    for bad in [cut, text, place.path("missing.h5"), no_run] {
         let out = pages.join("page.html");
         let refused = place.stepvalve(&["report", bad.to_str().unwrap(), "--out", out.to_str().unwrap()]);
         let refused = refused.expect_code(2);

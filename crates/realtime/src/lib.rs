@@ -24,4 +24,4 @@ pub use machine::machine_facts;
 pub use memory::{PageFaults, lock_memory, page_faults_of_this_thread, prefault_stack};
 pub use packet_socket::{PacketError, PacketSocket};
 pub use packet_tap::{PacketTap, TappedFrame};
-pub use scheduling::{Obtained, Wanted, current_fifo_priority, obtain};
+pub use scheduling::{Obtained, Wanted, cores, current_fifo_priority, obtain};

@@ -2,7 +2,7 @@
 
 use crate::dma_latency::CpuDmaLatency;
 use crate::memory::{lock_memory, prefault_stack};
-use nix::sched::{CpuSet, sched_setaffinity};
+use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
 use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
 use thread_priority::{
@@ -93,6 +93,12 @@ pub fn current_fifo_priority() -> Option<u8> {
     let (policy, parameters) = thread_schedule_policy_param(native).ok()?;
     let fifo = policy == ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     fifo.then(|| u8::try_from(parameters.sched_priority).ok()).flatten()
+}
+
+/// The cores that this process may run on; none where the system doesn't say.
+pub fn cores() -> Vec<usize> {
+    let Ok(cores) = sched_getaffinity(Pid::from_raw(0)) else { return Vec::new() };
+    (0..CpuSet::count()).filter(|core| cores.is_set(*core).unwrap_or(false)).collect()
 }
 
 fn pin(core: usize) -> nix::Result<()> {

@@ -2,6 +2,7 @@
 
 use crate::say::say;
 use crate::{campaign, files, loaded};
+use config::Scenario;
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
 
@@ -50,10 +51,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         scenario.belief
     ));
     say(loaded.goes_on());
-    for warning in scenario.warnings() {
+    for warning in scenario.warnings().into_iter().chain(missing_cores(scenario, &realtime::cores())) {
         say(format_args!("note: {warning}"));
     }
     Ok(Outcome::Done)
+}
+
+/// What is to run on a core that this machine doesn't have, or doesn't give us: the file may be for another one.
+fn missing_cores(scenario: &Scenario, cores: &[usize]) -> Vec<String> {
+    let timing = &scenario.timing;
+    let plant = if scenario.drive.is_some() { "valve-bridge" } else { "plant-simulator" };
+    let tasks = [
+        (plant, timing.plant),
+        ("trajectory-generator", timing.trajectory),
+        ("step-controller", timing.controller),
+        ("run-recorder", timing.recorder),
+    ];
+    let there: Vec<String> = cores.iter().map(usize::to_string).collect();
+    let wanted = tasks.into_iter().filter_map(|(name, task)| Some((name, task.core?)));
+    let missing = wanted.filter(|(_, core)| !cores.is_empty() && !cores.contains(core));
+    missing
+        .map(|(name, core)| {
+            format!(
+                "{name} is to stay on core {core}; here are cores {}, and it would run on any",
+                there.join(", ")
+            )
+        })
+        .collect()
 }
 
 /// Whether the file says that it has this format; what says none is read as a scenario, whose errors then say what is missing.

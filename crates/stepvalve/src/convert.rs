@@ -1,6 +1,6 @@
 //! `stepvalve convert`: a record becomes a run file.
 
-use crate::files::name;
+use crate::files::{name, segments};
 use crate::pulse::Pulse;
 use crate::say::say;
 use anyhow::{Context, anyhow};
@@ -12,7 +12,7 @@ use supervisor::{Failure, Outcome};
 /// What to convert.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The record's segments, in order
+    /// The folder of a run, or the record's segments in order
     #[arg(value_name = "REC.mcap", required = true)]
     segments: Vec<PathBuf>,
     /// The run file to write
@@ -29,11 +29,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if out.exists() {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
     }
-    for segment in &arguments.segments {
+    let segments = segments(&arguments.segments)?;
+    for segment in &segments {
         recording::read_info(segment).map_err(Failure::input)?;
     }
     let pulse = Pulse::new(|| "converting".to_owned());
-    let converted = match run_log::convert(&arguments.segments, out) {
+    let converted = match run_log::convert(&segments, out) {
         Err(error @ (RunLogError::NoCycles { .. } | RunLogError::Record(_))) => {
             return Err(Failure::input(error));
         }

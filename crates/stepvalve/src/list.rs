@@ -50,7 +50,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         } else {
             format!("looked into {}", looked.join(", "))
         };
-        say(format_args!("no instances ({looked})"));
+        say(format_args!(
+            "no instances ({looked}); what one that has ended did is in its record's folder: stepvalve events DIR"
+        ));
     } else {
         found.iter().for_each(print);
     }

@@ -1,6 +1,6 @@
 //! `stepvalve replay`: the controller once more, on what it saw, compared bit for bit with what it said.
 
-use crate::files::name;
+use crate::files::{name, segments};
 use crate::loaded::load_texts;
 use crate::say::say;
 use anyhow::{Result, anyhow, bail};
@@ -15,7 +15,7 @@ use supervisor::{Failure, Outcome};
 /// What to replay.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The record's segments, in order
+    /// The folder of a run, or the record's segments in order
     #[arg(value_name = "run.mcap", required = true)]
     segments: Vec<PathBuf>,
 }
@@ -46,9 +46,10 @@ struct Count {
 /// # Errors
 /// [`Failure::Input`] where it is no record; [`Failure::Failed`] where the commands differ or none can be recomputed.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let segments = segments(&arguments.segments)?;
     let mut generations: BTreeMap<u64, Seen> = BTreeMap::new();
     let mut damaged = None;
-    let report = read_record(&arguments.segments, |message| {
+    let report = read_record(&segments, |message| {
         let seen = generations.entry(message.header().generation).or_default();
         if let Err(error) = seen.note(message) {
             damaged.get_or_insert(error);
@@ -77,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if recomputed == 0 {
         return Err(anyhow!("the record holds nothing that could be replayed: neither the controller's start nor a snapshot of it with what followed").into());
     }
-    let names: Vec<_> = arguments.segments.iter().map(|path| name(path)).collect();
+    let names: Vec<_> = segments.iter().map(|path| name(path)).collect();
     let rest = match out_of_reach {
         0 => String::new(),
         some => format!("; {some} more lie before the first snapshot of the controller, or behind a gap"),

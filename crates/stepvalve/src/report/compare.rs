@@ -4,7 +4,7 @@ use super::common_time::{Laid, common};
 use super::differences::differences;
 use super::table::Table;
 use super::{events, figures, panels, set_points, strips, text, timing};
-use crate::files::name;
+use crate::files::{name, run_file};
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers::{self, Limits};
@@ -58,11 +58,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _pulse = Pulse::new(|| "drawing the page".to_owned());
     strangers::watched(&a, "draw-comparison", &[&a, &b, out], &limits)?;
     Ok(Outcome::Done)
-}
-
-/// The run file of a run's folder; any other path as it is.
-fn run_file(path: &Path) -> PathBuf {
-    if path.is_dir() { path.join("run.h5") } else { path.to_owned() }
 }
 
 /// Writes the page within limits, in this process.

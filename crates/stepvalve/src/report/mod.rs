@@ -13,7 +13,7 @@ mod table;
 mod text;
 mod timing;
 
-use crate::files::name;
+use crate::files::{name, run_file};
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers::{self, Limits};
@@ -27,7 +27,7 @@ use table::Table;
 /// What to show.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The run file, or any valve-log
+    /// A run file, the folder of a run, or any valve-log
     #[arg(value_name = "run.h5")]
     run: PathBuf,
     /// The page to write
@@ -50,7 +50,7 @@ pub struct Limited {
 /// [`Failure::Input`] where the file can't be read or is no valve-log, or the output exists; [`Failure::Failed`]
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let Arguments { run, out } = arguments;
+    let (run, out) = (&run_file(&arguments.run), &arguments.out);
     if out.exists() {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
     }
