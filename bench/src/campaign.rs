@@ -4,15 +4,15 @@ use crate::output::{Results, Sheet, digits};
 use crate::programs::Workplace;
 use crate::progress::Progress;
 use crate::scenario::repository;
-use anyhow::{Context, Result, bail};
+use crate::watched;
+use anyhow::{Context, Result};
 use campaign::{BaseTexts, Campaign, Source};
 use closed_loop::{InProcess, wire};
 use config::{Scenario, parse_model, parse_scenario};
 use serde_json::{Value, json};
 use std::hint::black_box;
 use std::path::Path;
-use std::process::Stdio;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use valve_model::Model;
 
 /// The shipped sine, and a model file beside it.
@@ -156,26 +156,8 @@ fn program(place: &Workplace, runs: u64, jobs: usize) -> Result<(f64, f64, u64)>
     std::fs::write(&path, plan(runs, &[TRUTH, BELIEF].concat()))?;
     let mut command = place.stepvalve()?;
     command.arg("campaign").arg(&path).arg("--out").arg(&out).args(["--jobs", &jobs.to_string()]);
-    let begun = Instant::now();
-    let mut process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-    let mut memory_kb = 0;
-    let status = loop {
-        memory_kb = memory_kb.max(resident_kb(process.id()).unwrap_or(0));
-        if let Some(status) = process.try_wait()? {
-            break status;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    };
-    let time_s = begun.elapsed().as_secs_f64();
-    if !status.success() {
-        bail!("stepvalve campaign: {status}");
-    }
+    let taken = watched::run(&mut command)?;
     let row_bytes = std::fs::metadata(out.join("rows.log"))?.len();
     std::fs::remove_dir_all(&out)?;
-    Ok((time_s, memory_kb as f64 / 1024.0, row_bytes))
-}
-
-fn resident_kb(pid: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
+    Ok((taken.wall_s, taken.memory_mb, row_bytes))
 }

@@ -22,6 +22,7 @@ mod scope;
 mod sim;
 mod stalls;
 mod timing;
+mod watched;
 
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};

@@ -4,12 +4,11 @@ use crate::output::{Results, Sheet, digits};
 use crate::programs::Workplace;
 use crate::progress::Progress;
 use crate::scenario::repository;
-use anyhow::{Context, Result, bail};
+use crate::watched;
+use anyhow::{Context, Result};
 use log_data::{Log, Run};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
-use std::time::{Duration, Instant};
 use toml_edit::{DocumentMut, value};
 
 /// One step of an encoder of 131,072 counts, rad.
@@ -69,27 +68,9 @@ fn predict(place: &Workplace, log: &Path, model: &Path) -> Result<(f64, f64)> {
     let out = place.path("predicted.h5");
     let mut command = place.stepvalve()?;
     command.arg("predict").arg("--log").arg(log).arg("--model").arg(model).arg("--out").arg(&out);
-    let begun = Instant::now();
-    let mut process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-    let mut memory_kb = 0;
-    let status = loop {
-        memory_kb = memory_kb.max(resident_kb(process.id()).unwrap_or(0));
-        if let Some(status) = process.try_wait()? {
-            break status;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    };
-    let wall_s = begun.elapsed().as_secs_f64();
-    if !status.success() {
-        bail!("stepvalve predict: {status}");
-    }
+    let taken = watched::run(&mut command)?;
     std::fs::remove_file(&out)?;
-    Ok((wall_s, memory_kb as f64 / 1024.0))
-}
-
-fn resident_kb(pid: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
+    Ok((taken.wall_s, taken.memory_mb))
 }
 
 fn soft() -> PathBuf {

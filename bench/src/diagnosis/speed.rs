@@ -4,14 +4,15 @@
 use crate::output::{Results, Sheet, digits};
 use crate::programs::Workplace;
 use crate::progress::Progress;
-use anyhow::{Context, Result, bail};
+use crate::watched::{Taken, watch};
+use anyhow::{Context, Result};
 use hidden_effect_rig::{Campaign, Hidden, LogKind, STRONG};
 use log_data::{Log, Run};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Stdio;
+use std::time::Instant;
 
 /// How much of it.
 #[derive(clap::Args, Clone, Copy)]
@@ -202,8 +203,7 @@ fn diagnosed(place: &Workplace, log: &Log, model: &Path) -> Result<Cost> {
         lines.for_each(drop);
         first
     });
-    let (processor_s, memory_mb) = watch(&mut process)?;
-    let wall_s = begun.elapsed().as_secs_f64();
+    let Taken { wall_s, cpu_s, memory_mb } = watch(&mut process, begun).context("stepvalve diagnose")?;
     let first = listener.join().ok().flatten().context("stepvalve diagnose shows no ranking")?;
     let found: Value = serde_json::from_slice(&std::fs::read(out.join("diagnosis.json"))?)?;
     std::fs::remove_dir_all(&out)?;
@@ -211,39 +211,9 @@ fn diagnosed(place: &Workplace, log: &Log, model: &Path) -> Result<Cost> {
     let count = |key: &str| found.get(key).and_then(Value::as_array).map_or(0, Vec::len);
     Ok(Cost {
         wall_s,
-        processor_s,
+        processor_s: cpu_s,
         memory_mb,
         first_ranking_s: first.as_secs_f64(),
         candidates: count("causes") + count("rejected"),
     })
-}
-
-/// Waits for the end; processor time in s and the largest resident memory in MB, as last seen.
-fn watch(process: &mut Child) -> Result<(f64, f64)> {
-    let (mut ticks, mut memory_kb) = (0, 0);
-    loop {
-        ticks = ticks.max(processor_ticks(process.id()).unwrap_or(0));
-        memory_kb = memory_kb.max(resident_kb(process.id()).unwrap_or(0));
-        if let Some(status) = process.try_wait()? {
-            if !status.success() {
-                bail!("stepvalve diagnose: {status}");
-            }
-            // Linux counts in hundredths of a second towards programs, whatever its own tick.
-            return Ok((ticks as f64 / 100.0, memory_kb as f64 / 1024.0));
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
-/// User and system time.
-fn processor_ticks(pid: u32) -> Option<u64> {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
-    let mut next = || fields.next()?.parse::<u64>().ok();
-    Some(next()? + next()?)
-}
-
-fn resident_kb(pid: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
 }
