@@ -5,7 +5,7 @@ message! {
     LoopTiming, "loop-timing" {
         /// The absolute time it should have woken at, CLOCK_MONOTONIC.
         deadline_ns: u64 ["ns", Any],
-        /// How much later it woke.
+        /// How much later it woke than the deadline that it slept for, which is `deadline_ns` less what was skipped.
         wake_up_latency_ns: u64 ["ns", Any],
         /// Time it spent reading messages.
         read_ns: u64 ["ns", Any],

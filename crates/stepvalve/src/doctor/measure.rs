@@ -101,8 +101,7 @@ fn built_in(target: &Target, duration: Duration, bar: &ProgressBar) -> Result<Me
             let wake = timer.wait();
             cycle = wake.cycle;
             if cycle >= WARM_UP {
-                // From the deadline that it slept for, however many were passed over.
-                latencies.saturating_record(wake.latency_ns() + wake.skipped * period_ns);
+                latencies.saturating_record(wake.latency_ns());
             }
         }
         (obtained, latencies)
