@@ -11,9 +11,18 @@ use signals::{
     OperatorCommand, PlantTruth, RecorderProgress, Reference, SetPoint, Source, StepCommand,
 };
 use std::any::Any;
+use std::time::Duration;
 
 /// Processes of a generation, with the successor of a recorder that died, room for a second one, and observers.
 const MAX_NODES: usize = 8 + MAX_OBSERVERS;
+
+/// How long a port waits for the other side's half of a connection where there is no clock. iceoryx2 0.10 gives up after a
+/// second, and does not try again until the list of ports changes: on a machine under load a reader then heard nothing
+/// for the whole run. With a clock a second stays, since a reader that joins later is mapped within a cycle.
+const CONNECTION_PATIENCE: Duration = Duration::from_secs(30);
+
+/// The generation of a run without a clock.
+const WITHOUT_CLOCK: u64 = 0;
 
 type Builder<B> = publish_subscribe::Builder<Message<B>, (), ipc::Service>;
 pub(crate) type Factory<B> = PortFactory<ipc::Service, Message<B>, ()>;
@@ -56,8 +65,12 @@ impl Bus {
     /// A place that can't be used.
     pub fn open(place: &Place, generation: u64) -> Result<Self, BusError> {
         iceoryx2::prelude::set_log_level(iceoryx2::prelude::LogLevel::Error);
+        let mut config = place.config()?;
+        if generation == WITHOUT_CLOCK {
+            config.global.creation_timeout = CONNECTION_PATIENCE;
+        }
         let node = NodeBuilder::new()
-            .config(&place.config()?)
+            .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|error| BusError::Node { root: place.root.clone(), reason: format!("{error:?}") })?;

@@ -26,8 +26,7 @@ impl<B: Service> Writer<B> {
 
     /// Maps the readers that are there, so that the first cycles need not.
     pub fn connect(&self) {
-        // iceoryx2 0.10 does not try one again that it can't map within its creation timeout (1 s) until the list of readers changes:
-        // docs/safety.md, "Between processes, in lockstep".
+        // One that can't be mapped in time is not tried again until the list of readers changes: its gap is declared.
         let _ = self.publisher.update_connections();
     }
 
