@@ -193,6 +193,10 @@ fn a_restart_of_the_generation_is_survived_and_a_dead_instance_is_told() {
         socket.send(Message::text(show)).unwrap();
         let controller = place.wait_for("the controller", || place.child_of(run.id(), "step-controller"));
         kill(controller, Signal::SIGKILL).unwrap();
+        // What led to the death can be looked at after it.
+        let last = next_text(&mut socket, "capture");
+        assert_eq!((&last["word"], &last["generation"]), (&"ended".into(), &1.into()), "{last}");
+        assert_eq!(last["window"]["zero"], last["window"]["to"], "{last}");
         assert_eq!(next_text(&mut socket, "attached")["generation"], 2);
         let live = (0..1000).any(|_| matches!(socket.read().unwrap(), Message::Binary(_)));
         assert!(live, "nothing comes of the second generation");

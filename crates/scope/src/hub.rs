@@ -34,6 +34,8 @@ pub(crate) struct Hub {
 struct State {
     /// What is read; `None` while nothing is.
     info: Option<RecordInfo>,
+    /// Whether its end was noticed.
+    ended: bool,
     /// In words, for who comes later.
     source: Value,
     history: History,
@@ -54,6 +56,7 @@ impl Hub {
     pub(crate) fn new(store: Store, span: Duration, saver: Sender<Arc<Capture>>) -> Self {
         let state = State {
             info: None,
+            ended: false,
             source: json!({ "is": "detached", "why": "nothing is read yet" }),
             history: History::new(0),
             trigger: None,
@@ -74,6 +77,7 @@ impl Hub {
         self.begin_anew(&mut state);
         let cycles = self.span.as_nanos() as u64 / at.info.period_ns.max(1);
         state.history.restart(cycles);
+        state.ended = false;
         state.info = Some(RecordInfo { generation: at.generation, ..at.info.clone() });
         state.source = json!({
             "is": "attached", "instance": at.info.instance, "title": at.info.title, "generation": at.generation,
@@ -95,9 +99,14 @@ impl Hub {
         }
     }
 
-    /// What was under way ends with the generation.
+    /// What was under way ends with the generation, and its last seconds become a capture.
     fn begin_anew(&self, state: &mut State) {
         let newest = state.history.newest_cycle();
+        let read = state.info.as_ref().filter(|_| !state.ended).map(|info| info.period_ns);
+        if let Some(period_ns) = read {
+            state.ended = true;
+            state.pending.push(Pending::ended(newest, period_ns));
+        }
         let cut = state.trigger.as_mut().and_then(|(_, machine)| machine.restart(newest));
         state.pending.extend(cut.map(Pending::triggered));
         self.finish(state, u64::MAX);

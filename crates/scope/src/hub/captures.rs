@@ -19,16 +19,38 @@ const HELD: usize = 8;
 /// Bytes of them together; the newest is held whatever it has.
 const HELD_BYTES: usize = 64 << 20;
 
+/// What is captured of a generation that ended, s before its end: what led to it.
+const BEFORE_END_S: f64 = 10.0;
+
+/// Why a window is cut.
+#[derive(Clone, Copy, PartialEq)]
+enum Why {
+    /// The trigger came, or was forced.
+    Trigger,
+    /// A user asked for what the page shows.
+    ByHand,
+    /// The generation ended.
+    Ended,
+}
+
 /// A window that waits for its last messages.
 pub(super) struct Pending {
     window: Window,
-    /// Where the user asked for it: a word for its cause.
-    by_hand: bool,
+    why: Why,
 }
 
 impl Pending {
     pub(super) fn triggered(window: Window) -> Self {
-        Self { window, by_hand: false }
+        Self { window, why: Why::Trigger }
+    }
+
+    /// The last of a generation whose newest cycle was `to`.
+    pub(super) fn ended(to: u64, period_ns: u64) -> Self {
+        let before = (BEFORE_END_S * 1e9 / period_ns.max(1) as f64) as u64;
+        Self {
+            window: Window { trigger: None, zero: to, from: to.saturating_sub(before), to },
+            why: Why::Ended,
+        }
     }
 }
 
@@ -134,7 +156,7 @@ impl Hub {
             return Err(format!("cycles {from} to {to} are not held: the oldest is {oldest}"));
         }
         let window = Window { trigger: None, zero, from: from.max(oldest), to };
-        state.pending.push(Pending { window, by_hand: true });
+        state.pending.push(Pending { window, why: Why::ByHand });
         let newest = state.history.newest_cycle();
         self.finish(&mut state, newest);
         Ok(())
@@ -169,12 +191,13 @@ impl Hub {
             let capture = Arc::new(capture);
             state.recent.add(Arc::clone(&capture));
             let ids: Vec<_> = state.clients.keys().copied().collect();
-            if !pending.by_hand {
+            let by_hand = pending.why == Why::ByHand;
+            if !by_hand {
                 state.tell_pages(&announced(&capture, None));
                 ids.iter().for_each(|id| state.send_capture(*id, &capture));
             }
-            if pending.by_hand || state.auto_save && capture.cause.window.trigger.is_some() {
-                self.save(state, &capture, pending.by_hand);
+            if by_hand || state.auto_save && capture.cause.window.trigger.is_some() {
+                self.save(state, &capture, by_hand);
             }
         }
     }
@@ -218,12 +241,13 @@ impl State {
             return None;
         }
         self.ids += 1;
-        let (word, text) = match &self.trigger {
-            Some((signal, machine)) if !pending.by_hand && window.trigger.is_some() => {
+        let (word, text) = match (pending.why, &self.trigger) {
+            (Why::ByHand, _) => ("view", "what the page showed".to_owned()),
+            (Why::Ended, _) => ("ended", format!("the last of generation {}", info.generation)),
+            (Why::Trigger, Some((signal, machine))) if window.trigger.is_some() => {
                 describe(machine.settings(), signal.unit)
             }
-            _ if pending.by_hand => ("view", "what the page showed".to_owned()),
-            _ => ("forced", "without a trigger".to_owned()),
+            (Why::Trigger, _) => ("forced", "without a trigger".to_owned()),
         };
         let cause = Cause { word: word.to_owned(), text, window };
         Some(Capture { id: self.ids, cause, info, block, lost })

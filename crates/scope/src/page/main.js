@@ -138,8 +138,10 @@ class Scope {
   captured(told) {
     this.captures.came(told);
     this.announced = new Map([...(this.announced ?? []), [told.id, told]].slice(-20));
+    const ended = told.word === "ended";
+    if (ended) say(`${told.text} is kept as a capture: #${told.id}`);
     // A stretch that somebody looks at is not taken away; a file was asked for.
-    this.taken = told.file || !this.view.paused ? told.id : this.taken;
+    this.taken = told.file || !(this.view.paused || ended) ? told.id : this.taken;
   }
 
   /** All samples of a capture are there. */
@@ -244,7 +246,7 @@ class Scope {
     byId("live").hidden = rolling;
     for (const which of ["a", "b"]) byId(`cursor-${which}`).setAttribute("aria-pressed", String(this.cursors.placing === which));
     const parts = [this.cursors.told(view)];
-    if (view.capture) parts.push(`${view.capture.told.text}; time zero at the trigger`);
+    if (view.capture) parts.push(`${view.capture.told.text}; time zero at ${view.capture.told.word === "ended" ? "its end" : "the trigger"}`);
     const { lost, dropped } = this.counts;
     parts.push(lost || dropped ? `${grouped(lost)} messages lost, ${grouped(dropped)} rows not sent here` : "no gaps");
     byId("seen").textContent = parts.filter(Boolean).join(" \u00b7 ");
