@@ -211,7 +211,9 @@ impl Generation<'_> {
         let (instance, generation, recorder_restarts) = self.names();
         let recorder_given_up = self.recorder_given_up();
         let seen = self.watch.describe();
-        let status = Status { instance, generation, recorder_restarts, recorder_given_up, ..seen };
+        let set_point_asked = self.asked_with(seen.set_point);
+        let status =
+            Status { instance, generation, recorder_restarts, recorder_given_up, set_point_asked, ..seen };
         match serde_json::to_value(status) {
             Ok(value) => Answer { status: Some(value), ..Answer::done("status") },
             Err(error) => Answer::refused(error.to_string()),

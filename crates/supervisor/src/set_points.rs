@@ -45,6 +45,7 @@ impl Generation<'_> {
             Some(reference) => {
                 let target = reference.target_angle_rad.to_degrees();
                 let kind = SetPointKind::from_code(reference.set_point_kind).map_or("", SetPointKind::name);
+                self.followed = Some(SetPoint { id, ..set_point });
                 let asked = asked(&set_point).map_or(String::new(), |asked| format!(" {asked}"));
                 Answer::done(if kind == SetPointKind::Speed.name() {
                     format!("set-point {id}: {kind}{asked}")
@@ -53,6 +54,11 @@ impl Generation<'_> {
                 })
             }
         }
+    }
+
+    /// What was asked with the set-point `id`, in an operator's units; empty where the angle says it, or another gave it.
+    pub(crate) fn asked_with(&self, id: u64) -> String {
+        self.followed.filter(|followed| followed.id == id).and_then(|it| asked(&it)).unwrap_or_default()
     }
 
     /// A refusal, with what was found and what would have been accepted.

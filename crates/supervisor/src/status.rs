@@ -130,6 +130,9 @@ pub struct Status {
     pub set_point: u64,
     /// What kind it is.
     pub set_point_kind: String,
+    /// What an operator asked for with it, in his units; empty for an angle.
+    #[serde(default)]
+    pub set_point_asked: String,
     /// Where it leads, rad.
     pub target_angle_rad: f64,
     /// Whether the reference still moves.
@@ -202,6 +205,19 @@ impl Status {
         format!("{}: {}{why}, found in cycle {cycle}, {ago} cycles ago", self.state, self.fault)
     }
 
+    /// The set-point in words: its kind, what was asked, and where it leads.
+    pub fn set_point_words(&self) -> String {
+        let motion = match (self.moving, self.controller_silent_s > 0.0) {
+            (true, false) => "moving to",
+            (true, true) => "was moving to",
+            (false, _) => "at",
+        };
+        let kind = if self.set_point == 0 { "none yet" } else { &self.set_point_kind };
+        let asked = &self.set_point_asked;
+        let space = if asked.is_empty() { "" } else { " " };
+        format!("{kind}{space}{asked}, {motion} {:.3}°", self.target_angle_rad.to_degrees())
+    }
+
     /// The most important of it in a line.
     pub fn line(&self) -> String {
         let degrees = |rad: f64| rad.to_degrees();
@@ -229,13 +245,7 @@ impl fmt::Display for Status {
         if !self.fault_advice.is_empty() {
             writeln!(f, "                 {}", self.fault_advice)?;
         }
-        let motion = match (self.moving, self.controller_silent_s > 0.0) {
-            (true, false) => "moving to",
-            (true, true) => "was moving to",
-            (false, _) => "at",
-        };
-        let kind = if self.set_point == 0 { "none yet" } else { &self.set_point_kind };
-        writeln!(f, "set-point        {kind}, {motion} {:.3}°", self.target_angle_rad.to_degrees())?;
+        writeln!(f, "set-point        {}", self.set_point_words())?;
         let homed = if self.homed { "" } else { ", NOT HOMED" };
         writeln!(f, "angle            {:.3}°{homed}", self.angle_rad.to_degrees())?;
         writeln!(
@@ -248,7 +258,7 @@ impl fmt::Display for Status {
         writeln!(f, "torque reserve   {:.2} N·m{limiting}", self.torque_reserve_nm)?;
         writeln!(f, "pulse rate       {:.1} kHz", self.pulse_rate_hz / 1e3)?;
         if self.missed_commands > 0 {
-            writeln!(f, "lost commands    {} since arming", self.missed_commands)?;
+            writeln!(f, "missed commands  {} since arming", self.missed_commands)?;
         }
         for alarm in &self.alarms {
             writeln!(f, "ALARM            {alarm}")?;

@@ -51,13 +51,11 @@ fn valve_lines<'a>(view: &'a View, status: &'a Status) -> Vec<Line<'a>> {
         Some(why) => Span::styled(format!("NO ANSWER: {why}"), Style::new().fg(Color::Red).bold()),
         None => Span::styled(status.state_words(), state_style(status)),
     };
-    let kind = if status.set_point == 0 { "none yet" } else { &status.set_point_kind };
-    let motion = if status.moving { "moving to" } else { "at" };
     let homed = if status.homed { "" } else { "  NOT HOMED" };
     let limiting = if status.limiting { "  held back by a limit" } else { "" };
     vec![
         Line::from(vec!["state      ".into(), state]),
-        Line::from(format!("set-point  {kind}, {motion} {:.3}°", status.target_angle_rad.to_degrees())),
+        Line::from(format!("set-point  {}", status.set_point_words())),
         Line::from(format!("angle      {:.3}°{homed}", status.angle_rad.to_degrees())),
         Line::from(format!(
             "reserve    {:.2} N·m{limiting}   pulse rate {:.1} kHz   oil {:.2} MPa, {:.1} °C",

@@ -65,6 +65,7 @@ impl Generation<'_> {
 
     /// Ends the loop's cycles, and waits for what its processes have to say.
     fn end_loop(&mut self) {
+        self.ends = true;
         for source in LOOP {
             // One that is gone is noticed by its silence.
             let _ = self.tell(source, &ToChild::Stop);

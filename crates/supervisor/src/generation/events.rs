@@ -31,7 +31,11 @@ impl Generation<'_> {
     fn note_transitions(&mut self) {
         // A run that ends by itself tells of its faults in its summary.
         let seen = if self.setup.mission.stays { self.watch.seen() } else { None };
-        let Some(seen) = seen else { return };
+        let Some(mut seen) = seen else { return };
+        if self.ends {
+            // Processes that were told to end fall silent.
+            seen.silent.clear();
+        }
         let order = self.orders_seen.now.as_ref().or(self.orders_seen.done.as_ref());
         for (event, text) in self.transitions.look(seen, order) {
             self.note(event, text);

@@ -117,9 +117,13 @@ pub struct Generation<'a> {
     pub(crate) watch: Watch,
     orders: Writer<OperatorCommand>,
     set_points: Writer<SetPoint>,
+    /// The last set-point of an operator that the reference followed.
+    pub(crate) followed: Option<SetPoint>,
     progress: Progress,
     pulse: Pulse,
     interrupted: bool,
+    /// Whether the loop was told to end.
+    ends: bool,
     failure: Option<String>,
     // Last, so that ports go before the node that they belong to.
     _bus: Bus,
@@ -156,9 +160,11 @@ impl<'a> Generation<'a> {
             watch: Watch::open(&bus, setup.mission.pace, setup.mission.stays, silence(setup.mission))?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
+            followed: None,
             progress: Progress::new(&setup.mission.parts.timeline),
             pulse: Pulse::new(),
             interrupted: false,
+            ends: false,
             failure: None,
             _bus: bus,
         };

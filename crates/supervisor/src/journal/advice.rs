@@ -27,7 +27,7 @@ pub fn advice(fault: FaultCode) -> &'static str {
             "the drive reports a fault of its own: look at its display, and mend the cause there first"
         }
         FaultCode::LostSteps => {
-            "the rotor fell into another tooth: the torque asked was more than the motor has; home it again if there is no encoder"
+            "the encoder says that the rotor is at another tooth: the torque asked was more than the motor has, or the encoder's count jumped (look at its cable and shield); home the valve before you trust its angle"
         }
         FaultCode::ReferenceLimit => {
             "the reference left the scenario's limits of motion: a defect of the trajectory generator, or a message that was altered"
