@@ -190,7 +190,7 @@ impl fmt::Display for Summary {
             writeln!(f, "alarm            {alarm}")?;
         }
         if self.missed_commands > 0 {
-            writeln!(f, "lost commands    {}", self.missed_commands)?;
+            writeln!(f, "missed commands  {}", self.missed_commands)?;
         }
         writeln!(f, "lost steps       {}", self.lost_steps)?;
         if let (Some(fault), Some(cycle)) = (&self.fault, self.fault_cycle) {

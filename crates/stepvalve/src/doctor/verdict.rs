@@ -24,7 +24,7 @@ impl Verdict {
     pub fn words(self) -> &'static str {
         match self {
             Self::InReach => "in reach",
-            Self::InReachWithMisses => "in reach, with missed cycles",
+            Self::InReachWithMisses => "in reach, with missed messages",
             Self::OutOfReach => "OUT OF REACH",
             Self::Unknown => "unknown",
         }

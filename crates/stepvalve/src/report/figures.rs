@@ -48,6 +48,8 @@ pub struct Figures {
     skipped: u64,
     missing: u64,
     first_fault: Option<usize>,
+    /// Largest following error from the first fault on, rad: how far the valve went on without the reference.
+    after_fault_rad: Option<f64>,
 }
 
 impl Figures {
@@ -68,6 +70,14 @@ impl Figures {
         let limited = file.column("limiting", |values| {
             values.zip(&table.running).filter_map(running).filter(|flags| *flags > 0.0).count()
         })?;
+        let faults = events.faults.iter().chain(&events.drive_faults);
+        let first_fault = faults.map(|fault| fault.row).min();
+        let (true_error, error) = (spread(table, "true_following_error")?, spread(table, "following_error")?);
+        let name = if true_error.is_some() { "true_following_error" } else { "following_error" };
+        let after_fault = file.column(name, |values| {
+            let after = values.skip(first_fault?).filter(|value| !value.is_nan());
+            after.map(f64::abs).reduce(f64::max)
+        })?;
         Ok(Self {
             running_rows: table.running.iter().filter(|running| **running).count(),
             rows: file.spans().map(|span| span.rows.len()).sum(),
@@ -75,8 +85,8 @@ impl Figures {
             length_s: table.at(table.time_s.len().saturating_sub(1)) - table.at(0),
             period_s: file.number("period_s")?,
             closed_loop: table.closed_loop,
-            true_error: spread(table, "true_following_error")?,
-            error: spread(table, "following_error")?,
+            true_error,
+            error,
             reserve_min_nm: reserve.flatten(),
             pulse_rate_peak_hz: worst("pulse_rate", largest)?.flatten().map(f64::abs),
             limited_rows: limited.unwrap_or_default() as u64,
@@ -85,7 +95,8 @@ impl Figures {
             overruns: timing.iter().map(|process| process.overrun_count).sum(),
             skipped: timing.iter().map(|process| process.skipped_count).sum(),
             missing: file.number("messages_missed")?.map_or(0, |missed| missed as u64),
-            first_fault: events.faults.iter().chain(&events.drive_faults).map(|fault| fault.row).min(),
+            first_fault,
+            after_fault_rad: after_fault.flatten(),
         })
     }
 
@@ -112,7 +123,13 @@ impl Figures {
             let what = fault.map_or("unknown", |fault| fault.label.as_str());
             let more = (events.faults.len() + events.drive_faults.len()).saturating_sub(1);
             let more = if more > 0 { format!(" ({more} more later)") } else { String::new() };
-            return format!("Stopped by a fault at {}: {what}{more}. {error}.", text::moment(table.at(row)));
+            let after = self
+                .after_fault_rad
+                .map_or(String::new(), |rad| format!(", {} at the most after the fault", text::degrees(rad)));
+            return format!(
+                "Stopped by a fault at {}: {what}{more}. {error}{after}.",
+                text::moment(table.at(row))
+            );
         }
         format!("{error}; {}.", self.incidents(events).join(", "))
     }
@@ -132,7 +149,7 @@ impl Figures {
     fn incidents(&self, events: &Events) -> Vec<String> {
         let mut incidents = vec!["no fault".to_owned()];
         if self.timed {
-            incidents.push(text::count(self.skipped, "missed cycle"));
+            incidents.push(text::count(self.skipped, "skipped cycle"));
         }
         if self.lost_teeth > 0 {
             incidents.push(text::count(self.lost_teeth, "lost step"));
@@ -162,6 +179,9 @@ impl Figures {
         facts.push(("Length", self.length()));
         facts.extend(errors("Following error, true", self.true_error));
         facts.extend(errors("Following error, measured", self.error));
+        facts.extend(
+            self.after_fault_rad.map(|rad| ("Following error after the fault", text::degrees(rad) + " peak")),
+        );
         facts
             .extend(self.reserve_min_nm.map(|least| ("Torque reserve, least", text::number(least) + " N·m")));
         facts.extend(
