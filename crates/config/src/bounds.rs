@@ -1,6 +1,6 @@
 //! The range a quantity may lie in, and how a message says it.
 
-use crate::units::Dimension;
+use crate::units::{Dimension, display_si};
 
 /// Any angle of a scenario, rad.
 pub(crate) const ANGLE: Bounds = Bounds::either_sign(1e6);
@@ -45,7 +45,12 @@ impl Bounds {
 
     /// "a time from 100 us to 10 ms".
     pub(crate) fn describe(&self, dimension: Dimension) -> String {
-        let (low, high) = (dimension.display(self.lowest), dimension.display(self.highest));
+        // Those of angles and speeds are round in SI.
+        let show = |value| match dimension {
+            Dimension::Angle | Dimension::Speed => display_si(value, dimension),
+            _ => dimension.display(value),
+        };
+        let (low, high) = (show(self.lowest), show(self.highest));
         if self.lowest_excluded {
             format!("{} above {low} and at most {high}", dimension.name())
         } else {

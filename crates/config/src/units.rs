@@ -149,16 +149,26 @@ impl Dimension {
         }
     }
 
-    /// A value in SI as a message shows it: at most six digits, in the largest unit that leaves a number of at least 1.
+    /// A value in SI as a message shows it: at most six digits, in the largest unit that leaves a number of at least 1. Angles
+    /// and speeds are in degrees, as the commands print them and files have them.
     #[must_use]
     pub fn display(self, value_si: f64) -> String {
+        let in_degrees = |unit: &&Unit| unit.0.starts_with("deg");
         let fits = |unit: &&Unit| value_si.abs() * unit.2 / unit.1 >= 1.0 - 1e-9;
         let named = |name: &&str| self.units().iter().find(|unit| unit.0 == *name);
-        let unit = self.displayed_units().iter().filter_map(named).find(fits);
+        let unit = match self {
+            Self::Angle | Self::Speed => self.units().iter().find(in_degrees),
+            _ => self.displayed_units().iter().filter_map(named).find(fits),
+        };
         let unit = unit.or(self.units().first());
         let (name, number) = unit.map_or(("", value_si), |unit| (unit.0, value_si * unit.2 / unit.1));
         format!("{} {name}", six_digits(number)).trim_end().to_owned()
     }
+}
+
+/// A value in SI with its unit.
+pub(crate) fn display_si(value_si: f64, dimension: Dimension) -> String {
+    format!("{} {}", six_digits(value_si), dimension.si_unit()).trim_end().to_owned()
 }
 
 /// A number rounded to six significant digits, without trailing zeros.

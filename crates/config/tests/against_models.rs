@@ -87,7 +87,7 @@ fn rates_of_driver_and_motor() {
     );
     assert_eq!(
         check(&SCENARIO.replace("\"12rad/s\"", "\"1921deg/s\""), &rig(), &rig()),
-        "x.toml:9:13: limits.max_speed: found 33.5278 rad/s, 600.312 kHz in pulses, expected at most 33.5103 rad/s, \
+        "x.toml:9:13: limits.max_speed: found 1921 deg/s, 600.312 kHz in pulses, expected at most 1920 deg/s, \
          driver.max_pulse_rate being 600 kHz"
     );
     assert_eq!(check(&SCENARIO.replace("\"12rad/s\"", "\"1920deg/s\""), &rig(), &rig()), "");
@@ -95,7 +95,7 @@ fn rates_of_driver_and_motor() {
     let rotation = format!("{SCENARIO}[[set_point]]\ntime = 0\npulse_rate = \"600kHz\"");
     let errors = check(&rotation.replace("\"12rad/s\"", "\"1920deg/s\""), &rig(), &rig());
     assert!(
-        errors.starts_with("x.toml:21:14: set_point[0].pulse_rate: found 600kHz, 33.5103 rad/s"),
+        errors.starts_with("x.toml:21:14: set_point[0].pulse_rate: found 600kHz, 1920 deg/s"),
         "{errors}"
     );
     assert_eq!(check(&rotation.replace("\"12rad/s\"", "\"1920.1deg/s\""), &rig(), &rig()), "");
@@ -106,8 +106,8 @@ fn rates_of_driver_and_motor() {
     );
     assert_eq!(
         set_points("[[set_point]]\ntime = 0\npulse_rate = \"300kHz\""),
-        "x.toml:21:14: set_point[0].pulse_rate: found 300kHz, 16.7552 rad/s on the shaft, expected a speed within \
-         limits.max_speed, 12 rad/s"
+        "x.toml:21:14: set_point[0].pulse_rate: found 300kHz, 960 deg/s on the shaft, expected a speed within \
+         limits.max_speed, 687.549 deg/s"
     );
 }
 
@@ -116,8 +116,8 @@ fn openings() {
     assert_eq!(limited("[[set_point]]\ntime = 0\nopening = 0.6"), "");
     assert_eq!(
         limited("[[set_point]]\ntime = 0\nopening = 0.7"),
-        "x.toml:23:11: set_point[0].opening: found 0.7, which is at 0.54978 rad, expected an angle within [limits], \
-         0 rad to 0.5 rad"
+        "x.toml:23:11: set_point[0].opening: found 0.7, which is at 31.5001 deg, expected an angle within [limits], \
+         0 deg to 28.6479 deg"
     );
     let text = format!("{SCENARIO}[[set_point]]\ntime = 0\nopening = 0.6");
     let expected =
@@ -143,7 +143,7 @@ fn flows() {
     assert_eq!(set_points(&flow("1", "233L/min", "pressure_drop = \"2MPa\"")), "");
     assert!(set_points(&flow("2", "1L/min", "")).contains("lets through at 0 Pa"));
     assert_eq!(set_points(&flow("2", "0L/min", "")), "");
-    assert!(limited(&flow("0", "200L/min", "")).contains("200L/min, which is at 0.67"));
+    assert!(limited(&flow("0", "200L/min", "")).contains("200L/min, which is at 38."));
     let text = format!("{SCENARIO}{}", flow("0", "1L/min", ""));
     let expected = format!("{place} a flow, expected a belief with [orifice] and [oil], or an angle");
     assert_eq!(check(&text, &rig(), &Model { oil: None, ..rig() }), expected);
@@ -155,7 +155,7 @@ fn a_sine_about_an_opening() {
     assert_eq!(limited(&format!("[[set_point]]\ntime = 0\nopening = 0.3\n{sine}")), "");
     let errors = limited(&format!("[[set_point]]\ntime = 0\nopening = 0.5\n{sine}"));
     assert!(
-        errors.starts_with("x.toml:26:8: set_point[1].sine: found a sine from 0.1927 rad to 0.5927 rad"),
+        errors.starts_with("x.toml:26:8: set_point[1].sine: found a sine from 11.0409 deg to 33.9592 deg"),
         "{errors}"
     );
 }

@@ -12,7 +12,7 @@ fn exceeds(value: f64, limit: f64) -> bool {
     value - limit > ROUNDING * limit.abs()
 }
 
-/// "an angle within the limits, 0 rad to 0.785 rad".
+/// "an angle within the limits, 0 deg to 45 deg".
 pub(crate) fn angle_within(limits: &MotionLimits) -> String {
     let show = |angle: Option<f64>| {
         angle.map_or_else(|| "unlimited".to_owned(), |angle| Dimension::Angle.display(angle))

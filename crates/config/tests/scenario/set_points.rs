@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn angles_outside_the_limits() {
-    let limits = "an angle within [limits], 0 rad to 0.785398 rad";
+    let limits = "an angle within [limits], 0 deg to 45 deg";
     refused(
         FULL,
         "\"17deg\"",
@@ -18,16 +18,17 @@ fn angles_outside_the_limits() {
         &format!("x.toml:9:17: initial_angle: found -1deg, expected {limits}"),
     );
     refused(FULL, "max_angle = \"45deg\"", "max_angle = \"-45deg\"", &{
-        let within = "an angle within [limits], 0 rad to -0.785398 rad";
+        let within = "an angle within [limits], 0 deg to -45 deg";
         let mut lines = vec!["x.toml:9:17: initial_angle: found 10deg, expected ".to_owned() + within];
         lines.push(
-            "x.toml:16:13: limits.max_angle: found -45deg, expected an angle above min_angle, 0 rad"
+            "x.toml:16:13: limits.max_angle: found -45deg, expected an angle above min_angle, 0 deg"
                 .to_owned(),
         );
         lines.push("x.toml:50:9: set_point[0].angle: found 17deg, expected ".to_owned() + within);
         lines.push("x.toml:67:9: set_point[4].angle: found 0.3, expected ".to_owned() + within);
         lines.push(
-            "x.toml:71:8: set_point[5].sine: found a sine from 0.1 rad to 0.5 rad, expected ".to_owned()
+            "x.toml:71:8: set_point[5].sine: found a sine from 5.72958 deg to 28.6479 deg, expected "
+                .to_owned()
                 + within,
         );
         lines.join("\n")
@@ -40,7 +41,7 @@ fn an_initial_angle_of_zero_must_be_allowed() {
     let errors = parse_scenario(&text, "x.toml").unwrap_err().to_string();
     assert_eq!(
         errors,
-        "x.toml:1:1: initial_angle: found nothing, expected an angle within [limits], 0.5 rad to unlimited"
+        "x.toml:1:1: initial_angle: found nothing, expected an angle within [limits], 28.6479 deg to unlimited"
     );
 }
 
@@ -116,7 +117,7 @@ fn rotation_needs_unlimited_angles() {
     let expected = "expected no min_angle and no max_angle in [limits], or a set-point of another kind";
     refused(FULL, "angle = \"17deg\"", "speed = \"1rad/s\"", &format!("{place}, {expected}"));
     let speed =
-        "x.toml:20:9: set_point[0].speed: found -13, expected a speed within limits.max_speed, 12 rad/s";
+        "x.toml:20:9: set_point[0].speed: found -13, expected a speed within limits.max_speed, 687.549 deg/s";
     set_points_refused("[[set_point]]\ntime = 0\nspeed = -13", speed);
     let rate = "x.toml:20:14: set_point[0].pulse_rate: found 601kHz, expected a pulse rate within driver.max_pulse_rate, 600 kHz";
     set_points_refused("[[set_point]]\ntime = 0\npulse_rate = \"601kHz\"", rate);
@@ -130,7 +131,7 @@ fn sines_within_the_limits() {
     };
     set_points_refused(
         &sine(2.0, 1.0),
-        &format!("{place} a peak speed of 12.5664 rad/s, expected at most limits.max_speed, 12 rad/s"),
+        &format!("{place} a peak speed of 720 deg/s, expected at most limits.max_speed, 687.549 deg/s"),
     );
     set_points_refused(
         &sine(0.15, 12.2),
@@ -150,7 +151,7 @@ fn sines_within_the_limits() {
         FULL,
         "0.2rad",
         "0.31rad",
-        "x.toml:71:8: set_point[5].sine: found a sine from -0.01 rad to 0.61 rad, expected an angle within [limits], 0 rad to 0.785398 rad",
+        "x.toml:71:8: set_point[5].sine: found a sine from -0.572958 deg to 34.9504 deg, expected an angle within [limits], 0 deg to 45 deg",
     );
 }
 
