@@ -20,6 +20,9 @@ const FOURTH: f64 = 70.0;
 /// A number's own rounding, in parts of it, and a little more.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
+/// Text is taken to be rounded by up to 10 to this times a number's own rounding: to 7 digits.
+const FINEST_TO_COARSEST: i32 = 5;
+
 impl Noise {
     /// Estimates what an encoder adds, from the angles alone (rad, at even times).
     ///
@@ -27,7 +30,10 @@ impl Noise {
     pub fn of(angle_rad: &[f64]) -> Self {
         let angles = angle_rad.get(..SAMPLES).unwrap_or(angle_rad);
         let largest = angles.iter().fold(1e-3, |most: f64, angle| most.max(angle.abs()));
-        let step_rad = encoder_step(angles, ROUNDING * largest);
+        // A file of text rounds its numbers, by how much it does not say.
+        let roundings = (0..=FINEST_TO_COARSEST).map(|tens| ROUNDING * largest * 10f64.powi(tens));
+        let step_rad = roundings.map(|rounding| encoder_step(angles, rounding)).find(|step| *step > 0.0);
+        let step_rad = step_rad.unwrap_or(0.0);
         let quantisation_rad = step_rad / 12f64.sqrt();
         let deviation_rad = block_deviation(angles, step_rad).max(quantisation_rad).max(ROUNDING * largest);
         Self { deviation_rad, step_rad }
@@ -75,6 +81,25 @@ fn middle_deviation<'a>(blocks: impl Iterator<Item = &'a [f64]>) -> f64 {
     median(&mut variances).unwrap_or(0.0).sqrt()
 }
 
+/// The step that fits the differences best, those of few steps first: Euclid's algorithm adds up what they were rounded by.
+fn refined(angles: &[f64], step_rad: f64) -> f64 {
+    [8.0, 64.0, 1e9].iter().fold(step_rad, |step, most| {
+        let (mut products, mut squares) = (0.0, 0.0);
+        for pair in angles.windows(2) {
+            let difference = pair.iter().fold(0.0, |before, after| after - before).abs();
+            let whole = (difference / step).round();
+            if whole <= *most {
+                products += difference * whole;
+                squares += whole * whole;
+            }
+        }
+        if squares > 0.0 { products / squares } else { step }
+    })
+}
+
+/// A difference is a whole number of steps up to this part of one.
+const WHOLE: f64 = 0.05;
+
 /// The greatest step that all differences are whole multiples of; 0 where there is none beyond rounding.
 fn encoder_step(angles: &[f64], rounding_rad: f64) -> f64 {
     let mut step = 0.0;
@@ -90,8 +115,13 @@ fn encoder_step(angles: &[f64], rounding_rad: f64) -> f64 {
             return 0.0;
         }
     }
-    // A motion at one constant speed is no encoder's.
+    if step == 0.0 {
+        return 0.0;
+    }
+    let step = refined(angles, step);
+    // A motion at one constant speed is no encoder's, nor one whose speed changes little from sample to sample.
     let steps = |pair: &[f64]| (pair.iter().fold(0.0, |before, after| after - before) / step).abs();
     let varied = angles.windows(2).any(|pair| !(0.5..1.5).contains(&steps(pair)));
-    if varied { step } else { 0.0 }
+    let whole = |pair: &[f64]| (steps(pair) - steps(pair).round()).abs() < WHOLE;
+    if varied && angles.windows(2).all(whole) { step } else { 0.0 }
 }

@@ -184,3 +184,22 @@ fn a_rest_has_no_speed_however_soon_a_motion_follows() {
         assert!((later.speed_rad_per_s / 0.96 - 1.0).abs() < 0.05, "seed {seed}: {later:?}");
     }
 }
+
+#[test]
+fn the_encoder_is_found_in_a_text_of_few_digits() {
+    // 4,000 counts in a swing of ±16°, as tables have it.
+    let step_rad = TAU / 4000.0;
+    let counts = |t: f64| ((0.28 * (3.0 * t).sin()) / step_rad).round();
+    for digits in 4..10 {
+        let shown = |degrees: f64| format!("{degrees:.digits$}").parse::<f64>().unwrap().to_radians();
+        let angle_rad: Vec<f64> =
+            (0..4000).map(|row| shown((counts(1e-3 * f64::from(row)) * step_rad).to_degrees())).collect();
+        let noise = Noise::of(&angle_rad);
+        assert!((noise.step_rad / step_rad - 1.0).abs() < 1e-3, "{digits} digits: {noise:?}");
+        // A motion that no encoder rounded has no step beyond the text's.
+        let smooth: Vec<f64> =
+            (0..4000).map(|row| shown((0.28 * (3e-3 * f64::from(row)).sin()).to_degrees())).collect();
+        let text_rad = 10f64.powi(-i32::try_from(digits).unwrap()).to_radians();
+        assert!(Noise::of(&smooth).step_rad < 1.01 * text_rad, "{digits} digits: {:?}", Noise::of(&smooth));
+    }
+}
