@@ -16,6 +16,13 @@ pub enum Event<'a> {
     },
     /// Effects by their linearised cut of the held-out RMS, in parts of the noise.
     Ranking(&'a [(EffectId, f64)]),
+    /// How far the search is at the most: samples simulated, and what ends it.
+    Bound {
+        /// Samples simulated so far.
+        simulated: u64,
+        /// Samples after which it concludes from what it has.
+        at_most: u64,
+    },
     /// A step of the work.
     Step(&'static str),
 }
@@ -47,6 +54,9 @@ pub struct Shown {
     pub before: Vec<f64>,
     /// Prediction of the extended model.
     pub after: Vec<f64>,
+    /// One over each sample's standard deviation by the error model, 1/N·m or 1/rad: small where the prediction itself is not
+    /// well known, as where it begins; 0 for a sample that does not count.
+    pub weights: Vec<f64>,
 }
 
 /// The diagnosis, and what goes with it.

@@ -72,7 +72,11 @@ pub(crate) fn judge<'a>(
     tell(Event::Noise { rms, noise: noise.told(rms) });
     tell(Event::Step("screening causes"));
     let corrected = within_tolerance(&setting, &given, asked.corrections)?;
-    let mut ranked = |ranking: &[(EffectId, f64)]| tell(Event::Ranking(ranking));
+    let mut ranked = |ranking: &[(EffectId, f64)]| {
+        tell(Event::Ranking(ranking));
+        let (simulated, at_most) = setting.campaign.simulated();
+        tell(Event::Bound { simulated, at_most });
+    };
     let few = few(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
     if let Few::Not(few) = &few
         && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?

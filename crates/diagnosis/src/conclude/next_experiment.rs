@@ -7,6 +7,9 @@ use valve_model::EffectId;
 /// No rotary drive swings a load faster than this.
 const MOST_DRIVEN_HZ: f64 = 500.0;
 
+/// Steps of the encoder in a sine's full swing, for its shape to be seen.
+const STEPS_OF_A_SWING: f64 = 20.0;
+
 /// A sentence or two.
 pub(crate) fn next_experiment(
     verdict: Verdict,
@@ -116,8 +119,8 @@ fn separating(ids: &[EffectId], facts: &Facts) -> String {
             format!("{other}{rests}, at the temperature of these")
         }
         Separating::SmallSinesAtTwoLevels => format!(
-            "sines of ±{:.1e} rad about one angle (within presliding) and slow reversals, at two levels of friction (two pressures or temperatures)",
-            0.5 * presliding_rad
+            "{} about one angle and slow reversals, at two levels of friction (two pressures or temperatures)",
+            small_sines(0.5 * presliding_rad, facts.encoder_step_rad)
         ),
         Separating::RingingLoad => {
             let inertia = facts.load_inertia.unwrap_or(1e-4);
@@ -136,12 +139,28 @@ fn separating(ids: &[EffectId], facts: &Facts) -> String {
         }
         Separating::FullTurns => "full turns both ways at one slow speed, at two pressures".to_owned(),
         Separating::SmallSinesAndStep => format!(
-            "sines of ±{presliding_rad:.1e} rad (within presliding), and a step that lets the motor ring"
+            "{}, and a step that lets the motor ring",
+            small_sines(presliding_rad, facts.encoder_step_rad)
         ),
         Separating::Everything => {
             "constant speeds both ways over the whole range, sines at three frequencies, and rests of 0.1 to 10 s, at two pressures and two temperatures".to_owned()
         }
     }
+}
+
+/// Sines within presliding; where this log's encoder would not see them, with the one that it takes.
+fn small_sines(size_rad: f64, step_rad: f64) -> String {
+    let needed_rad = 2.0 * size_rad / STEPS_OF_A_SWING;
+    let sines = format!("sines of ±{size_rad:.1e} rad (within presliding)");
+    if step_rad <= needed_rad {
+        return sines;
+    }
+    let counts = |step: f64| std::f64::consts::TAU / step;
+    format!(
+        "{sines}, which take an encoder of {:.1e} counts a turn or more (this log's has {:.1e})",
+        counts(needed_rad),
+        counts(step_rad)
+    )
 }
 
 fn missing(untestable: &[Judged], facts: &Facts) -> Option<String> {
@@ -162,4 +181,20 @@ fn missing(untestable: &[Judged], facts: &Facts) -> Option<String> {
         });
     }
     (!wanted.is_empty()).then(|| wanted.join(" and "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_experiment_says_what_encoder_it_takes() {
+        assert_eq!(small_sines(1e-3, 1e-4), "sines of ±1.0e-3 rad (within presliding)");
+        assert_eq!(small_sines(1e-3, 0.0), "sines of ±1.0e-3 rad (within presliding)");
+        let coarse = small_sines(1e-3, 1.6e-3);
+        assert!(
+            coarse.ends_with("an encoder of 6.3e4 counts a turn or more (this log's has 3.9e3)"),
+            "{coarse}"
+        );
+    }
 }

@@ -352,5 +352,6 @@ fn shown(judged: &Judgement<'_>, piece: &Piece, before: &PieceResidual, after: &
         measured: piece.as_recorded(&piece.measured),
         before: piece.as_recorded(&before.predicted),
         after: piece.as_recorded(&after.predicted),
+        weights: piece.weights.clone(),
     }
 }

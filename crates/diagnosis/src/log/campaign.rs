@@ -170,6 +170,11 @@ impl Campaign {
         self.work.was_cut()
     }
 
+    /// Samples simulated so far, and those after which a diagnosis ends.
+    pub fn simulated(&self) -> (u64, u64) {
+        (self.work.simulated(), self.kind.most_simulated)
+    }
+
     /// Allows all that a diagnosis may simulate; the first search has a part of it, so that something is left for those after it.
     pub fn allow_all(&self) {
         self.work.allow(self.kind.most_simulated);
@@ -432,6 +437,7 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
         .map(|pair| pair.iter().fold(0.0, |a, b| b - a))
         .collect();
     facts.step_s = median(&mut steps).unwrap_or(1e-3);
+    facts.encoder_step_rad = pieces.iter().map(|piece| piece.noise.step_rad).fold(0.0, f64::max);
 }
 
 fn fastest_command(piece: &Piece) -> f64 {

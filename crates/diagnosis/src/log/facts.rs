@@ -30,6 +30,8 @@ pub(crate) struct Facts {
     pub angle_rad: (f64, f64),
     /// The usual time between samples.
     pub step_s: f64,
+    /// The encoder's step, rad; 0 where the angles show none.
+    pub encoder_step_rad: f64,
     /// The longest rest, s.
     pub longest_rest_s: f64,
     pub rotor_inertia: f64,
@@ -98,6 +100,7 @@ impl Facts {
             reference_temperature_c: model.reference_temperature_c(),
             angle_rad: (f64::INFINITY, f64::NEG_INFINITY),
             step_s: 1e-3,
+            encoder_step_rad: 0.0,
             longest_rest_s: 0.0,
             rotor_inertia: model.motor.map_or(0.0, |motor| motor.rotor_inertia_kg_m2),
             excitation: Excitation::default(),

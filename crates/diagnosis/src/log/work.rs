@@ -17,6 +17,11 @@ impl Work {
         self.samples.fetch_add(samples as u64, Ordering::Relaxed);
     }
 
+    /// How many were.
+    pub fn simulated(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
+    }
+
     /// So many may be simulated from now on.
     pub fn allow(&self, samples: u64) {
         self.allowed.store(samples, Ordering::Relaxed);
@@ -24,7 +29,7 @@ impl Work {
 
     /// Whether as many were simulated as may be: whoever asks leaves out the rest.
     pub fn is_spent(&self) -> bool {
-        let spent = self.samples.load(Ordering::Relaxed) > self.allowed.load(Ordering::Relaxed);
+        let spent = self.simulated() > self.allowed.load(Ordering::Relaxed);
         if spent {
             self.was_cut.store(true, Ordering::Relaxed);
         }

@@ -61,13 +61,17 @@ pub fn section(found: &Found) -> Section {
         .with(Block::Text(outliers(found)))
 }
 
-/// The samples that are farthest from both models, by name.
+/// The samples that are farthest from both models, by name. Where a prediction is not well known itself, as where it begins,
+/// an error says little of the sample.
 fn outliers(found: &Found) -> String {
+    let error = |shown: &Shown, index: usize| {
+        let measured = shown.measured.get(index)?;
+        Some((measured - shown.before.get(index)?).abs().min((measured - shown.after.get(index)?).abs()))
+    };
+    // In standard deviations of the error model.
     let errors = |shown: &Shown| -> Vec<f64> {
-        let pairs = shown.measured.iter().zip(&shown.before).zip(&shown.after);
-        pairs
-            .map(|((measured, before), after)| (measured - before).abs().min((measured - after).abs()))
-            .collect()
+        let weights = shown.weights.iter().enumerate();
+        weights.map(|(index, weight)| weight * error(shown, index).unwrap_or(f64::NAN)).collect()
     };
     let by_block: Vec<(&Shown, Vec<f64>)> = found.shown.iter().map(|shown| (shown, errors(shown))).collect();
     let mut all: Vec<f64> = by_block
@@ -82,11 +86,18 @@ fn outliers(found: &Found) -> String {
     let mut far: Vec<(f64, String)> = Vec::new();
     for (shown, errors) in &by_block {
         let begin = shown.time_s.first().copied().unwrap_or(0.0);
-        for (index, error) in errors.iter().enumerate().filter(|(_, error)| **error > FAR * usual) {
+        for (index, deviations) in errors.iter().enumerate().filter(|(_, error)| **error > FAR * usual) {
             let time_s = shown.time_s.get(index).copied().unwrap_or(f64::NAN);
+            let off = error(shown, index).unwrap_or(f64::NAN);
             far.push((
-                *error,
-                format!("{} at {time_s:.3} s ({} s into its block)", shown.name, short(time_s - begin)),
+                *deviations,
+                format!(
+                    "{} at {time_s:.3} s ({} s into its block), off by {} {}",
+                    shown.name,
+                    short(time_s - begin),
+                    short(off),
+                    unit(found.channel)
+                ),
             ));
         }
     }
@@ -94,11 +105,7 @@ fn outliers(found: &Found) -> String {
         return String::new();
     }
     far.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let named: Vec<String> = far
-        .iter()
-        .take(NAMED)
-        .map(|(error, place)| format!("{place}, off by {} {}", short(*error), unit(found.channel)))
-        .collect();
+    let named: Vec<&str> = far.iter().take(NAMED).map(|(_, place)| place.as_str()).collect();
     format!(
         "{} {} off by more than {FAR:.0} usual deviations with either model; the farthest: {}.",
         far.len(),

@@ -5,6 +5,7 @@ use super::words::{self, unit};
 use diagnosis::{Band, Description, Found, Order};
 use log_data::Channel;
 use report::{Axis, Block, Hue, Section, Style, Table, XyPlot, XySeries};
+use std::f64::consts::TAU;
 
 /// An amplitude that chance makes as large with a greater probability is none.
 const CHANCE: f64 = 0.01;
@@ -32,8 +33,11 @@ pub fn section(found: &Found) -> Section {
         section = by_order(found, changed)
             .into_iter()
             .fold(section, |section, plot| section.with(Block::XyPlot(plot)));
-        section =
-            section.with(Block::Text(orders(if changed { after } else { before }, unit(found.channel))));
+        let left = if changed { after } else { before };
+        section = section.with(Block::Text(match part_of_a_turn(found) {
+            Some(part) => part_only(part),
+            None => orders(left, unit(found.channel)),
+        }));
         section = section.with(order_table(found, changed));
     }
     section
@@ -163,6 +167,25 @@ fn order_table(found: &Found, changed: bool) -> Block {
         header.push(format!("{}, {}", words::EXTENDED, unit(found.channel)));
     }
     Block::Table(Table { header, rows: rows.into_iter().take(ORDERS).map(|(.., cells)| cells).collect() })
+}
+
+/// How much of a turn was recorded, where it is not a whole one.
+fn part_of_a_turn(found: &Found) -> Option<f64> {
+    let angles = found.shown.iter().flat_map(|shown| &shown.angle_rad).filter(|angle| angle.is_finite());
+    let (least, most) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), angle| {
+        (f64::min(least, *angle), f64::max(most, *angle))
+    });
+    Some((most - least) / TAU).filter(|part| (0.0..1.0).contains(part))
+}
+
+/// What orders mean where no turn was completed.
+fn part_only(part: f64) -> String {
+    format!(
+        "These records cover {:.0}° of a turn, so nothing can be seen to come back turn by turn. A wave of order n has n × {part:.3} \
+         periods within them: orders below {:.0} have less than one, and stand for a level, a slope or a bend over the angle.",
+        360.0 * part,
+        (1.0 / part).ceil()
+    )
 }
 
 fn orders(of: &Description, unit: &str) -> String {
