@@ -58,14 +58,15 @@ impl Progress {
                     say(format_args!("  {gain:8.3}  {id}"));
                 }
             }),
-            Event::Bound { simulated, at_most } => self.aside(|| {
-                let pace_s = self.bar.elapsed().as_secs_f64() / simulated.max(1) as f64;
-                let left_s = pace_s * at_most.saturating_sub(simulated) as f64;
-                complain(format_args!(
-                    "{:7.1} s  at most about {left_s:.0} s more, most logs far less; --limit TIME ends it sooner",
-                    self.bar.elapsed().as_secs_f64()
-                ));
-            }),
+            Event::Bound { simulated, at_most } => {
+                let elapsed_s = self.bar.elapsed().as_secs_f64();
+                let left_s = elapsed_s / simulated.max(1) as f64 * at_most.saturating_sub(simulated) as f64;
+                self.aside(|| {
+                    complain(format_args!(
+                        "{elapsed_s:7.1} s  at most about {left_s:.0} s more, most logs far less; --limit TIME ends it sooner"
+                    ));
+                });
+            }
             Event::Step(step) => self.step(step),
         }
     }
