@@ -19,6 +19,9 @@ const MARGIN: usize = 2_048;
 /// Residuals accepted: their root mean square nearby in parts of the noise's, and the largest, in encoder steps and in
 /// parts of the noise beyond quantisation.
 const RMS: f64 = 1.1;
+/// Of normal noise a mean square is beyond its bound once in a million times: in a long record clusters of large errors come by
+/// chance, and where they were taken for motion nothing was smoothed at all.
+const BEYOND_CHANCE: f64 = 4.75;
 const LARGEST_STEPS: f64 = 0.75;
 const LARGEST_NOISE: f64 = 5.0;
 /// Standard deviation of what strong smoothing leaves of noise, in parts of it.
@@ -187,7 +190,10 @@ impl Work {
             let reach = ((2.0 * strength.powf(1.0 / 6.0)) as usize).clamp(3, 256);
             let window = (2 * reach + 1) as f64;
             let most = RMS * noise.deviation_rad * (1.0 + 1.0 / window.sqrt());
-            let bounds = Bounds { reach, shadow: 3 * reach, mean_square: most * most, largest };
+            // Errors of rounding to steps are bounded, and their clusters too.
+            let by_chance = noise.beyond_quantisation_rad().powi(2) * mean_square_by_chance(window);
+            let mean_square = by_chance.max(most * most);
+            let bounds = Bounds { reach, shadow: 3 * reach, mean_square, largest };
             let mut next = 0;
             while let Some(open) = open_stretch(&self.strengths, next, 8 * reach) {
                 next = open.end;
@@ -302,6 +308,13 @@ fn open_stretch(strengths: &[f64], from: usize, apart: usize) -> Option<Range<us
         end = index + 1;
     }
     Some(start..end)
+}
+
+/// What the mean square of so many normal errors of unit variance is beyond only as rarely as `BEYOND_CHANCE` deviations of one
+/// (Wilson and Hilferty's approximation to χ²).
+fn mean_square_by_chance(count: f64) -> f64 {
+    let variance = 2.0 / (9.0 * count);
+    (1.0 - variance + BEYOND_CHANCE * variance.sqrt()).powi(3)
 }
 
 /// What residuals may be where noise explains them.
