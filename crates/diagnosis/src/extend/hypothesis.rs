@@ -258,19 +258,10 @@ impl Hypothesis {
         if at + size > parameter.upper { -size } else { size }
     }
 
-    /// True if a number is at a bound.
-    pub fn on_bound(&self, free: Free) -> bool {
-        if let Free::Correction(index) = free {
-            // Up to rounding.
-            let bound =
-                |of: &Correction| (of.value - of.neutral).abs() > 0.999 * Correction::MOST * of.deviation;
-            return self.corrections.get(index).is_some_and(bound);
-        }
-        let Free::Number(member, number) = free else { return false };
-        let parameter = self.members.get(member).and_then(|of| of.candidate.parameters.get(number));
-        parameter.is_some_and(|parameter| {
-            let at = self.get(free);
-            at <= parameter.lower || at >= parameter.upper
-        })
+    /// How far a number goes of a change, within its bounds.
+    pub fn allowed(&self, free: Free, change: f64) -> f64 {
+        let mut there = self.clone();
+        there.set(free, self.get(free) + change);
+        there.get(free) - self.get(free)
     }
 }

@@ -30,6 +30,8 @@ const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
 const LEAST_DAMPING: f64 = 1.0;
 const MORE_DAMPING: f64 = 10.0;
 const LESS_DAMPING: f64 = 0.1;
+/// A change that goes less than this part of its way meets a bound; rounding takes less.
+const WHOLE: f64 = 1.0 - 1e-9;
 /// The fit ends at this damping.
 const MOST_DAMPING: f64 = 1e3;
 
@@ -222,34 +224,40 @@ pub(crate) fn sum(groups: &[Gram]) -> Gram {
     total
 }
 
-/// The damped step and the gain that it promises. Numbers that rest on a bound and would leave it stay.
+/// The damped step and the gain that it promises, within the bounds of the numbers: one that would leave them goes as far as it may,
+/// and the others make the best of that.
 fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<f64>, f64)> {
     let free = hypothesis.free();
-    let mut columns: Vec<usize> = (0..free.len()).collect();
+    let mut open: Vec<usize> = (0..free.len()).collect();
+    let (all, slope) = total.part(&open);
+    let mut change = DVector::zeros(free.len());
     for _ in 0..=free.len() {
-        let (mut a, b) = total.part(&columns);
-        let plain = a.clone();
+        let (mut a, _) = total.part(&open);
         for i in 0..a.nrows() {
             a[(i, i)] *= 1.0 + damping;
         }
-        let beta = invert(a)? * &b;
-        let stuck = columns.iter().zip(beta.iter()).position(|(column, change)| {
-            free.get(*column).is_some_and(|number| {
-                let mut there = hypothesis.clone();
-                there.set(*number, hypothesis.get(*number) + change);
-                hypothesis.on_bound(*number) && there.get(*number) == hypothesis.get(*number)
-            })
+        let left = &slope - &all * &change;
+        let beta = invert(a)? * DVector::from_iterator(open.len(), open.iter().map(|column| left[*column]));
+        let allowed = open.iter().zip(beta.iter()).map(|(column, wanted)| {
+            (
+                *column,
+                *wanted,
+                free.get(*column).map_or(*wanted, |number| hypothesis.allowed(*number, *wanted)),
+            )
         });
-        if let Some(stuck) = stuck {
-            columns.remove(stuck);
+        // The one that may go the least part of its way is held first.
+        let part = |(_, wanted, allowed): &(usize, f64, f64)| allowed / wanted;
+        let held = allowed.clone().filter(|of| part(of) < WHOLE).min_by(|a, b| part(a).total_cmp(&part(b)));
+        if let Some((column, _, allowed)) = held {
+            change[column] = allowed;
+            open.retain(|other| *other != column);
             continue;
         }
-        let predicted = 2.0 * beta.dot(&b) - beta.dot(&(plain * &beta));
-        let mut full = DVector::zeros(free.len());
-        for (column, change) in columns.iter().zip(beta.iter()) {
-            full[*column] = *change;
+        for (column, wanted, _) in allowed {
+            change[column] = wanted;
         }
-        return Some((full, predicted.max(0.0)));
+        let predicted = 2.0 * change.dot(&slope) - change.dot(&(all * &change));
+        return Some((change, predicted.max(0.0)));
     }
     None
 }

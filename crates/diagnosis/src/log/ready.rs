@@ -15,7 +15,7 @@ use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
 const BEYOND_STATIC: f64 = 1.2;
 /// The cost of a sample of bristles' torque in those of a torque without, and of a piece of one behind a spring.
 const BRISTLES: usize = 4;
-const SPRING: usize = 50;
+const SPRING: usize = 20;
 /// Most that the first angle may be off, rad.
 const FIRST_ANGLE_RAD: f64 = 0.01;
 
