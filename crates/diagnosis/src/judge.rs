@@ -1,39 +1,33 @@
 //! One judgement: the given model fitted, causes searched for, and corrections of the model's numbers refitted with them.
 
 use crate::DiagnosisError;
+use crate::corrected::{CORRECTING, leaves_noise, with_corrections, within_tolerance};
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
-use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
+use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
-use crate::fit::spread::spread;
 use crate::found::Event;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
-use crate::measure::doubt::is_noise;
 use crate::measure::judgement::Judgement;
-use crate::name::refine::{fewer_orders, refine};
+use crate::name::refine::refine;
 use crate::name::round::next_cause;
 use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
-use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::name::twins::missing;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
-use crate::show::colour::is_coloured;
 use crate::show::mains::mains;
 use crate::show::observe::shows_zeros;
 use crate::show::residual::{Jumps, PieceResidual, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
-use crate::show::whiteness::is_white;
 use log_data::AngleZero;
 use std::collections::BTreeSet;
 use valve_model::EffectId;
 
-/// Steps of a fit of the corrections within their tolerance.
-const CORRECTING: usize = 6;
 /// Steps of a fit of a number beyond its tolerance, before it is seen whether it may leave noise.
 const FIRST_STEPS: usize = 2;
 /// Causes that are looked for beside corrections.
@@ -43,10 +37,6 @@ const FEW: usize = 2;
 const HOPELESS: f64 = 1.5;
 /// A twin that by its linearised gain leaves so much more than its like, in parts of the noise, doesn't stand for it.
 const FAR_OFF: f64 = 0.03;
-/// A correction is clear from so many of its standard errors on.
-const CLEAR: f64 = 2.0;
-/// A level beyond its tolerance cuts this part of the held-out error at least.
-const LEVEL: f64 = 0.02;
 /// Zeros by run explain a log where they leave this part of what one zero and few causes leave, or less: they are many numbers.
 const MUCH_LESS: f64 = 0.9;
 /// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
@@ -93,7 +83,7 @@ pub(crate) fn judge<'a>(
             few.filter(|few| setting.is_over() && few.has_more_than(&selected)).map_or(selected, |few| *few)
         }
     };
-    let selection = with_corrections(&setting, selection, corrected, asked)?;
+    let selection = with_corrections(&setting, selection, corrected, (asked.corrections, asked.able))?;
     tell(Event::Step("measuring the gain"));
     judgement(setting, noise, selection, &begun, asked.seed)
 }
@@ -109,7 +99,7 @@ pub(crate) fn judge_few<'a>(
     let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})? else {
         return Ok(None);
     };
-    let selection = with_corrections(&setting, *few, corrected, asked)?;
+    let selection = with_corrections(&setting, *few, corrected, (asked.corrections, asked.able))?;
     judgement(setting, noise, selection, &given.point, asked.seed).map(Some)
 }
 
@@ -345,38 +335,6 @@ fn twins_beside(
     Ok(found)
 }
 
-/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed. They stay at none where they
-/// only make it worse.
-fn within_tolerance(
-    setting: &Setting<'_>,
-    given: &Fitted,
-    corrections: &[Correction],
-) -> Result<Option<Fitted>, DiagnosisError> {
-    if corrections.is_empty() || is_white(setting, &left(setting, &given.point)?) {
-        return Ok(None);
-    }
-    let hypothesis = Hypothesis { corrections: corrections.to_vec(), ..given.point.hypothesis.clone() };
-    let begin = Point { hypothesis, starts: given.point.starts.clone() };
-    let corrected = fit(setting, begin.clone(), &Piece::is_fitted, CORRECTING)?;
-    // A loss that counts each group by its own noise may buy little everywhere with much in one place. Where nothing but noise is left
-    // without, there was nothing to buy.
-    let rms = |point: &Point| left(setting, point).map(|left| rms_left(setting, &left, &Piece::is_fitted));
-    if rms(&corrected.point)? > rms(&given.point)? && leaves_noise(setting, given)? {
-        return fit(setting, begin, &Piece::is_fitted, 0).map(Some);
-    }
-    Ok(Some(corrected))
-}
-
-/// Whether a fit leaves no more than noise, coloured or not.
-fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
-    let left = left(setting, &fitted.point)?;
-    if is_white(setting, &left) {
-        return Ok(true);
-    }
-    let structure = structure(setting, &left);
-    Ok(is_noise(&structure) || is_coloured(setting, &left, &structure))
-}
-
 /// One cause or two that leave no more than noise together with corrections of the model's numbers, if it takes no more.
 ///
 /// Asked first: against numbers that are off by their tolerance, a search without corrections finds causes for those too.
@@ -424,119 +382,4 @@ fn few_beside_corrections(
     }
     (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
     Ok(Few::Not(Some(Box::new(state))))
-}
-
-/// Refits the selected causes together with corrections of the model's parameters, so that their intervals include
-/// the tolerances. Removes a cause that only changes a parameter within its tolerance.
-fn with_corrections(
-    setting: &Setting<'_>,
-    mut selection: Selection,
-    corrected: Option<Fitted>,
-    asked: Asked<'_>,
-) -> Result<Selection, DiagnosisError> {
-    let corrections = asked.corrections;
-    let Some(corrected) = corrected else { return Ok(selection) };
-    let mut point = selection.fitted.point.clone();
-    point.hypothesis.members.retain(|member| {
-        let number = member.numbers.first().copied().unwrap_or(f64::NAN);
-        !corrections.iter().any(|of| of.id == member.candidate.id && of.holds(number))
-    });
-    selection.ambiguous.retain(|(best, _)| point.hypothesis.has(*best));
-    if point.hypothesis.members.is_empty() {
-        selection.take(Tried::judged(setting, corrected));
-        return Ok(selection);
-    }
-    let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
-    point.hypothesis.corrections = others.collect();
-    let kept = setting.sensitivities(&point)?;
-    let quick = Setting { kept: kept.as_ref(), ..*setting };
-    let joint = Tried::from(&quick, point, CORRECTING)?;
-    let joint = without_idle_corrections(&quick, levels_beyond(&quick, asked.able, joint)?)?;
-    let exact = if kept.is_some() { Tried::from(setting, joint.fitted.point, CORRECTING)? } else { joint };
-    selection.take(exact);
-    // Beside the corrections some harmonics may be within their own errors.
-    for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
-        if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
-        {
-            fewer_orders(setting, &mut selection, index)?;
-        }
-    }
-    Ok(selection)
-}
-
-/// A number of the model that the corrections beside the causes take to its bound, as a cause where the held-out error falls with it: it is
-/// off by more. The torque's scale is then left as given: beside a level that can't go further it stands in for it, and takes the causes'
-/// torques with it.
-fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Result<Tried, DiagnosisError> {
-    let at_bound: Vec<Correction> =
-        joint.fitted.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()).cloned().collect();
-    let mut best = joint;
-    for of in at_bound.iter().filter(|of| !matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset)) {
-        let Some(candidate) = able.iter().find(|candidate| candidate.id == of.id) else { continue };
-        if setting.is_over() {
-            break;
-        }
-        let hypothesis = &best.fitted.point.hypothesis;
-        let others = hypothesis.with_corrections_of(|id| id != of.id && id != EffectId::TorqueGain);
-        let member = Member::new(candidate, vec![of.value], candidate.free.clone());
-        let begin = Point { hypothesis: others.with(member), starts: best.fitted.point.starts.clone() };
-        let tried = if_possible(Tried::from(setting, begin, STEPS))?;
-        if let Some(tried) = tried.filter(|tried| tried.rms < best.rms - FLOOR.max(LEVEL * best.rms)) {
-            best = tried;
-        }
-    }
-    Ok(best)
-}
-
-/// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a
-/// number moves only where the data ask for it. How well the causes are known takes all of them as uncertain all the same.
-///
-/// All of them at once, if that goes. Else one after the other, the torque's scale first: it is alike to all torques' levels
-/// together, and a cause's torque is told as the transducer shows it unless the data speak against the transducer.
-fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
-    let idle = idle_corrections(setting, &joint);
-    if idle.is_empty() {
-        return Ok(joint);
-    }
-    if let Some(without) = holding(setting, &joint, &idle)? {
-        return Ok(without);
-    }
-    let (mut kept, mut held) = (joint, Vec::new());
-    for index in idle {
-        held.push(index);
-        match holding(setting, &kept, &held)? {
-            Some(without) => kept = without,
-            None => held.truncate(held.len() - 1),
-        }
-        if setting.is_over() {
-            break;
-        }
-    }
-    Ok(kept)
-}
-
-/// Places of the corrections that are no larger than their own errors, the torque's scale first, then by what they are in parts of
-/// these.
-fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
-    let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Vec::new() };
-    let hypothesis = &joint.fitted.point.hypothesis;
-    let places: Vec<Free> = hypothesis.free();
-    let size = |(index, of): (usize, &Correction)| {
-        let place = places.iter().position(|free| *free == Free::Correction(index))?;
-        let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
-        let errors = (of.value - of.neutral).abs() / variance.sqrt();
-        (errors < CLEAR).then_some((if of.id == EffectId::TorqueGain { -1.0 } else { errors }, index))
-    };
-    let mut idle: Vec<(f64, usize)> = hypothesis.corrections.iter().enumerate().filter_map(size).collect();
-    idle.sort_by(|a, b| a.0.total_cmp(&b.0));
-    idle.into_iter().map(|(_, index)| index).collect()
-}
-
-/// The same fitted with these corrections held at none; `None` if the held-out error is larger then.
-fn holding(setting: &Setting<'_>, tried: &Tried, held: &[usize]) -> Result<Option<Tried>, DiagnosisError> {
-    let hypothesis = tried.fitted.point.hypothesis.with_corrections_free(|index| held.contains(&index));
-    let begin = Point { hypothesis, starts: tried.fitted.point.starts.clone() };
-    let without = if_possible(Tried::from(setting, begin, CORRECTING))?;
-    // Where much more than noise is left, no smaller part of that counts.
-    Ok(without.filter(|without| without.rms <= tried.rms + EQUAL * tried.rms.max(1.0)))
 }

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod conclude;
+mod corrected;
 mod diagnose;
 mod error;
 mod extend;
