@@ -11,8 +11,9 @@ const FORMAT: &str = "stepvalve-drive";
 const FORMAT_VERSION: u64 = 1;
 
 const SHIFT: Bounds = Bounds::within(0.0, 1e-2);
-const ENABLE_TIMEOUT: Bounds = Bounds::within(1e-3, 60.0);
-const DEFAULT_ENABLE_TIMEOUT_S: f64 = 2.0;
+/// Less than the controller waits for current (2 s): what the drive lacks is known here alone.
+const ENABLE_TIMEOUT: Bounds = Bounds::within(1e-3, 1.8);
+const DEFAULT_ENABLE_TIMEOUT_S: f64 = 1.5;
 const DEFAULT_BUS_LOST_CYCLES: u64 = 3;
 
 /// The types of an SDO by name.

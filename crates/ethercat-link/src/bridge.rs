@@ -299,7 +299,9 @@ impl<L: Link> Bridge<L> {
         }
         if begin_ns > limit {
             let error_ns = self.status.clock_error_ns;
-            return self.failed(BringUpError::NotLocked { error_ns, expected_ns: LOCK_WINDOW_NS }, begin_ns);
+            let (near, wanted) = (locked, LOCK_CYCLES);
+            let error = BringUpError::NotLocked { near, wanted, error_ns, expected_ns: LOCK_WINDOW_NS };
+            return self.failed(error, begin_ns);
         }
         State::Lock { wire, clock, locked, until_ns: limit }
     }

@@ -123,9 +123,15 @@ pub enum BringUpError {
         al_code: u16,
     },
     /// The clock did not come near enough to the bus's.
-    #[error("the cycle is {error_ns} ns off the bus's clock, expected at most {expected_ns} ns")]
+    #[error(
+        "the cycle was within {expected_ns} ns of the bus's clock {near} times more than it was not, expected {wanted} (last {error_ns} ns off)"
+    )]
     NotLocked {
-        /// Deviation, ns.
+        /// Cycles near the clock, less those that were not, which count more.
+        near: u64,
+        /// How many are wanted.
+        wanted: u64,
+        /// Last deviation, ns.
         error_ns: i64,
         /// Window, ns.
         expected_ns: i64,

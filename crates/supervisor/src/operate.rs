@@ -108,7 +108,11 @@ impl Generation<'_> {
     fn arm(&mut self) -> Answer {
         let currentless =
             self.watch.feedback().is_some_and(|feedback| feedback.body.validity & validity::ENERGISED == 0);
-        let answer = self.order(order_of(OperatorKind::Arm), "armed");
+        const ARMED: &str = "armed";
+        let answer = self.order(order_of(OperatorKind::Arm), ARMED);
+        if answer.done && answer.text != ARMED {
+            return Answer::done(format!("{}: `stepvalve status` says when the drive holds", answer.text));
+        }
         if answer.done && currentless {
             let text = "armed; the windings were without current: energising may have moved the rotor by up to half a tooth";
             return Answer::done(text);

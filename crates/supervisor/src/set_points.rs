@@ -2,7 +2,7 @@
 
 use crate::generation::Generation;
 use crate::request::Answer;
-use signals::{Body, FaultCode, Rule, SetPoint, SetPointKind, SetPointRefusal};
+use signals::{Body, ControllerState, FaultCode, Rule, SetPoint, SetPointKind, SetPointRefusal};
 
 impl Generation<'_> {
     /// Sends a set-point of a kind; SI.
@@ -96,6 +96,9 @@ impl Generation<'_> {
                 })
             }
             (SetPointRefusal::NotRunning, _) => self.watch.seen().map(|seen| match seen.fault {
+                FaultCode::None if seen.state == ControllerState::Arming => {
+                    "the controller is still arming: again when it runs".to_owned()
+                }
                 FaultCode::None => format!("the controller is {}; first: stepvalve arm", seen.state),
                 fault => format!("stopped by a fault ({fault}); first: stepvalve reset, then arm"),
             }),

@@ -82,15 +82,19 @@ impl DriveBus {
 impl fmt::Display for DriveBus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { phase, al_state, al_code, drive_state, drive_status, mode, .. } = self;
+        // Of a bus that does not answer everything is what it said last.
+        let waits = phase == BusPhase::Wait.name();
+        let heard = if waits { "; last heard:" } else { "," };
         let al_code = if *al_code == 0 { String::new() } else { format!(" with code {al_code:#06x}") };
         writeln!(
             f,
-            "drive's bus      {phase}, {al_state}{al_code}, working counter {}",
+            "drive's bus      {phase}{heard} {al_state}{al_code}, working counter {}",
             self.working_counter
         )?;
         let error =
             if self.error_code == 0 { String::new() } else { format!(", error {:#06x}", self.error_code) };
-        writeln!(f, "drive            {drive_state} ({drive_status:#06x}), mode {mode}{error}")?;
+        let then = if waits { ", when last heard" } else { "" };
+        writeln!(f, "drive            {drive_state} ({drive_status:#06x}), mode {mode}{error}{then}")?;
         writeln!(
             f,
             "drive's frames   {} lost, {} late, round trip {:.0} µs, {:+.1} µs off its clock, {} bring-ups",

@@ -230,7 +230,7 @@ impl Axis {
         let enabled = self.phase == Phase::Enabled;
         let target = if enabled { self.guard.accepted_microsteps() } else { self.command_count() };
         self.last_target = target;
-        let control = self.control(self.guard.energised());
+        let control = self.control(cycle, self.guard.energised());
         Sent { outputs: self.outputs(control, target, output.pulse_rate_hz) }
     }
 
@@ -350,10 +350,12 @@ impl Axis {
         }
     }
 
-    fn control(&mut self, guard_energised: bool) -> u16 {
+    fn control(&mut self, cycle: u64, guard_energised: bool) -> u16 {
         let order = match self.phase {
             Phase::Enabling { .. } | Phase::Homing { .. } => Order::On,
             Phase::Enabled if guard_energised => Order::On,
+            // A drive that took the quick stop stands by then, and is off; one that ignores it loses its current.
+            Phase::Failed { at_cycle } if cycle.saturating_sub(at_cycle) > self.ramp_cycles() => Order::Off,
             Phase::Failed { .. } => Order::QuickStop,
             Phase::Enabled | Phase::Off => Order::Off,
         };

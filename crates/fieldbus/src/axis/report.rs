@@ -127,19 +127,23 @@ impl Axis {
             | u64::from(al_code) << 48
     }
 
+    /// Cycles after a fault within which the drive's own ramp is over.
+    pub(super) fn ramp_cycles(&self) -> u64 {
+        drive::stop_cycles_bound(&self.params.drive) + self.params.judge.bus_lost_cycles + 2
+    }
+
     /// Whether the drive stands. One that can't be heard stands once its own ramp must be over.
     fn stands(&self, cycle: u64, arrived: &Moved) -> bool {
         match self.phase {
             Phase::Failed { at_cycle } => {
-                let ramp =
-                    drive::stop_cycles_bound(&self.params.drive) + self.params.judge.bus_lost_cycles + 2;
                 let ramps = matches!(
                     DriveState::of(self.inputs.status),
                     DriveState::OperationEnabled
                         | DriveState::QuickStopActive
                         | DriveState::FaultReactionActive
                 );
-                cycle.saturating_sub(at_cycle) > ramp || !ramps && self.judge.missing_cycles() == 0
+                cycle.saturating_sub(at_cycle) > self.ramp_cycles()
+                    || !ramps && self.judge.missing_cycles() == 0
             }
             Phase::Enabled => arrived.flags & validity::STANDSTILL != 0,
             // In homing the drive moves by itself, where its method says so.

@@ -37,13 +37,13 @@ pub fn advice(fault: FaultCode) -> &'static str {
         }
         FaultCode::BusLost => "no good reply on the drive's bus: check cable and power of the drive",
         FaultCode::DriveLeftOperation => {
-            "the drive ended its operation, or did not begin it: look at its display"
+            "the drive ended its operation, or did not begin it: look at its display; `stepvalve status` has its status word, which ends in 0x27 with bit 12 set while it follows, and its mode, 8"
         }
         FaultCode::NotSynchronised => {
             "the cycle and the bus's clock drift apart: `stepvalve doctor` looks at the machine"
         }
         FaultCode::NotEnergised => {
-            "the drive did not energise the motor in time: check its power and its enable input"
+            "the drive did not energise the motor in time: check its power and its enable input; on a bus `stepvalve status` has its status word, which ends in 0x27 with bit 12 set once it follows, and its mode, 8"
         }
         FaultCode::Homing => {
             "no mark, or no steady alignment, was found: check the switch, the stop or the index, and the speeds in [homing]"
