@@ -19,9 +19,12 @@ const MARGIN: usize = 2_048;
 /// Residuals accepted: their root mean square nearby in parts of the noise's, and the largest, in encoder steps and in
 /// parts of the noise beyond quantisation.
 const RMS: f64 = 1.1;
-/// Of normal noise a mean square is beyond its bound once in a million times: in a long record clusters of large errors come by
-/// chance, and where they were taken for motion nothing was smoothed at all.
+/// A strength that hardly smooths. Where no more is borne, the bound is one that normal noise is beyond once in a million times: in a
+/// long record clusters of large errors come by chance, and none of the strengths bore them.
+const HARDLY: f64 = 1e3;
 const BEYOND_CHANCE: f64 = 4.75;
+/// So much of a stretch is no cluster: of a thousand samples one takes a tenth with its surroundings, where motion is as loud as noise it is all.
+const EXCEPTION: f64 = 0.25;
 const LARGEST_STEPS: f64 = 0.75;
 const LARGEST_NOISE: f64 = 5.0;
 /// Standard deviation of what strong smoothing leaves of noise, in parts of it.
@@ -186,27 +189,46 @@ impl Work {
         self.strengths.resize(count, 0.0);
         let largest = LARGEST_STEPS * noise.step_rad + LARGEST_NOISE * noise.beyond_quantisation_rad();
         self.find_rests(angle_rad, noise);
+        self.climb(angle_rad, noise, largest, 0.0);
+        self.spare_clusters(angle_rad, noise, largest);
+        let least =
+            |four: &[f64]| four.iter().fold(f64::INFINITY, |least: f64, strength| least.min(*strength));
+        self.penalties.clear();
+        self.penalties.extend(self.strengths.windows(4).map(least));
+    }
+
+    /// Where hardly anything was smoothed, a motion was seen or a cluster of noise: what normal noise is rarely beyond tells, unless
+    /// there is too much of that for chance.
+    fn spare_clusters(&mut self, angle_rad: &[f64], noise: Noise, largest: f64) {
+        let hardly = |strength: &f64| *strength <= HARDLY;
+        let count = self.strengths.iter().filter(|strength| hardly(strength)).count();
+        if count as f64 > EXCEPTION * self.strengths.len() as f64 {
+            return;
+        }
+        let first = self.strengths.clone();
+        self.strengths.iter_mut().filter(|strength| hardly(strength)).for_each(|strength| *strength = 0.0);
+        self.climb(angle_rad, noise, largest, noise.beyond_quantisation_rad());
+        self.strengths.iter_mut().zip(first).for_each(|(strength, first)| *strength = strength.max(first));
+    }
+
+    /// Gives each sample that has none the greatest strength that its surroundings bear, of which `by_chance_rad` is normal noise.
+    fn climb(&mut self, angle_rad: &[f64], noise: Noise, largest: f64, by_chance_rad: f64) {
         for strength in STRENGTHS {
+            if self.strengths.iter().all(|strength| *strength > 0.0) {
+                break;
+            }
             let reach = ((2.0 * strength.powf(1.0 / 6.0)) as usize).clamp(3, 256);
             let window = (2 * reach + 1) as f64;
             let most = RMS * noise.deviation_rad * (1.0 + 1.0 / window.sqrt());
-            // Errors of rounding to steps are bounded, and their clusters too.
-            let by_chance = noise.beyond_quantisation_rad().powi(2) * mean_square_by_chance(window);
-            let mean_square = by_chance.max(most * most);
-            let bounds = Bounds { reach, shadow: 3 * reach, mean_square, largest };
+            let by_chance = by_chance_rad.powi(2) * mean_square_by_chance(window);
+            let bounds =
+                Bounds { reach, shadow: 3 * reach, mean_square: by_chance.max(most * most), largest };
             let mut next = 0;
             while let Some(open) = open_stretch(&self.strengths, next, 8 * reach) {
                 next = open.end;
                 self.try_strength(angle_rad, strength, &bounds, open);
             }
-            if self.strengths.iter().all(|strength| *strength > 0.0) {
-                break;
-            }
         }
-        let least =
-            |four: &[f64]| four.iter().fold(f64::INFINITY, |least: f64, strength| least.min(*strength));
-        self.penalties.clear();
-        self.penalties.extend(self.strengths.windows(4).map(least));
     }
 
     /// Gives rests the greatest strength: flickering between two steps, their residuals would look like motion.
