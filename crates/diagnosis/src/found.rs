@@ -75,6 +75,8 @@ pub struct Found {
     pub rivals: Vec<Effect>,
     /// The channel that the model predicts.
     pub channel: Channel,
+    /// Whether a zero of each run's torque, or a hum, was taken off before an error was told: predictions have neither.
+    pub taken_off: bool,
     /// The first screening: cut of the held-out RMS in parts of the noise.
     pub ranking: Vec<(EffectId, f64)>,
     /// The pieces, for plots.

@@ -329,6 +329,7 @@ fn found(
         extended,
         as_measured,
         channel: campaign.kind.channel,
+        taken_off: judged.setting.nuisances.zero_nm > 0.0 || !campaign.hums.is_empty(),
         ranking: judged.selection.first_ranking.clone(),
         shown,
         proposed: Vec::new(),

@@ -37,12 +37,16 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
     }
     header.extend(["times the noise", "used"].map(str::to_owned));
     let table = OpeningTable { header, rows: order.iter().enumerate().filter_map(row).collect(), open: 1 };
+    let taken_off = if found.taken_off {
+        " Each run's zero and the hum, which the numbers above are without, are still in these errors: the models know of neither."
+    } else {
+        ""
+    };
     Section::new("Measured and simulated")
-        .with(Block::Text(
+        .with(Block::Text(format!(
             "All runs, the worst first. A click opens what was measured and what the models predict from the run's beginning. \
-             \"Kept aside\" means that the model was not fitted to it."
-                .to_owned(),
-        ))
+             \"Kept aside\" means that the model was not fitted to it.{taken_off}"
+        )))
         .with(Block::OpeningTable(table))
 }
 
