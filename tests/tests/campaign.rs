@@ -154,6 +154,56 @@ fn a_limit_of_failures_ends_it() {
 }
 
 #[test]
+fn a_merge_counts_failures_too() {
+    let place = TestPlace::new();
+    let plan = plan(&place, 0.5, &("failure_limit = \"10%\"\n".to_owned() + FORTY));
+    for shard in ["1/2", "2/2"] {
+        campaign(&place, &plan, &format!("part-{}", &shard[..1]), &["--shard", shard]).expect_code(0);
+    }
+    let parts = ["part-1", "part-2"].map(|part| text(&place.path(part)).to_owned());
+    let merge = |out: &str| place.stepvalve(&["campaign", "merge", &parts[0], &parts[1], "--out", out]);
+    let finished = merge(text(&place.path("whole"))).expect_code(1);
+    assert!(finished.stderr.contains("expected at most 4 (failure_limit); run "), "{}", finished.stderr);
+    // A shard by another spelling is a shard all the same.
+    let rows = std::fs::read(place.path("part-1/rows.log")).unwrap();
+    let finished = merge(&format!("{}/../part-1", parts[0])).expect_code(2);
+    assert!(finished.stderr.contains("among the shards"), "{}", finished.stderr);
+    assert!(std::fs::read(place.path("part-1/rows.log")).unwrap() == rows);
+}
+
+#[test]
+fn a_campaign_of_failures_alone_is_no_result() {
+    let place = TestPlace::new();
+    // Each is possible beside the model's other number, and no two of them are.
+    let fails = "[design]\nkind = \"latin-hypercube\"\nruns = 4\n\
+        [[vary]]\npath = \"truth.friction.coulomb_torque_nm\"\nrange = [2.5, 2.9]\n\
+        [[vary]]\npath = \"truth.friction.static_torque_nm\"\nrange = [1.6, 2.0]\n";
+    let plan = plan(&place, 0.5, fails);
+    let finished = campaign(&place, &plan, "out", &[]).expect_code(1);
+    assert!(finished.stderr.contains("found that all 4 runs failed"), "{}", finished.stderr);
+    assert!(place.path("out/campaign.html").exists());
+}
+
+#[test]
+fn rows_that_are_gone_cost_no_table() {
+    let place = TestPlace::new();
+    let plan = plan(&place, 0.5, FORTY);
+    campaign(&place, &plan, "out", &[]).expect_code(0);
+    let before = table(&place, "out");
+    std::fs::remove_file(place.path("out/rows.log")).unwrap();
+    for more in [&["--resume"][..], &[]] {
+        let finished = campaign(&place, &plan, "out", more).expect_code(2);
+        assert!(finished.stderr.contains("campaign.h5"), "{}", finished.stderr);
+        assert!(table(&place, "out") == before);
+        assert!(!place.path("out/rows.log").exists());
+    }
+    // Nor are runs that another campaign kept taken for this one's.
+    std::fs::create_dir_all(place.path("other/kept/run-00001")).unwrap();
+    let finished = campaign(&place, &plan, "other", &["--keep", "worst=2"]).expect_code(2);
+    assert!(finished.stderr.contains("holds recorded runs"), "{}", finished.stderr);
+}
+
+#[test]
 fn one_process_writes_and_an_interruption_keeps_all_rows() {
     let place = TestPlace::new();
     let many = FORTY.replace("runs = 40", "runs = 4000");
@@ -213,12 +263,24 @@ fn another_campaign_is_not_gone_on_with() {
         "{}",
         finished.stderr
     );
-    // A flipped bit costs the rows behind it, which are made again.
+    // A flipped bit costs its row, which is made again.
     let place_of_flip = bytes.len() - 1000;
     bytes[place_of_flip] ^= 4;
     std::fs::write(&log, &bytes).unwrap();
+    // What changes no row may change.
+    std::fs::write(
+        &plan,
+        format!("# again\n{}", original.replace("[design]", "failure_limit = 39\n[design]")),
+    )
+    .unwrap();
     let finished = campaign(&place, &plan, "out", &["--resume"]).expect_code(0);
-    assert!(finished.stderr.contains("bytes behind the last whole row are dropped"), "{}", finished.stderr);
+    std::fs::write(&plan, &original).unwrap();
+    campaign(&place, &plan, "out", &["--resume"]).expect_code(0);
+    assert!(
+        finished.stderr.contains("bytes are no whole row; their runs are made again"),
+        "{}",
+        finished.stderr
+    );
     assert!(table(&place, "out") == before);
 }
 

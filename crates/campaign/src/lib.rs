@@ -19,7 +19,7 @@ mod run;
 
 pub use base::{BaseTexts, Source};
 pub use columns::{Column, Metric, Values, columns};
-pub use effects::{Group, Influence, influence};
+pub use effects::{Group, Level, Share, Shares, course, shares};
 pub use error::CampaignError;
 pub use plan::{Campaign, RunTexts};
 pub use row::{Diagnosed, Failure, Motion, Row, Stage};

@@ -10,6 +10,7 @@ use crate::base::{BaseTexts, Source};
 use crate::error::CampaignError;
 use crate::plan::Campaign;
 use crate::row::Row;
+use config::says_the_same;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -48,22 +49,26 @@ impl Head {
         Campaign::new(self.plan.clone(), self.bases.clone())
     }
 
-    /// What differs in another head, in words; empty where nothing does. Names of files are none of it: a plan may be moved.
+    /// What differs in another head, in words; empty where nothing does. Names of files are none of it (a plan may be moved), nor are comments
+    /// and what changes no row.
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.program_version != other.program_version {
             found.push(format!("stepvalve {} is {} now", self.program_version, other.program_version));
         }
-        let mut compare = |what: &str, one: &Source, other: &Source| {
-            if let Some(line) = first_difference(&one.text, &other.text) {
+        let mut compare = |what: &str, one: &Source, other: &Source, but: &[&str]| {
+            if let Some(line) = first_difference(&one.text, &other.text)
+                && !says_the_same(&one.text, &other.text, but)
+            {
                 found.push(format!("{what} {}, line {line}", other.file));
             }
         };
-        compare("the plan", &self.plan, &other.plan);
+        // How many may fail changes no row.
+        compare("the plan", &self.plan, &other.plan, &["failure_limit", "name"]);
         for (one, other) in self.bases.iter().zip(&other.bases) {
-            compare("the scenario", &one.scenario, &other.scenario);
-            compare("the truth", &one.truth, &other.truth);
-            compare("the belief", &one.belief, &other.belief);
+            compare("the scenario", &one.scenario, &other.scenario, &[]);
+            compare("the truth", &one.truth, &other.truth, &[]);
+            compare("the belief", &one.belief, &other.belief, &[]);
         }
         found.dedup();
         found
@@ -106,8 +111,10 @@ pub struct Contents {
     pub head: Head,
     /// The rows by their runs.
     pub rows: BTreeMap<u64, Row>,
-    /// How many bytes are whole; what follows them is no record.
+    /// How many bytes there are up to the end of the last record; what follows is none.
     pub whole_bytes: usize,
+    /// How many of these belong to damaged records.
+    pub damaged_bytes: usize,
 }
 
 /// The beginning of a log.
@@ -126,20 +133,34 @@ pub fn row(row: &Row) -> Result<Vec<u8>, LogError> {
     record(row)
 }
 
-/// Reads a log up to its end, or to the first record that is cut or damaged: what is behind that can't be trusted.
+/// Reads a log. A record that is damaged costs itself: what follows is found again by the next checksum that is right.
 ///
 /// # Errors
 /// [`LogError::Format`] and [`LogError::Head`].
 pub fn read(bytes: &[u8]) -> Result<Contents, LogError> {
     let rest = bytes.strip_prefix(MAGIC).ok_or(LogError::Format)?;
     let (head, mut rest) = take::<Head>(rest).ok_or(LogError::Head { at: MAGIC.len() })?;
-    let mut rows = BTreeMap::new();
-    while let Some((row, behind)) = take::<Row>(rest) {
-        // A run that was made twice, by a shard that was given two folders, has the same row twice.
-        rows.entry(row.run).or_insert(row);
-        rest = behind;
+    let (mut rows, mut damaged_bytes) = (BTreeMap::new(), 0);
+    loop {
+        while let Some((row, behind)) = take::<Row>(rest) {
+            // A run that was made twice, by a shard that was given two folders, has the same row twice.
+            rows.entry(row.run).or_insert(row);
+            rest = behind;
+        }
+        let Some(next) = (1..rest.len()).find(|skipped| starts_a_row(rest, *skipped)) else { break };
+        damaged_bytes += next;
+        rest = rest.get(next..).unwrap_or_default();
     }
-    Ok(Contents { head, rows, whole_bytes: bytes.len() - rest.len() })
+    Ok(Contents { head, rows, whole_bytes: bytes.len() - rest.len(), damaged_bytes })
+}
+
+/// The longest row is far shorter: a length beyond it is none.
+const LONGEST_ROW: usize = 1 << 16;
+
+fn starts_a_row(bytes: &[u8], at: usize) -> bool {
+    let Some(rest) = bytes.get(at..) else { return false };
+    let length = rest.first_chunk::<4>().map_or(0, |length| u32::from_le_bytes(*length) as usize);
+    (1..LONGEST_ROW).contains(&length) && take::<Row>(rest).is_some()
 }
 
 fn record(content: &impl Serialize) -> Result<Vec<u8>, LogError> {

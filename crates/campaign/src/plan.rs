@@ -81,7 +81,8 @@ impl Campaign {
     pub fn failures_allowed(&self) -> u64 {
         match self.plan.failure_limit {
             FailureLimit::Count(count) => count,
-            FailureLimit::Share(share) => (share * self.runs() as f64).floor() as u64,
+            // 29 % of 100 are 29, though 0.29 times 100 is a little less.
+            FailureLimit::Share(share) => (share * self.runs() as f64 * (1.0 + 1e-12)).floor() as u64,
         }
     }
 
@@ -221,7 +222,14 @@ fn refusal(vary: &Vary, base: &Base, file: &str) -> Option<ConfigError> {
         let expected = errors.errors().first().map_or(String::new(), |error| error.expected.clone());
         first.get_or_insert_with(|| (probe.shown(), expected));
     }
-    let (shown, expected) = first?;
+    let (shown, mut expected) = first?;
+    let is_whole = |number: f64| number.fract() == 0.0;
+    if let (How::Range { .. } | How::Log { .. } | How::Normal { .. }, Setting::Number { number, .. }) =
+        (&vary.how, at_unit(vary, 0.5))
+        && !is_whole(number)
+    {
+        expected.push_str(" (whole numbers are listed: values = [2, 3, 4])");
+    }
     Some(vary.path.refuse(file, format!("the value {shown} for {}", vary.path.text), expected))
 }
 

@@ -144,10 +144,11 @@ impl Row {
             || self.motion.as_ref().is_some_and(|motion| motion.fault != 0 || motion.lost_steps > 0)
     }
 
-    /// How bad it is beside others: what could not be simulated, then faults, then lost steps, then the following error.
-    /// Larger is worse.
+    /// How bad it is beside others: what could not be simulated, then faults, then lost steps, then the following error; where only a diagnosis
+    /// was asked for, the belief's error. Larger is worse.
     pub fn badness(&self) -> (u8, f64) {
-        let error_rad = self.motion.as_ref().map_or(0.0, |motion| motion.error_rms_rad);
+        let belief_rad = || self.diagnosed.as_ref().map_or(0.0, |found| found.residual_rms_rad);
+        let error_rad = self.motion.as_ref().map_or_else(belief_rad, |motion| motion.error_rms_rad);
         let known = if error_rad.is_nan() { 0.0 } else { error_rad };
         let class = match (&self.failure, &self.motion) {
             (Some(_), None) => 3,

@@ -86,7 +86,21 @@ fn every_byte_changed() {
             changed[place] ^= 1 << bit;
             let before = ends.iter().filter(|end| **end <= place).count();
             match read(&changed) {
-                Ok(contents) => check(&contents, before - 1, &ends),
+                Ok(contents) => {
+                    // The row that is damaged is lost, and no other.
+                    let others: Vec<Row> = rows()
+                        .into_iter()
+                        .enumerate()
+                        .filter(|(at, _)| at + 1 != before)
+                        .map(|of| of.1)
+                        .collect();
+                    assert_eq!(contents.rows.len(), others.len(), "byte {place}, bit {bit}");
+                    assert!(others.iter().all(|row| contents.rows[&row.run] == *row));
+                    let is_last = before == rows().len();
+                    assert_eq!(contents.whole_bytes, ends[if is_last { before - 1 } else { rows().len() }]);
+                    let damaged = if is_last { 0 } else { ends[before] - ends[before - 1] };
+                    assert_eq!(contents.damaged_bytes, damaged);
+                }
                 Err(_) => assert_eq!(before, 0, "byte {place}, bit {bit}"),
             }
         }
@@ -100,8 +114,13 @@ fn what_changed_is_named() {
     let mut other = one.clone();
     other.program_version = "2.0.0".to_owned();
     other.plan.text = other.plan.text.replace("runs = 16", "runs = 17");
-    other.bases[0].belief.text.push_str("# a comment\n");
+    other.bases[0].belief.text.push_str("[extra]\n");
     other.bases[0].truth.file = "elsewhere/truth.toml".to_owned();
+    // What changes no row: comments, and how many may fail.
+    let mut alike = one.clone();
+    alike.bases[0].truth.text.push_str("# a comment\n");
+    alike.plan.text.insert_str(0, "failure_limit = 3\n");
+    assert!(one.differences(&alike).is_empty(), "{:?}", one.differences(&alike));
     let found = one.differences(&other).join("; ");
     assert!(
         found.starts_with(

@@ -28,7 +28,9 @@ pub use edit::{Editable, Setting};
 pub use effects_file::{OwnEffect, OwnParameter, parse_effects};
 pub use error::{ConfigError, ConfigErrors};
 pub use model::{ModelComments, parse_model, write_model};
-pub use plan::{Design, DesignKind, FailureLimit, How, Named, Plan, Target, Task, Vary, parse_plan};
+pub use plan::{
+    Design, DesignKind, FailureLimit, How, Named, Plan, Target, Task, Vary, parse_plan, says_the_same,
+};
 pub use scenario::{
     AfterStop, Compensation, Control, Damping, Drive, Driver, Encoder, FlowPressure, Homing, HomingMarks,
     HomingMethod, HomingSearch, LARGEST_ENCODER_DELAY_CYCLES, LONGEST_DAMPING_PERIOD_NS, LostSteps,

@@ -186,3 +186,14 @@ pub enum How {
         unit: String,
     },
 }
+
+/// Whether two texts of TOML say the same, comments, spaces and the order of keys aside, and these keys of the top.
+#[must_use]
+pub fn says_the_same(one: &str, other: &str, but: &[&str]) -> bool {
+    let read = |text: &str| -> Option<toml::Table> {
+        let mut table: toml::Table = text.parse().ok()?;
+        but.iter().for_each(|key| drop(table.remove(*key)));
+        Some(table)
+    };
+    read(one).is_some_and(|one| read(other) == Some(one))
+}

@@ -1,5 +1,6 @@
 //! Runs recorded as `simulate` records them: those that `--keep` names, or `--only` one.
 
+use super::row_file::ROWS;
 use crate::files::name;
 use crate::in_process::Run;
 use crate::loaded;
@@ -54,13 +55,14 @@ pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
     sorted
 }
 
-/// Refuses to begin anew where runs are kept: a run's files are never overwritten.
+/// Refuses to begin anew where runs are kept: a run's files are never overwritten, and those of another campaign are none of this one.
 ///
 /// # Errors
 /// [`Failure::Input`].
-pub fn refuse_kept(folder: &Path, force: bool) -> Result<(), Failure> {
+pub fn refuse_kept(folder: &Path, goes_on: bool) -> Result<(), Failure> {
     let kept = folder.join(KEPT);
-    if force && kept.exists() {
+    let goes_on = goes_on && folder.join(ROWS).exists();
+    if !goes_on && kept.exists() {
         return Err(Failure::Input(anyhow!(
             "{} holds recorded runs, which are never overwritten: remove it, or give --out another folder",
             name(&kept)

@@ -38,7 +38,9 @@ pub struct Arguments {
 /// [`Failure::Input`] where shards are of different campaigns, rows are missing, or two shards have different rows of one run.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
-    if arguments.shards.iter().any(|shard| shard == out) {
+    // However they are spelled.
+    let place = |path: &PathBuf| std::fs::canonicalize(path).unwrap_or_else(|_| path.clone());
+    if arguments.shards.iter().any(|shard| place(shard) == place(out)) {
         return Err(Failure::Input(anyhow!(
             "{}: found it among the shards, too; expected another folder",
             name(out)
@@ -47,20 +49,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !arguments.force {
         row_file::refuse_taken(out)?;
     }
-    keep::refuse_kept(out, arguments.force)?;
+    keep::refuse_kept(out, false)?;
     let (head, campaign, rows) = gather(&arguments.shards)?;
     let interruption = Interruption::watch()?;
-    let mut file = RowFile::open(out, &head, false, arguments.force)?;
+    let mut file = RowFile::open(out, (&head, campaign.runs()), false, arguments.force)?;
     for row in rows.into_values() {
         file.add(row)?;
     }
     file.to_disk().with_context(|| name(file.path()))?;
     let all: Vec<Row> = file.rows().values().cloned().collect();
+    conclude::refuse_failures(&campaign, &all, file.path())?;
     let kept = arguments.keep.map_or_else(Vec::new, |keep| keep.choose(&all));
     if !keep::keep(&campaign, &kept, out, &interruption)? {
         return Ok(Outcome::Interrupted);
     }
-    conclude::conclude(&campaign, &all, out)?;
+    conclude::conclude(&campaign, &head.program_version, &all, out)?;
+    conclude::refuse_all_failed(&campaign, &all, out)?;
     Ok(Outcome::Done)
 }
 
@@ -70,12 +74,9 @@ fn gather(shards: &[PathBuf]) -> Result<(Head, Campaign, BTreeMap<u64, Row>), Fa
     for shard in shards {
         let path = shard.join(ROWS);
         let (contents, length) = row_file::read(&path)?;
-        if contents.whole_bytes < length {
-            complain(format_args!(
-                "note: {}: what is behind byte {} is no row",
-                name(&path),
-                contents.whole_bytes
-            ));
+        let no_row = length - contents.whole_bytes + contents.damaged_bytes;
+        if no_row > 0 {
+            complain(format_args!("note: {}: {no_row} bytes are no whole row", name(&path)));
         }
         match &head {
             None => head = Some(contents.head),

@@ -1,5 +1,6 @@
 //! `stepvalve campaign`: thousands of runs of scenarios in which something is varied, as rows of one table and a page.
 
+mod build;
 mod conclude;
 mod keep;
 mod load;
@@ -90,13 +91,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(run) = arguments.only {
         return keep::only(&campaign, run, out);
     }
-    keep::refuse_kept(out, arguments.force)?;
+    keep::refuse_kept(out, arguments.resume)?;
     let interruption = Interruption::watch()?;
-    let head = Head::new(&campaign, env!("CARGO_PKG_VERSION"));
-    let mut rows = RowFile::open(out, &head, arguments.resume, arguments.force)?;
+    let head = Head::new(&campaign, &build::version()?);
+    let mut rows = RowFile::open(out, (&head, campaign.runs()), arguments.resume, arguments.force)?;
     if rows.dropped_bytes > 0 {
         complain(format_args!(
-            "note: {}: {} bytes behind the last whole row are dropped; their runs are made again",
+            "note: {}: {} bytes are no whole row; their runs are made again",
             name(rows.path()),
             rows.dropped_bytes
         ));
@@ -117,21 +118,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             say(format_args!("the same command with --resume goes on"));
             Ok(Outcome::Interrupted)
         }
-        Ended::TooManyFailed { failed, last } => Err(Failure::Failed(anyhow!(
-            "found {failed} runs that failed, expected at most {} (failure_limit); run {} {}: {}. The rows are in {}",
-            campaign.failures_allowed(),
-            last.0,
-            last.1.stage.name(),
-            last.1.reason,
-            name(rows.path())
-        ))),
-        Ended::All => finish(arguments, &campaign, rows, out, &interruption),
+        Ended::TooManyFailed { failed, last } => {
+            Err(conclude::too_many(&campaign, failed, (last.0, &last.1), rows.path()))
+        }
+        Ended::All => finish(arguments, (&campaign, &head), rows, out, &interruption),
     }
 }
 
 fn finish(
     arguments: &Arguments,
-    campaign: &Campaign,
+    (campaign, head): (&Campaign, &Head),
     rows: RowFile,
     out: &Path,
     interruption: &Interruption,
@@ -147,7 +143,8 @@ fn finish(
     if !keep::keep(campaign, &kept, out, interruption)? {
         return Ok(Outcome::Interrupted);
     }
-    conclude::conclude(campaign, &all, out)?;
+    conclude::conclude(campaign, &head.program_version, &all, out)?;
+    conclude::refuse_all_failed(campaign, &all, out)?;
     Ok(Outcome::Done)
 }
 

@@ -22,33 +22,47 @@ pub struct RowFile {
     file: File,
     path: PathBuf,
     rows: BTreeMap<u64, Row>,
-    /// What was behind the last whole row.
+    /// What is no whole row.
     pub dropped_bytes: usize,
 }
 
 impl RowFile {
-    /// Begins a log, or goes on with the one that is there.
+    /// Begins a log, or goes on with the one that is there, of a campaign of so many runs.
     ///
     /// # Errors
     /// [`Failure::Input`] where there is a campaign and neither `resume` nor `force`; where it is another one; where another process
     /// writes to it.
-    pub fn open(folder: &Path, head: &Head, resume: bool, force: bool) -> Result<Self, Failure> {
+    pub fn open(
+        folder: &Path,
+        (head, runs): (&Head, u64),
+        resume: bool,
+        force: bool,
+    ) -> Result<Self, Failure> {
         let path = folder.join(ROWS);
-        if !resume && !force {
-            refuse_taken(folder)?;
-        }
         let begin = log::begin(head).map_err(Failure::input)?;
-        // Locked before it is read: what is read is then what there is to go on with.
-        let there = if path.exists() { Some(locked(&path)?) } else { None };
-        let found = if resume { found(&path, &begin, head)? } else { None };
+        let was_there = path.exists();
         std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
-        let file = there.map_or_else(|| locked(&path), Ok)?;
+        // Locked before anything is looked at: what is found is then what there is to go on with.
+        let file = locked(&path)?;
+        let found = match may_begin(folder, &file, resume, force) {
+            Ok(()) if resume => found(&path, &begin, head),
+            Ok(()) => Ok(None),
+            Err(refused) => Err(refused),
+        };
+        let found = match found {
+            Err(refused) if !was_there => {
+                remove(&path)?;
+                return Err(refused);
+            }
+            found => found?,
+        };
         let mut this = Self { file, path, rows: BTreeMap::new(), dropped_bytes: 0 };
         match found {
             Some((contents, length)) => {
-                this.dropped_bytes = length - contents.whole_bytes;
+                this.dropped_bytes = length - contents.whole_bytes + contents.damaged_bytes;
                 this.begin_at(contents.whole_bytes as u64, &[]).with_context(|| name(&this.path))?;
-                this.rows = contents.rows;
+                // What is no run of the plan counts for none.
+                this.rows = contents.rows.into_iter().filter(|(run, _)| *run < runs).collect();
             }
             None => {
                 for old in [TABLE, PAGE] {
@@ -96,16 +110,38 @@ impl RowFile {
     }
 }
 
+/// Whether a campaign may begin in a folder, or go on there: its log is held by this process.
+fn may_begin(folder: &Path, file: &File, resume: bool, force: bool) -> Result<(), Failure> {
+    let is_empty = file.metadata().with_context(|| name(folder)).map_err(Failure::Input)?.len() == 0;
+    if force {
+        return Ok(());
+    }
+    let made = [TABLE, PAGE].iter().map(|made| folder.join(made)).find(|path| path.exists());
+    match (resume, is_empty, made) {
+        (true, true, Some(made)) => Err(Failure::Input(anyhow!(
+            "{}: found it without {ROWS}, expected the rows that it was made of: --force begins anew; or give --out another folder",
+            name(&made)
+        ))),
+        (false, false, _) => Err(taken(&folder.join(ROWS))),
+        (false, true, Some(made)) => Err(taken(&made)),
+        _ => Ok(()),
+    }
+}
+
+fn taken(path: &Path) -> Failure {
+    Failure::Input(anyhow!(
+        "{} exists: --resume goes on with it, --force begins anew; or give --out another folder",
+        name(path)
+    ))
+}
+
 /// Refuses a folder that holds a campaign.
 ///
 /// # Errors
 /// [`Failure::Input`].
 pub fn refuse_taken(folder: &Path) -> Result<(), Failure> {
     match [ROWS, TABLE, PAGE].iter().map(|file| folder.join(file)).find(|path| path.exists()) {
-        Some(path) => Err(Failure::Input(anyhow!(
-            "{} exists: --resume goes on with it, --force begins anew; or give --out another folder",
-            name(&path)
-        ))),
+        Some(path) => Err(taken(&path)),
         None => Ok(()),
     }
 }

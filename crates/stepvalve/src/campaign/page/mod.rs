@@ -18,10 +18,10 @@ const REASONS: usize = 10;
 const QUANTILES: [(&str, f64); 5] =
     [("least", 0.0), ("5 %", 0.05), ("median", 0.5), ("95 %", 0.95), ("largest", 1.0)];
 
-/// The page of all rows, which are in the order of their runs.
-pub fn page(campaign: &Campaign, rows: &[Row]) -> Page {
+/// The page of all rows, which are in the order of their runs, and were made by this version of the program.
+pub fn page(campaign: &Campaign, version: &str, rows: &[Row]) -> Page {
     let mut page = Page::new(campaign.plan().name.clone(), headline(rows));
-    page.sections.push(Section::new("").with(Block::Facts(facts(campaign, rows))));
+    page.sections.push(Section::new("").with(Block::Facts(facts(campaign, version, rows))));
     page.sections.extend(failures(rows));
     if campaign.plan().task.measures() {
         page.sections.push(distributions(campaign, rows));
@@ -70,9 +70,12 @@ pub fn how_bad(row: &Row) -> String {
                 (fault, _) => format!("fault {fault}, {error}"),
             }
         }
-        (None, None) => {
-            row.diagnosed.as_ref().map_or_else(|| "not measured".to_owned(), |found| found.verdict.clone())
-        }
+        (None, None) => row.diagnosed.as_ref().map_or_else(
+            || "not measured".to_owned(),
+            |found| {
+                format!("{}, belief off by {}°", found.verdict, short(found.residual_rms_rad.to_degrees()))
+            },
+        ),
     }
 }
 
@@ -103,7 +106,7 @@ fn unit(metric: Metric) -> &'static str {
     }
 }
 
-fn facts(campaign: &Campaign, rows: &[Row]) -> Vec<(String, String)> {
+fn facts(campaign: &Campaign, version: &str, rows: &[Row]) -> Vec<(String, String)> {
     let plan = campaign.plan();
     let scenarios: Vec<String> = campaign.bases().map(|base| label(campaign, &base.scenario.file)).collect();
     let kind = match plan.design.kind {
@@ -121,6 +124,7 @@ fn facts(campaign: &Campaign, rows: &[Row]) -> Vec<(String, String)> {
         fact("design", design),
         fact("varied", plural(plan.vary.len(), "quantity", "quantities")),
         fact("plan", campaign.source().file.clone()),
+        fact("stepvalve", version.to_owned()),
         fact("all rows", TABLE.to_owned()),
     ]
 }
@@ -295,14 +299,18 @@ fn worst_runs(campaign: &Campaign, rows: &[Row]) -> Section {
     };
     let plan = quoted(&campaign.source().file);
     let command = |row: &&Row| format!("stepvalve campaign {plan} --only {0} --out run-{0:05}", row.run);
-    let worst = worst(rows, WORST);
+    // Those that failed by themselves have a section of their own, and would hide all others.
+    let made: Vec<Row> = rows.iter().filter(|row| row.failure.is_none()).cloned().collect();
+    let worst = worst(&made, WORST);
     let commands: Vec<String> = worst.iter().map(command).collect();
     let rows = worst.into_iter().map(row).collect();
+    let order = if campaign.plan().task.measures() {
+        "First faults, then lost steps, then the largest following errors."
+    } else {
+        "Those first whose record the belief predicts worst."
+    };
     Section::new("The worst runs")
-        .with(Block::Text(
-            "First what failed by itself, then faults, then lost steps, then the largest following errors."
-                .to_owned(),
-        ))
+        .with(Block::Text(order.to_owned()))
         .with(Block::Table(Table { header, rows }))
         .with(Block::Text(
             "Each of them again, recorded as stepvalve simulate does, with a page of its own:".to_owned(),
