@@ -45,6 +45,10 @@ pub enum Kind {
     ZeroDrift,
     /// The transducer is slower than its record.
     Bandwidth,
+    /// Runs that are too short to be checked.
+    TooShort,
+    /// No channel that a model predicts.
+    NothingToPredict,
 }
 
 /// How much a finding matters.
@@ -119,6 +123,8 @@ impl Kind {
             Self::MissingChannel => "missing-channel",
             Self::ZeroDrift => "zero-drift",
             Self::Bandwidth => "bandwidth",
+            Self::TooShort => "too-short",
+            Self::NothingToPredict => "nothing-to-predict",
         }
     }
 }

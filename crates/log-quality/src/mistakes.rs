@@ -346,7 +346,7 @@ impl Case<'_> {
                 return vec![self.finding(best)];
             }
         }
-        if let Some(found) = self.some_runs(&tried, &given) {
+        if let Some(found) = self.some_runs(&tried, &given).or_else(|| self.some_exchanged(source, &given)) {
             return vec![found];
         }
         // An angle that hardly moves, or has little in common with the torque, may be another channel.
@@ -441,6 +441,35 @@ impl Case<'_> {
         Some(self.said(tried, runs, &before, &after))
     }
 
+    /// Runs that contradict the model where others agree with it, and agree once two channels are exchanged.
+    fn some_exchanged(&self, source: Source, given: &[Sums]) -> Option<Finding> {
+        let runs = self.log.runs.len();
+        let of = |sums: &[Sums], run: usize| sums.get(run).copied().unwrap_or_default().about_zero();
+        let agrees = |run: usize| of(given, run).tell() && of(given, run).distance() <= AGREES;
+        let suspects: Vec<usize> = (0..runs)
+            .filter(|run| !of(given, *run).tell() || of(given, *run).distance() >= CONTRADICTS)
+            .collect();
+        if suspects.is_empty() || !(0..runs).any(agrees) {
+            return None;
+        }
+        let mut best: Option<(Source, Vec<Sums>, Vec<usize>)> = None;
+        for tried in self.other_sources(source).into_iter().filter(|of| !of.integrated) {
+            let sums = self.expected.sums(&windows(self.log, tried), runs);
+            let explained =
+                |run: &usize| of(&sums, *run).tell() && of(&sums, *run).distance() <= 0.5 * AGREES;
+            let explained: Vec<usize> = suspects.iter().copied().filter(explained).collect();
+            if explained.len() > best.as_ref().map_or(0, |(.., runs)| runs.len()) {
+                best = Some((tried, sums, explained));
+            }
+        }
+        let (tried, sums, explained) = best?;
+        let chosen = |all: &[Sums]| {
+            pooled(&explained.iter().filter_map(|run| all.get(*run)).copied().collect::<Vec<_>>())
+        };
+        let names = explained.iter().filter_map(|run| self.log.runs.get(*run)).map(|run| run.name.clone());
+        Some(self.exchanged((source, tried), &chosen(given), &chosen(&sums), names.collect()))
+    }
+
     fn said(&self, tried: &Tried<'_>, runs: Vec<usize>, before: &Sums, after: &Sums) -> Finding {
         let names: Vec<String> =
             runs.iter().filter_map(|run| self.log.runs.get(*run)).map(|run| run.name.clone()).collect();
@@ -475,7 +504,7 @@ impl Case<'_> {
         let nearer = |sums: &Sums| !given.tell() || given.distance() >= NEARER * sums.distance();
         let explained = best.filter(|(_, sums)| sums.distance() <= AGREES && nearer(sums));
         if let Some((tried, sums)) = explained {
-            return Some(self.exchanged(source, tried, given, &sums));
+            return Some(self.exchanged((source, tried), given, &sums, Vec::new()));
         }
         // An angle log's angle was held against its command before; lost steps and an eccentric encoder rule the lag.
         let nothing = self.torque && given.tell() && given.correlation().abs() < NOTHING;
@@ -508,7 +537,13 @@ impl Case<'_> {
         others
     }
 
-    fn exchanged(&self, source: Source, tried: Source, before: &Sums, after: &Sums) -> Finding {
+    fn exchanged(
+        &self,
+        (source, tried): (Source, Source),
+        before: &Sums,
+        after: &Sums,
+        runs: Vec<String>,
+    ) -> Finding {
         let falls = format!("falls from {:.4} to {:.4} {}", before.error(), after.error(), self.unit());
         if tried.integrated {
             return Finding {
@@ -528,9 +563,16 @@ impl Case<'_> {
         Finding {
             kind: Kind::SwappedChannels,
             severity: Severity::Mistake,
-            evidence: format!("with {one} and {other} exchanged the error of the model {falls}"),
-            place: Place::of(&channels, Vec::new()),
-            mend: "exchange the two columns".to_owned(),
+            evidence: format!(
+                "with {one} and {other} exchanged {} the error of the model {falls}",
+                in_runs(&runs, self.log.runs.len())
+            ),
+            mend: if runs.is_empty() {
+                "exchange the two columns".to_owned()
+            } else {
+                "exchange the two columns of these runs".to_owned()
+            },
+            place: Place::of(&channels, runs),
         }
     }
 

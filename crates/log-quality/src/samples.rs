@@ -25,7 +25,44 @@ const WILD: f64 = 12.0;
 const A_MARK: usize = 3;
 
 pub(crate) fn inspect(log: &Log) -> Vec<Finding> {
-    [constant(log), no_motion(log), clipped(log), outliers(log)].into_iter().flatten().collect()
+    let of_channels = [constant(log), no_motion(log), clipped(log), outliers(log)].into_iter().flatten();
+    of_channels.chain(too_short(log)).chain(nothing_to_predict(log)).collect()
+}
+
+/// What was not looked at must not pass for good.
+fn too_short(log: &Log) -> Option<Finding> {
+    let short: Vec<&Run> = log.runs.iter().filter(|run| run.len() < LEAST).collect();
+    let first = short.first()?;
+    let runs: Vec<String> = short.iter().map(|run| run.name.clone()).collect();
+    Some(Finding {
+        kind: Kind::TooShort,
+        severity: Severity::Note,
+        evidence: format!(
+            "{} than {LEAST} samples {}: {} has {}",
+            if short.len() == 1 { "fewer" } else { "runs with fewer" },
+            in_runs(&runs, log.runs.len()),
+            first.name,
+            first.len()
+        ),
+        place: Place::of(&[], runs),
+        mend: "most checks need more, and were not made there; was more recorded than was imported?"
+            .to_owned(),
+    })
+}
+
+fn nothing_to_predict(log: &Log) -> Option<Finding> {
+    let has = |channel| log.runs.iter().any(|run| run.channel(channel).is_some());
+    if has(Channel::Torque) || has(Channel::AngleCommand) {
+        return None;
+    }
+    Some(Finding {
+        kind: Kind::NothingToPredict,
+        severity: Severity::Note,
+        evidence: "neither torque nor angle_command: no model can be held against an angle alone".to_owned(),
+        place: Place::of(&[Channel::Torque, Channel::AngleCommand], Vec::new()),
+        mend: "map the column of the torque (of a test rig) or of the command (of a stepper) in import, if the record has one"
+            .to_owned(),
+    })
 }
 
 fn constant(log: &Log) -> Vec<Finding> {
@@ -259,19 +296,30 @@ pub(crate) fn without_wild(log: &Log) -> Log {
 
 /// Samples that are far from both neighbours, on the same side of both, while those agree.
 fn wild(values: &[f64]) -> Vec<(usize, f64)> {
-    let steps =
-        || values.windows(2).map(|pair| (pair.last().unwrap_or(&0.0) - pair.first().unwrap_or(&0.0)).abs());
-    // A step that one in a hundred exceeds: what motion, steps of an encoder and reversals make.
-    let usual = quantile(steps(), 0.99).max(noise(values));
-    let is_wild = |three: &[f64]| match three {
+    let far = |three: &[f64], least: f64| match three {
         [before, at, after] => {
             let (one, other) = (at - before, at - after);
-            one * other > 0.0
-                && one.abs().min(other.abs()) > WILD * usual
-                && (before - after).abs() < 0.2 * one.abs().min(other.abs())
+            let nearer = one.abs().min(other.abs());
+            one * other > 0.0 && nearer > least && (before - after).abs() < 0.2 * nearer
         }
         _ => false,
     };
+    // A step that one in a hundred exceeds: what motion, steps of an encoder and reversals make. Steps up to a sample that may be wild, and
+    // down again, are none of them: of many such samples they would be the usual ones.
+    let may_be: Vec<bool> = values.windows(3).map(|three| far(three, 0.0)).collect();
+    let at = |row: usize| row.checked_sub(1).and_then(|row| may_be.get(row)).copied().unwrap_or(false);
+    let steps = || {
+        let pairs = values.windows(2).enumerate().filter(|(row, _)| !at(*row) && !at(row + 1));
+        pairs.map(|(_, pair)| (pair.last().unwrap_or(&0.0) - pair.first().unwrap_or(&0.0)).abs())
+    };
+    // An encoder at rest flickers by its step, and does nothing else.
+    let least = values.windows(2).map(|pair| match pair {
+        [one, other] if one != other => (one - other).abs(),
+        _ => f64::INFINITY,
+    });
+    let step = least.fold(f64::INFINITY, f64::min);
+    let usual = quantile(steps(), 0.99).max(noise(values)).max(if step.is_finite() { step } else { 0.0 });
+    let is_wild = |three: &[f64]| far(three, WILD * usual);
     let rows = values.windows(3).enumerate().filter(|(_, three)| is_wild(three));
     rows.filter_map(|(row, three)| Some((row + 1, *three.get(1)?))).collect()
 }

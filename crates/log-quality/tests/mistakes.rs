@@ -174,6 +174,14 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
             "oil_temperature",
         ),
         (
+            "torque and angle exchanged in half of the runs",
+            |log| {
+                log.runs[3..].iter_mut().for_each(|run| exchange(run, Channel::Torque, Channel::Angle));
+            },
+            Kind::SwappedChannels,
+            "angle and torque exchanged in runs run 3, run 4, run 5",
+        ),
+        (
             "the speed for the angle",
             |log| {
                 for run in &mut log.runs {
@@ -287,6 +295,30 @@ fn what_one_must_know_is_noted_with_its_place() {
         "{missing:?}"
     );
     assert_eq!(named(&found, Kind::MissingChannel).place.runs, ["run 1"]);
+}
+
+/// So many in one run that their steps are no rare ones there.
+#[test]
+fn many_wild_samples_of_one_run_are_noted() {
+    let mut log = log();
+    let torque = log.runs[3].torque_nm.as_mut().unwrap();
+    torque.iter_mut().skip(40).step_by(71).for_each(|torque| *torque += 6.0);
+    let found = inspect(&log, Some(&model()));
+    assert_eq!(found.len(), 1, "{found:#?}");
+    let noted = named(&found, Kind::Outliers);
+    assert!(noted.evidence.starts_with("28 sample(s) of torque"), "{}", noted.evidence);
+}
+
+#[test]
+fn what_is_too_short_or_has_nothing_to_predict_is_no_good_log() {
+    let mut log = log();
+    drain(&mut log.runs[2], 12..2000);
+    let found = inspect(&log, Some(&model()));
+    let short = named(&found, Kind::TooShort);
+    assert!(short.evidence.contains("in run run 2: run 2 has 12"), "{}", short.evidence);
+    log.runs.iter_mut().for_each(|run| run.torque_nm = None);
+    let found = inspect(&log, Some(&model()));
+    assert_eq!(named(&found, Kind::NothingToPredict).severity, Severity::Note);
 }
 
 #[test]
