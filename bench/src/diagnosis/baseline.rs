@@ -66,7 +66,29 @@ fn factors(all: &Normal, named: &BTreeSet<String>, model: &Model) -> BTreeMap<St
         EffectId::ViscousLevel => Some(1.0 / lugre.viscous_nm_s_per_rad),
         EffectId::LoadInertia => model.load.map(|load| 1.0 / load.inertia_kg_m2),
         EffectId::StribeckVelocity => Some(excess / lugre.stribeck_exponent),
-        _ => None,
+        EffectId::HoldingTorqueLevel
+        | EffectId::TorqueOffset
+        | EffectId::PressureDependentFriction
+        | EffectId::TemperatureDependentViscosity
+        | EffectId::TemperatureDependentFriction
+        | EffectId::AngleDependentFriction
+        | EffectId::DirectionAsymmetry
+        | EffectId::DwellStiction
+        | EffectId::HydraulicLock
+        | EffectId::FrictionLag
+        | EffectId::PreslidingHysteresis
+        | EffectId::WearDrift
+        | EffectId::FlowTorque
+        | EffectId::PressureTorque
+        | EffectId::PositionTorque
+        | EffectId::CouplingCompliance
+        | EffectId::DetentTorque
+        | EffectId::MicrostepError
+        | EffectId::Backlash
+        | EffectId::MissedSteps
+        | EffectId::SensorDelay
+        | EffectId::EncoderEccentricity
+        | EffectId::Custom(_) => None,
     };
     let mut place = 0;
     let mut factors = BTreeMap::new();

@@ -12,7 +12,7 @@ use crate::measure::doubt::is_noise;
 use crate::name::refine::fewer_orders;
 use crate::name::selection::Selection;
 use crate::name::threshold::FLOOR;
-use crate::name::tried::{EQUAL, STEPS, Tried};
+use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::show::colour::is_coloured;
 use crate::show::residual::{left, rms_left};
 use crate::show::structure::structure;
@@ -39,8 +39,8 @@ pub(crate) fn within_tolerance(
     let hypothesis = Hypothesis { corrections: corrections.to_vec(), ..given.point.hypothesis.clone() };
     let begin = Point { hypothesis, starts: given.point.starts.clone() };
     let corrected = fit(setting, begin.clone(), &Piece::is_fitted, CORRECTING)?;
-    // A loss that counts each group by its own noise may buy little everywhere with much in one place. Where nothing but noise is left
-    // without, there was nothing to buy.
+    // A loss that normalises each group by its own noise may accept a much larger error in one group for small gains in the others. That is
+    // rejected where the uncorrected residual was noise already.
     let rms = |point: &Point| left(setting, point).map(|left| rms_left(setting, &left, &Piece::is_fitted));
     if rms(&corrected.point)? > rms(&given.point)? && leaves_noise(setting, given)? {
         return fit(setting, begin, &Piece::is_fitted, 0).map(Some);
@@ -74,7 +74,7 @@ pub(crate) fn with_corrections(
     });
     selection.ambiguous.retain(|(best, _)| point.hypothesis.has(*best));
     if point.hypothesis.members.is_empty() {
-        selection.take(Tried::judged(setting, corrected));
+        selection.take(without_idle_corrections(setting, Tried::judged(setting, corrected))?);
         return Ok(selection);
     }
     let others = corrections.iter().filter(|of| !point.hypothesis.has(of.id)).cloned();
@@ -119,23 +119,25 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
     Ok(best)
 }
 
-/// The same with corrections held at none where they are no larger than their own errors, if the held-out error stays the same: a
-/// number moves only where the data ask for it. How well the causes are known takes all of them as uncertain all the same.
+/// The same with corrections held at none where they are no larger than their own errors, and the torque's scale however large, if the
+/// held-out error stays the same: a number moves only where the data ask for it. How well the causes are known takes all of them as
+/// uncertain all the same.
 ///
-/// All of them at once, if that goes. Else one after the other, the torque's scale first: it is alike to all torques' levels
-/// together, and a cause's torque is told as the transducer shows it unless the data speak against the transducer.
+/// All of them at once, if that goes. Else one after the other, the torque's scale first: it is collinear with all levels together, and
+/// stays at 1 unless the data contradict it.
 fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
     let idle = idle_corrections(setting, &joint);
     if idle.is_empty() {
         return Ok(joint);
     }
-    if let Some(without) = holding(setting, &joint, &idle)? {
+    let least = joint.rms;
+    if let Some(without) = holding(setting, (&joint, least), &idle)? {
         return Ok(without);
     }
     let (mut kept, mut held) = (joint, Vec::new());
     for index in idle {
         held.push(index);
-        match holding(setting, &kept, &held)? {
+        match holding(setting, (&kept, least), &held)? {
             Some(without) => kept = without,
             None => held.truncate(held.len() - 1),
         }
@@ -146,8 +148,8 @@ fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried
     Ok(kept)
 }
 
-/// Places of the corrections that are no larger than their own errors, the torque's scale first, then by what they are in parts of
-/// these.
+/// Places of the corrections that are no larger than their own errors, the torque's scale first in any case, then by what they are in parts
+/// of these.
 fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
     let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Vec::new() };
     let hypothesis = &joint.fitted.point.hypothesis;
@@ -156,18 +158,33 @@ fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
         let place = places.iter().position(|free| *free == Free::Correction(index))?;
         let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
         let errors = (of.value - of.neutral).abs() / variance.sqrt();
-        (errors < CLEAR).then_some((if of.id == EffectId::TorqueGain { -1.0 } else { errors }, index))
+        let scale = of.id == EffectId::TorqueGain;
+        (scale || errors < CLEAR).then_some((if scale { -1.0 } else { errors }, index))
     };
     let mut idle: Vec<(f64, usize)> = hypothesis.corrections.iter().enumerate().filter_map(size).collect();
     idle.sort_by(|a, b| a.0.total_cmp(&b.0));
     idle.into_iter().map(|(_, index)| index).collect()
 }
 
-/// The same fitted with these corrections held at none; `None` if the held-out error is larger then.
-fn holding(setting: &Setting<'_>, tried: &Tried, held: &[usize]) -> Result<Option<Tried>, DiagnosisError> {
-    let hypothesis = tried.fitted.point.hypothesis.with_corrections_free(|index| held.contains(&index));
-    let begin = Point { hypothesis, starts: tried.fitted.point.starts.clone() };
-    let without = if_possible(Tried::from(setting, begin, CORRECTING))?;
+/// The same fitted with these corrections held at none; `None` if the held-out error is larger than `least` then.
+///
+/// The torque's scale and all levels together predict nearly the same. Of the two descriptions the one is taken that asks less of the
+/// model's numbers, where they are nearly equal.
+fn holding(
+    setting: &Setting<'_>,
+    (tried, least): (&Tried, f64),
+    held: &[usize],
+) -> Result<Option<Tried>, DiagnosisError> {
+    let held = |index: usize| held.contains(&index);
+    let hypothesis = &tried.fitted.point.hypothesis;
+    let scale = hypothesis.corrections.iter().position(|of| of.id == EffectId::TorqueGain && of.free);
+    let begin = Point {
+        hypothesis: hypothesis.with_scale_in_levels(held).with_corrections_free(held),
+        starts: tried.fitted.point.starts.clone(),
+    };
+    let Some(without) = if_possible(Tried::from(setting, begin, CORRECTING))? else { return Ok(None) };
+    let asks_less = without.fitted.point.hypothesis.off_by_tolerance() <= hypothesis.off_by_tolerance();
+    let alike = if scale.is_some_and(held) && asks_less { NEARLY } else { EQUAL };
     // Where much more than noise is left, no smaller part of that counts.
-    Ok(without.filter(|without| without.rms <= tried.rms + EQUAL * tried.rms.max(1.0)))
+    Ok(Some(without).filter(|without| without.rms <= least + alike * least.max(1.0)))
 }

@@ -64,10 +64,8 @@ pub struct Shown {
 pub struct Found {
     /// For diagnosis.json.
     pub diagnosis: Diagnosis,
-    /// The given model with what was found.
+    /// The given model with what was found, causes and corrections within the tolerance: it predicts this log with the error that is told.
     pub extended: Model,
-    /// The same with what the transducer reads too much within its tolerance: what predicts this log.
-    pub as_measured: Model,
     /// Of each group of causes that can't be told apart, in their order, the effect that fitted best; none where something
     /// speaks against what was found.
     pub proposed: Vec<Effect>,

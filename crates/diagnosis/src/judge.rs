@@ -18,6 +18,7 @@ use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::name::twins::missing;
+use crate::numbers::numbers_off;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::mains::mains;
@@ -32,13 +33,13 @@ use valve_model::EffectId;
 const FIRST_STEPS: usize = 2;
 /// Causes that are looked for beside corrections.
 const FEW: usize = 2;
-/// A candidate that by its linearised gain, or its first steps, leaves more than this, in parts of the noise, is not fitted in the hope that
-/// it leaves noise.
+/// A candidate whose predicted residual RMS, or that after its first steps, is more than this many times the noise is not fitted further.
 const HOPELESS: f64 = 1.5;
-/// A twin that by its linearised gain leaves so much more than its like, in parts of the noise, doesn't stand for it.
+/// An alternative is not tried if its linearised residual RMS exceeds that of the cause by more than this, in noise RMS.
 const FAR_OFF: f64 = 0.03;
-/// Zeros by run explain a log where they leave this part of what one zero and few causes leave, or less: they are many numbers.
+/// Offsets of each run are accepted only if they cut the residual to this part of that with one common offset: they cost a parameter a run.
 const MUCH_LESS: f64 = 0.9;
+
 /// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
@@ -85,7 +86,7 @@ pub(crate) fn judge<'a>(
     };
     let selection = with_corrections(&setting, selection, corrected, (asked.corrections, asked.able))?;
     tell(Event::Step("measuring the gain"));
-    judgement(setting, noise, selection, &begun, asked.seed)
+    judgement(setting, noise, selection, &begun, asked)
 }
 
 /// As [`judge`], if no cause, or one or two beside corrections, leave no more than noise; else `None`.
@@ -100,7 +101,7 @@ pub(crate) fn judge_few<'a>(
         return Ok(None);
     };
     let selection = with_corrections(&setting, *few, corrected, (asked.corrections, asked.able))?;
-    judgement(setting, noise, selection, &given.point, asked.seed).map(Some)
+    judgement(setting, noise, selection, &given.point, asked).map(Some)
 }
 
 /// The same with a zero of its own for each run, if no more than noise is left then: of a log whose runs differ in what the model leaves
@@ -128,8 +129,8 @@ fn with_zeros_by_run<'a>(
     judge_few(Setting { nuisances, ..setting }, noise, Asked { first: &first, ..asked })
 }
 
-/// Whether zeros by run, which leave no more than noise, are what a log is told with: the same causes are found without them and leave more
-/// (of numbers of the model others may be), or much less is left than without. Zeros that stand in for a cause have to be much better.
+/// True if offsets of each run, which leave noise alone, are reported as the explanation: the same causes are found without them and leave
+/// more (numbers of the model may differ), or the residual is much smaller than without.
 fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, corrections: &[Correction]) -> bool {
     let Some(without) = without else { return true };
     let is_number = |id: EffectId| corrections.iter().any(|of| of.id == id);
@@ -140,8 +141,8 @@ fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, correction
     of(with_zeros) == of(without) || with_zeros.rms < MUCH_LESS * without.rms
 }
 
-/// The nuisances with a zero for each run, where the log says nothing of them; as they are where runs can't show a zero. A torque's zeros
-/// scatter as the model's zero may be off.
+/// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related, or the runs can't determine
+/// one. The prior of a torque's offsets is the tolerance of the model's own.
 fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
     let campaign = setting.campaign;
     let mut nuisances = setting.nuisances;
@@ -160,13 +161,14 @@ fn judgement<'a>(
     noise: NoiseLevel,
     selection: Selection,
     begun: &Point,
-    seed: u64,
+    asked: Asked<'_>,
 ) -> Result<Judgement<'a>, DiagnosisError> {
     let everything = |_: &Piece| true;
     let before = left_with(&setting, &settled(&setting, begun, &everything)?, Jumps::Seen)?;
     let rms = rms_left(&setting, &before, &everything);
     let structure_before = structure(&setting, &before);
-    Ok(Judgement { setting, noise, selection, before, structure_before, rms, seed })
+    let (corrections, seed) = (asked.corrections.to_vec(), asked.seed);
+    Ok(Judgement { setting, noise, selection, corrections, before, structure_before, rms, seed })
 }
 
 /// What no cause, or few, explain beside corrections.
@@ -208,7 +210,15 @@ fn few(
     {
         return found(again);
     }
-    few_beside_corrections(setting, asked.able, (given, corrected), ranked)
+    // Far from noise: where numbers of the model alone get there, only one cause in place of them all is less to assume.
+    let far = Tried::judged(setting, corrected.clone()).rms > HOPELESS;
+    let numbers = if far { numbers_off(setting, asked, given)? } else { None };
+    let causes = if numbers.is_some() { 1 } else { FEW };
+    let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
+    Ok(match (few, numbers) {
+        (Few::Not(_), Some(numbers)) => Few::Found(Box::new(numbers)),
+        (few, _) => few,
+    })
 }
 
 /// The causes of an earlier search, where they leave no more than noise beside the corrections now: the log, or what is known of its noise,
@@ -342,12 +352,13 @@ fn few_beside_corrections(
     setting: &Setting<'_>,
     able: &[Candidate],
     (given, corrected): (&Fitted, &Fitted),
+    at_most: usize,
     ranked: &mut Tell<'_>,
 ) -> Result<Few, DiagnosisError> {
     let first = nothing_yet(setting, given.clone());
     let mut state = nothing_yet(setting, corrected.clone());
     let mut kept = None;
-    for causes in 0..FEW {
+    for causes in 0..at_most {
         if setting.is_over() {
             break;
         }
@@ -359,7 +370,7 @@ fn few_beside_corrections(
         }
         // The last one that is allowed has to leave no more than noise.
         let best = screening.ranked.first().map_or(0.0, |best| best.gain);
-        if causes + 1 == FEW && state.rms - best > HOPELESS {
+        if causes + 1 == at_most && state.rms - best > HOPELESS {
             break;
         }
         if !next_cause(&quick, &screening.ranked, &mut state)? {

@@ -19,6 +19,7 @@ mod judge;
 mod log;
 mod measure;
 mod name;
+mod numbers;
 mod numerics;
 mod options;
 mod outcome;

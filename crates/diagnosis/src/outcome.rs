@@ -157,7 +157,12 @@ pub struct Gain {
     pub rms_before: f64,
     /// The same after.
     pub rms_after: f64,
-    /// After over before.
+    /// The same two with every sample in parts of what the error model says of it: where an encoder's steps make single samples jump, a plain
+    /// RMS is ruled by those.
+    pub over_noise_before: f64,
+    /// See above.
+    pub over_noise_after: f64,
+    /// RMS after over before.
     pub ratio: f64,
     /// Its 95 % interval, by drawing runs anew.
     pub ratio_ci95: [f64; 2],

@@ -26,7 +26,7 @@ const USUAL: Ranges = [
 
 /// A formula that a user suspects, with what is known of its parameters.
 ///
-/// Those that take it to zero when they are zero are found by trying: a fit begins without effect, and goes along them.
+/// Its amplitudes (the law is zero when they are) are found numerically: a fit starts with them at zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspect {
     /// The formula, its parameters at any values.

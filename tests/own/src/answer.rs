@@ -210,7 +210,31 @@ fn is_testable(id: EffectId, run: &Run) -> bool {
         EffectId::TemperatureDependentViscosity | EffectId::TemperatureDependentFriction => {
             span(&run.oil_temperature_c).is_some_and(|(low, high)| high > low + 2.0)
         }
-        _ => true,
+        EffectId::CoulombLevel
+        | EffectId::StaticLevel
+        | EffectId::ViscousLevel
+        | EffectId::StribeckVelocity
+        | EffectId::BristleStiffness
+        | EffectId::LoadInertia
+        | EffectId::HoldingTorqueLevel
+        | EffectId::TorqueGain
+        | EffectId::TorqueOffset
+        | EffectId::AngleDependentFriction
+        | EffectId::DirectionAsymmetry
+        | EffectId::DwellStiction
+        | EffectId::HydraulicLock
+        | EffectId::FrictionLag
+        | EffectId::PreslidingHysteresis
+        | EffectId::WearDrift
+        | EffectId::PositionTorque
+        | EffectId::CouplingCompliance
+        | EffectId::DetentTorque
+        | EffectId::MicrostepError
+        | EffectId::Backlash
+        | EffectId::MissedSteps
+        | EffectId::SensorDelay
+        | EffectId::EncoderEccentricity
+        | EffectId::Custom(_) => true,
     }
 }
 
@@ -255,7 +279,22 @@ fn small(id: EffectId, belief: &Model) -> Vec<Effect> {
                 ])
             })
             .to_vec(),
-        _ => vec![number("factor", 1.0 + SMALL)],
+        EffectId::CoulombLevel
+        | EffectId::StaticLevel
+        | EffectId::ViscousLevel
+        | EffectId::StribeckVelocity
+        | EffectId::BristleStiffness
+        | EffectId::LoadInertia
+        | EffectId::HoldingTorqueLevel
+        | EffectId::TorqueGain => vec![number("factor", 1.0 + SMALL)],
+        // Their changes are no small ones of one number, or of no motion alone.
+        EffectId::DwellStiction
+        | EffectId::HydraulicLock
+        | EffectId::FrictionLag
+        | EffectId::PreslidingHysteresis
+        | EffectId::WearDrift
+        | EffectId::MissedSteps
+        | EffectId::Custom(_) => Vec::new(),
     }
 }
 

@@ -47,10 +47,11 @@ pub(crate) fn draw(id: &str, belief: &Model, rng: &mut Pcg64) -> Effect {
         "detent-torque" => wave(between(0.1, 0.3), phase),
         "microstep-error" => wave(between(1e-4, 4e-4), phase),
         "backlash" => number("half_width_rad", between(5e-4, 2e-3)),
-        _ => vec![
+        "coupling-compliance" => vec![
             ("stiffness_nm_per_rad", EffectValue::Number(between(1500.0, 3000.0))),
             ("damping_nm_s_per_rad", EffectValue::Number(between(0.5, 1.5))),
         ],
+        other => panic!("no amounts for {other}"),
     };
     Effect::from_parts(id, &parts).unwrap()
 }

@@ -19,8 +19,7 @@ use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{
-    Ambiguity, BestOfGroup, Cause, Corrected, Dependence, Description, Diagnosis, Judged, Nearest, Offered,
-    Verdict,
+    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Judged, Nearest, Offered, Verdict,
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
@@ -147,20 +146,19 @@ pub(crate) fn conclude(
         ripples,
         observations,
     };
-    let refused = |source| judged.setting.campaign.refused(source);
-    let with_told = |kept: fn(&Corrected) -> bool| {
-        let told = |id: EffectId| diagnosis.within_tolerance.iter().any(|of| of.id == id && kept(of));
-        point.hypothesis.with_corrections_of(told).model(judged.setting.given).map_err(refused)
-    };
-    let (extended, as_measured) = (with_told(|of| !of.is_of_transducer())?, with_told(|_| true)?);
-    Ok(Found { proposed, rivals, ..found(judged, diagnosis, (extended, as_measured), &after) })
+    // With every correction, told or not: the error is told with all of them.
+    let extended = point
+        .hypothesis
+        .model(judged.setting.given)
+        .map_err(|source| judged.setting.campaign.refused(source))?;
+    Ok(Found { proposed, rivals, ..found(judged, diagnosis, extended, &after) })
 }
 
 /// Nothing accepted, where what is makes the error on held-out runs larger than it was: the causes fitted beside a group that isn't
-/// accepted.
+/// accepted. Every sample counts as the fit counts it: a plain RMS is ruled by those of which an encoder's steps leave least known.
 fn without_what_only_harms(judged: &Judgement<'_>, accepted: Accepted) -> Result<Accepted, DiagnosisError> {
     let gain = judged.gain_of(&accepted.after);
-    if accepted.causes.is_empty() || gain.rms_after < gain.rms_before {
+    if accepted.causes.is_empty() || gain.over_noise_after < gain.over_noise_before {
         return Ok(accepted);
     }
     let ids = accepted.causes.iter().map(|cause| cause.id);
@@ -315,19 +313,13 @@ fn verdict(causes: &[Cause], ambiguous: &[Ambiguity], noise: bool) -> Verdict {
     }
 }
 
-fn found(
-    judged: &Judgement<'_>,
-    diagnosis: Diagnosis,
-    (extended, as_measured): (Model, Model),
-    after: &[PieceResidual],
-) -> Found {
+fn found(judged: &Judgement<'_>, diagnosis: Diagnosis, extended: Model, after: &[PieceResidual]) -> Found {
     let campaign = judged.setting.campaign;
     let pieces = campaign.pieces.iter().zip(&judged.before).zip(after);
     let shown = pieces.map(|((piece, before), after)| shown(judged, piece, before, after)).collect();
     Found {
         diagnosis,
         extended,
-        as_measured,
         channel: campaign.kind.channel,
         taken_off: judged.setting.nuisances.zero_nm > 0.0 || !campaign.hums.is_empty(),
         ranking: judged.selection.first_ranking.clone(),

@@ -144,41 +144,55 @@ fn why_not(id: EffectId, facts: &Facts) -> Option<String> {
 }
 
 fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
-    let none = |what: &str| Some(format!("the model has no {what}"));
+    let lacks = |missing: bool, what: &str| missing.then(|| format!("the model has no {what}"));
+    let stribeck = || lacks(!facts.stribeck, "Stribeck curve");
+    let bristles = || lacks(facts.stiffness.is_none(), "bristles, so it has no presliding");
+    let no_inertia = facts.load_inertia.is_none_or(|inertia| inertia == 0.0);
     match id {
-        EffectId::StaticLevel | EffectId::StribeckVelocity | EffectId::DwellStiction if !facts.stribeck => {
-            none("Stribeck curve")
+        EffectId::StaticLevel | EffectId::DwellStiction => stribeck().or_else(bristles),
+        EffectId::StribeckVelocity => stribeck(),
+        EffectId::HydraulicLock | EffectId::BristleStiffness => bristles(),
+        EffectId::PreslidingHysteresis => lacks(!facts.lugre, "LuGre law to put it into"),
+        EffectId::ViscousLevel | EffectId::TemperatureDependentViscosity => {
+            lacks(facts.viscous == 0.0, "viscous friction to scale")
         }
-        EffectId::StaticLevel
-        | EffectId::DwellStiction
-        | EffectId::HydraulicLock
-        | EffectId::BristleStiffness
-            if facts.stiffness.is_none() =>
-        {
-            none("bristles, so it has no presliding")
+        EffectId::LoadInertia => lacks(no_inertia, "load inertia to scale"),
+        EffectId::CouplingCompliance => {
+            lacks(no_inertia, "load inertia behind a coupling").or_else(|| swings_unseen(facts))
         }
-        EffectId::PreslidingHysteresis if !facts.lugre => none("LuGre law to put it into"),
-        EffectId::ViscousLevel | EffectId::TemperatureDependentViscosity if facts.viscous == 0.0 => {
-            none("viscous friction to scale")
+        EffectId::AngleDependentFriction | EffectId::PositionTorque | EffectId::FlowTorque => {
+            let narrow = facts.angle_rad.1 - facts.angle_rad.0 < 0.1;
+            narrow.then(|| "the angle spans less than 0.1 rad".to_owned())
         }
-        EffectId::LoadInertia if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
-            none("load inertia to scale")
-        }
-        EffectId::CouplingCompliance if facts.load_inertia.is_none_or(|inertia| inertia == 0.0) => {
-            none("load inertia behind a coupling")
-        }
-        EffectId::CouplingCompliance if swings_between_samples(facts) > MOST_SWINGS => Some(format!(
-            "the log is sampled every {:.1} ms, in which the load on a coupling as soft as shows would swing {:.0} times",
-            1e3 * facts.step_s,
-            swings_between_samples(facts)
-        )),
-        EffectId::AngleDependentFriction | EffectId::PositionTorque | EffectId::FlowTorque
-            if facts.angle_rad.1 - facts.angle_rad.0 < 0.1 =>
-        {
-            Some("the angle spans less than 0.1 rad".to_owned())
-        }
-        _ => None,
+        EffectId::CoulombLevel
+        | EffectId::HoldingTorqueLevel
+        | EffectId::TorqueGain
+        | EffectId::TorqueOffset
+        | EffectId::PressureDependentFriction
+        | EffectId::PressureTorque
+        | EffectId::TemperatureDependentFriction
+        | EffectId::DirectionAsymmetry
+        | EffectId::FrictionLag
+        | EffectId::WearDrift
+        | EffectId::DetentTorque
+        | EffectId::MicrostepError
+        | EffectId::Backlash
+        | EffectId::MissedSteps
+        | EffectId::SensorDelay
+        | EffectId::EncoderEccentricity
+        | EffectId::Custom(_) => None,
     }
+}
+
+/// Why a coupling can't be seen in a log of such long samples; `None` where it can.
+fn swings_unseen(facts: &Facts) -> Option<String> {
+    let swings = swings_between_samples(facts);
+    (swings > MOST_SWINGS).then(|| {
+        format!(
+            "the log is sampled every {:.1} ms, in which the load on a coupling as soft as shows would swing {swings:.0} times",
+            1e3 * facts.step_s
+        )
+    })
 }
 
 /// How often the load on the softest coupling that is looked for would swing from one sample to the next; 0 where the angle is predicted,
@@ -264,14 +278,15 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::Backlash => backlash(),
         EffectId::EncoderEccentricity => eccentricity(),
         EffectId::PositionTorque => {
-            let mut made = series(id, POSITION_ORDERS, 0.01 * facts.coulomb_nm);
+            let mut made = series(id, POSITION_ORDERS, (0.01 * facts.coulomb_nm, UNBOUNDED));
             made.probes.truncate(LOW_ORDERS);
             made
         }
-        EffectId::FlowTorque => series(id, FLOW_ORDERS, 0.01 * facts.coulomb_nm / pressure),
-        EffectId::AngleDependentFriction => series(id, FRICTION_ORDERS, 0.02),
-        EffectId::DetentTorque => series(id, 2, 0.01 * facts.motor.map_or(1.0, |motor| motor.0)),
-        EffectId::MicrostepError => series(id, 10, 2e-5),
+        EffectId::FlowTorque => series(id, FLOW_ORDERS, (0.01 * facts.coulomb_nm / pressure, UNBOUNDED)),
+        // Friction beside its mean: no more of it goes than there is.
+        EffectId::AngleDependentFriction => series(id, FRICTION_ORDERS, (0.02, 0.95)),
+        EffectId::DetentTorque => series(id, 2, (0.01 * facts.motor.map_or(1.0, |motor| motor.0), UNBOUNDED)),
+        EffectId::MicrostepError => series(id, 10, (2e-5, 0.1)),
         // Found by its jumps, not fitted: see log::lost_steps.
         EffectId::MissedSteps => return None,
         // The user's own, not of the list.
@@ -280,13 +295,11 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
     Some(made)
 }
 
-fn series(id: EffectId, orders: usize, step: f64) -> Candidate {
-    let most = match id {
-        EffectId::MicrostepError => 0.1,
-        // Friction beside its mean: no more of it goes than there is.
-        EffectId::AngleDependentFriction => 0.95,
-        _ => 1e9,
-    };
+/// Coefficients that nothing bounds.
+const UNBOUNDED: f64 = 1e9;
+
+/// A series over the angle, each coefficient with its step and its bound.
+fn series(id: EffectId, orders: usize, (step, most): (f64, f64)) -> Candidate {
     let of = |slot: usize, key: &'static str| Parameter {
         key: key.into(),
         slot: Some(slot),

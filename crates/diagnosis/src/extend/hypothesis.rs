@@ -92,6 +92,10 @@ impl Correction {
     }
 }
 
+/// The factors that scale all torques of the model, where they are the same.
+const LEVELS: [EffectId; 4] =
+    [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::BristleStiffness, EffectId::LoadInertia];
+
 /// The model, causes, and the angle's zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Hypothesis {
@@ -178,10 +182,32 @@ impl Hypothesis {
         prior
     }
 
+    /// The sum of squares of the corrections in parts of their tolerances.
+    pub fn off_by_tolerance(&self) -> f64 {
+        self.corrections.iter().map(|of| ((of.value - of.neutral) / of.deviation).powi(2)).sum()
+    }
+
     /// The standard deviation that a number has by its tolerance; `None` for what has none.
     pub fn tolerance(&self, free: Free) -> Option<f64> {
         let Free::Correction(index) = free else { return None };
         self.corrections.get(index).map(|of| of.deviation)
+    }
+
+    /// The same with the torque's scale, where it is among those that are to be held, passed on to the numbers that all torques of the model
+    /// are in proportion to: it predicts the same, but for their bounds.
+    pub fn with_scale_in_levels(&self, holds: impl Fn(usize) -> bool) -> Self {
+        let mut hypothesis = self.clone();
+        let scale = self.corrections.iter().enumerate().find(|(_, of)| of.id == EffectId::TorqueGain);
+        let Some((_, scale)) = scale.filter(|(index, of)| of.free && holds(*index)) else {
+            return hypothesis;
+        };
+        for of in hypothesis.corrections.iter_mut().filter(|of| LEVELS.contains(&of.id)) {
+            of.set(of.value * scale.value);
+        }
+        for member in hypothesis.members.iter_mut().filter(|of| LEVELS.contains(&of.candidate.id)) {
+            member.numbers.iter_mut().for_each(|factor| *factor *= scale.value);
+        }
+        hypothesis
     }
 
     /// The same with every correction free, or at its neutral value and held there if `holds` says so of its place.
@@ -220,6 +246,18 @@ impl Hypothesis {
             Free::Number(member, number) => {
                 self.members.get(member).and_then(|of| of.numbers.get(number)).copied().unwrap_or(0.0)
             }
+        }
+    }
+
+    /// Whether a number's bounds keep it from going further.
+    pub fn is_at_bound(&self, free: Free) -> bool {
+        match free {
+            Free::Zero => false,
+            Free::Correction(index) => self.corrections.get(index).is_some_and(Correction::is_at_bound),
+            Free::Number(member, number) => self.members.get(member).is_some_and(|of| {
+                let (parameter, value) = (of.candidate.parameters.get(number), self.get(free));
+                parameter.is_some_and(|of| value <= of.lower || value >= of.upper)
+            }),
         }
     }
 

@@ -155,7 +155,32 @@ impl<'a> Setting<'a> {
             EffectId::PressureTorque => Some(Additive::Pressure),
             EffectId::PositionTorque => Some(harmonic(false)),
             EffectId::FlowTorque => Some(harmonic(true)),
-            _ => None,
+            EffectId::CoulombLevel
+            | EffectId::StaticLevel
+            | EffectId::ViscousLevel
+            | EffectId::StribeckVelocity
+            | EffectId::BristleStiffness
+            | EffectId::LoadInertia
+            | EffectId::HoldingTorqueLevel
+            | EffectId::TorqueGain
+            | EffectId::PressureDependentFriction
+            | EffectId::TemperatureDependentViscosity
+            | EffectId::TemperatureDependentFriction
+            | EffectId::AngleDependentFriction
+            | EffectId::DirectionAsymmetry
+            | EffectId::DwellStiction
+            | EffectId::HydraulicLock
+            | EffectId::FrictionLag
+            | EffectId::PreslidingHysteresis
+            | EffectId::WearDrift
+            | EffectId::CouplingCompliance
+            | EffectId::DetentTorque
+            | EffectId::MicrostepError
+            | EffectId::Backlash
+            | EffectId::MissedSteps
+            | EffectId::SensorDelay
+            | EffectId::EncoderEccentricity
+            | EffectId::Custom(_) => None,
         }
     }
 
@@ -344,7 +369,7 @@ fn direct(additive: Additive, piece: &Piece) -> Box<dyn Iterator<Item = f64> + '
 }
 
 /// Equations summed by group, groups without a piece empty; last, in no fold, what the tolerance says. Where a model leaves more
-/// than the noise, its misfit counts as noise: else numbers would leave their tolerance for what they have nothing to do with.
+/// than the noise, its misfit is added to the noise, so that priors aren't overruled by unrelated errors of the model.
 pub(crate) fn by_group(
     campaign: &Campaign,
     hypothesis: &Hypothesis,

@@ -162,7 +162,7 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
         clustered += &change * change.transpose();
     }
     clustered *= (count - 1.0) / count;
-    // What is held within its tolerance moves as far as that lets it, which no run shows.
+    // The prior's own contribution, which the jackknife can't see.
     let prior =
         sum_of(fitted.groups.iter().filter(|group| group.count == 0.0), columns.len()).part(&columns).0;
     clustered += &white * prior * &white;
@@ -180,7 +180,7 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
     Some(Spread { covariance, half_width })
 }
 
-/// What is known of a number beforehand no run can take away: none is known worse than its tolerance.
+/// Caps each correction's standard error at its prior tolerance.
 fn within_tolerance(hypothesis: &Hypothesis, covariance: &mut DMatrix<f64>) {
     for (place, free) in hypothesis.free().into_iter().enumerate() {
         let Some(deviation) = hypothesis.tolerance(free) else { continue };

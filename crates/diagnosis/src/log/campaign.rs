@@ -39,8 +39,8 @@ const OF_THE_NOISE: f64 = 3e-5;
 /// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
 const RUNS_ALIKE: usize = 4;
 const BLOCKS: usize = 4;
-/// A log of fewer runs is cut into so many blocks in all: of six that are fitted what their scatter says of a number is uncertain by
-/// half (Student's factor is 2.6), of three it says nothing (4.3).
+/// A log of fewer runs is cut into so many blocks in all: with six groups the between-group standard error is uncertain by half (Student's
+/// t is 2.6), with three it is useless (4.3).
 const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
 /// A block has at least so many samples.
@@ -64,7 +64,7 @@ pub(crate) struct Campaign {
     pub fold_of: Vec<usize>,
     /// Of an angle log: whether the encoder has one zero, or one a run. `None` of a torque log, which has no use for it.
     pub angle_zero: Option<AngleZero>,
-    /// Whether what causes leave counts as an error of every sample: neighbours are alike in it, and no test of whiteness sees it.
+    /// True if the misfit is added to every sample's variance. It is correlated, so that tests of whiteness don't apply.
     pub has_misfit: bool,
     /// Tones of the mains that were taken out of the measured channel.
     pub hums: Vec<Hum>,

@@ -1,4 +1,5 @@
-//! Torque logs and angle logs: everything in which their diagnosis differs, decided once.
+//! Torque logs and angle logs: the numbers in which their diagnosis differs. Where a step is another one altogether, it asks
+//! `motion_is_measured`.
 
 use crate::numerics::loss::Loss;
 use log_data::Channel;

@@ -33,8 +33,8 @@ const WITHOUT_JUMPS: f64 = 0.623;
 /// `JUMPING`: the residual there depends on when the reversal happens, hardly on the friction's size.
 const AROUND: usize = 16;
 const JUMPING: f64 = 2.5;
-/// What half of the samples would make of the prediction counts where its variance is so many times what is known without it: the motion
-/// between samples matters there. It holds the encoder's noise too, which is known already.
+/// The error estimate from every other sample is used only where its variance is this multiple of the other errors' (the motion between
+/// samples matters there): it holds the encoder's noise too, which is known already.
 const COARSE: f64 = 4.0;
 /// No angle is known better than this, rad: the finest encoders' own errors; a simulation's angle is read as exact.
 const FINEST_RAD: f64 = 1e-7;
@@ -59,8 +59,8 @@ pub(crate) struct NoiseLevel {
 }
 
 impl NoiseLevel {
-    /// What is told as the noise where so much is left. An estimate is no more than that, of which it is a part: what the encoder makes
-    /// of a torque may be estimated as more where its readings are filtered. A given noise stands.
+    /// The noise to report beside a residual of so much: the estimate, but never above the residual, of which it is a part (the encoder's part
+    /// is overestimated where its readings are filtered). A noise that the user gave is reported as given.
     pub fn told(&self, left: f64) -> f64 {
         if self.given { self.total } else { self.total.min(left) }
     }

@@ -180,7 +180,7 @@ impl Piece {
         if self.follows() { 0.0 } else { ready.start_bound(&self.driven) }
     }
 
-    /// A change of the start that tells how the prediction follows it.
+    /// The finite-difference step of the initial state.
     pub fn start_step(&self, ready: &Ready) -> f64 {
         let part = 0.02 * self.start_bound(ready);
         if ready.starts_with_a_torque() {
@@ -233,9 +233,8 @@ impl Piece {
         self.course.is_some() && self.rows.start > 0
     }
 
-    /// What the encoder's steps and noise make of the prediction: that of a torque less the one from the same motion measured
-    /// once more; that of an angle less the one from a start as uncertain as the mean of a few samples. A rotor that sticks
-    /// and slips by itself makes much of that.
+    /// The encoder's error propagated to the prediction. Of a torque: its prediction minus that from the motion sampled anew; of an angle:
+    /// minus that from a start that is off as the mean of a few samples is. A rotor that sticks and slips amplifies that.
     pub fn error_of_motion(&self, ready: &Ready, start: InitialState, seed: u64) -> Vec<f64> {
         let once = ready.predict(&self.inputs(&self.motions), start);
         let twice = if ready.starts_with_a_torque() {
@@ -311,7 +310,7 @@ impl Piece {
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
         let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());
         let step_rad = self.noise.step_rad;
-        // A rest is anywhere within the step that was read: as far from its middle as rests are in the mean.
+        // At rest the true angle is uniform within the quantisation step: shifted by its RMS distance from the middle.
         let beside_rad = rest_variance(self.noise).sqrt().copysign(if seed & 1 == 0 { 1.0 } else { -1.0 });
         let mut measure = |angle_rad: f64| {
             let noisy =

@@ -36,7 +36,7 @@ pub(crate) struct Inputs<'a> {
     pub work: &'a Work,
 }
 
-/// What a sample costs, in those of a torque without bristles.
+/// The simulation cost of a sample, relative to a static friction law.
 fn cost(params: &MotionParams, time_s: &[f64]) -> usize {
     let bristles = params.friction_law().break_away_deflection_rad() > 0.0;
     let length_s = time_s.first().zip(time_s.last()).map_or(0.0, |(first, last)| last - first);

@@ -39,8 +39,8 @@ struct Weighed {
     worth: f64,
 }
 
-/// Fits the members with these indices, dropping any that is harmful beside the others, and any that may as well be none; `all` is the
-/// whole selection's point and residual.
+/// Fits the members with these indices, dropping any that is harmful beside the others, and any that is not significantly different from
+/// none; `all` is the whole selection's point and residual.
 pub(crate) fn accept(
     judged: &Judgement<'_>,
     mut members: Vec<usize>,
@@ -81,8 +81,8 @@ pub(crate) fn accept(
 const IN_PROPORTION: [EffectId; 4] =
     [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::LoadInertia, EffectId::TorqueGain];
 
-/// True if every amplitude of a member is within its own error of none, of those that the prediction follows in proportion: torques and
-/// levels of a torque log, and harmonics. Of others a large effect may have a wide interval.
+/// True if all linear amplitudes of a member (torques and levels of a torque log, harmonics) are within their 95 % interval of zero effect.
+/// Other parameters may have wide intervals however large the effect is.
 ///
 /// The error is that at the member's own shape (exponent, time constant) as it was found: whether something is there is another question
 /// than how an amplitude and a shape that make up for each other share it.
@@ -139,6 +139,10 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     let members: Vec<Member> =
         accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
     let mut hypothesis = Hypothesis { members, ..judged.without_causes() };
+    // A number of the model that isn't off by more is known within its tolerance all the same.
+    let dropped = |id: EffectId| fitted.point.hypothesis.has(id) && !hypothesis.has(id);
+    let again = judged.corrections.iter().filter(|of| dropped(of.id)).cloned().collect::<Vec<_>>();
+    hypothesis.corrections.extend(again);
     // Beside causes that aren't taken, corrections would stand in for them.
     if hypothesis.members.is_empty() {
         hypothesis.corrections.clear();

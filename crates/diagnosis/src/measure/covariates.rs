@@ -1,5 +1,5 @@
-//! The covariates that a cause's torque is a function of: what is left over these says that its form is wrong, what is left over others
-//! says that something else is there too.
+//! The covariates that a cause's torque is a function of. Residual structure over these means that its functional form is wrong; over
+//! others, that there is a further cause.
 
 use valve_model::EffectId;
 

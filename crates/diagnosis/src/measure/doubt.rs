@@ -36,7 +36,8 @@ const GENERAL: [EffectId; 5] = [
 ];
 const LITTLE: f64 = 0.1;
 /// A single cause of another form is the largest part of what is wrong where its residual is at most this part of what it explains,
-/// whatever that goes by: real friction differs a little from run to run besides. Several causes have more numbers to stand in with.
+/// whatever that goes by: real friction differs a little from run to run besides. Several causes can imitate an unmodelled one more
+/// easily, so they have no such allowance.
 const OF_ONE: f64 = 0.05;
 /// Covariates that other covariates hide behind: they differ between runs, or grow with time, whatever the cause.
 const BY_RUN: [&str; 4] = ["run", "motion", "time since rest", "distance travelled"];
@@ -85,9 +86,8 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
     no_better || !(is_noise(structure) && judged.noise.share == 1.0) && too_little()
 }
 
-/// Of doubtful causes those that nothing speaks against, by their places: what all of them leave does not go by a covariate of theirs
-/// (their form is right), and alone they remove the largest part, no less than a free function of any covariate that they have nothing to
-/// do with would (nothing else explains the log better). What is left then belongs to a cause beside them.
+/// Those doubtful causes with no evidence against them, by their places: the residual shows no structure over their own covariates, and
+/// they remove at least as much as a free function of any covariate that is not theirs. What is left then belongs to a further cause.
 pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Vec<usize>, DiagnosisError> {
     let members = &judged.selection.fitted.point.hypothesis.members;
     let right = |(_, member): &(usize, &Member)| has_right_form(member, structure);
@@ -102,7 +102,7 @@ pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Ve
     let begin = Point { hypothesis: point.hypothesis, starts: point.starts };
     let alone = fit(&judged.setting, begin, &Piece::is_fitted, STEPS)?;
     let (_, left_alone) = judged.everywhere(&alone)?;
-    // Beside others a wrong form may have been mended by them.
+    // Refitted alone: the other causes may have compensated for a wrong form.
     let structure_alone = self::structure(&judged.setting, &left_alone);
     if !alone.point.hypothesis.members.iter().all(|member| has_right_form(member, &structure_alone)) {
         return Ok(Vec::new());

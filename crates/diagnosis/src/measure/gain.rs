@@ -3,7 +3,7 @@
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
 use crate::outcome::Gain;
-use crate::show::residual::{PieceResidual, rms_of, squares};
+use crate::show::residual::{PieceResidual, rms_as_fitted, rms_of, squares};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -19,6 +19,8 @@ pub(crate) fn gain(
 ) -> Gain {
     let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
     let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let over_noise = |left: &[PieceResidual]| rms_as_fitted(setting, left, &wanted);
+    let (over_noise_before, over_noise_after) = (over_noise(before), over_noise(after));
     let (before, after) = (squares(setting, before, &wanted), squares(setting, after, &wanted));
     let (rms_before, rms_after) = (rms_of(&before), rms_of(&after));
     let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -41,6 +43,8 @@ pub(crate) fn gain(
         held_out_runs: setting.campaign.held_out(),
         rms_before,
         rms_after,
+        over_noise_before,
+        over_noise_after,
         ratio,
         ratio_ci95: [at(0.025).min(ratio), at(0.975).max(ratio)],
         closed_loop: None,

@@ -1,7 +1,7 @@
 //! Everything that the conclusion rests on: the causes selected, the residual before them, and the noise.
 
 use crate::DiagnosisError;
-use crate::extend::hypothesis::Hypothesis;
+use crate::extend::hypothesis::{Correction, Hypothesis};
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
 use crate::log::noise::NoiseLevel;
@@ -23,6 +23,8 @@ pub(crate) struct Judgement<'a> {
     pub setting: Setting<'a>,
     pub noise: NoiseLevel,
     pub selection: Selection,
+    /// The corrections that the model's tolerance allows, none made yet.
+    pub corrections: Vec<Correction>,
     pub before: Vec<PieceResidual>,
     pub structure_before: Structure,
     pub rms: f64,

@@ -24,9 +24,9 @@ const FIRST_STEPS: usize = 2;
 const REFINED: f64 = 0.003;
 /// χ² with two degrees of freedom at p = 0.05: a harmonic below it is no more than its own error.
 const CLEAR: f64 = 6.0;
-/// The same at p = 0.05 for any of 24 orders: a series none of whose harmonics is above it is none.
+/// The same at p = 0.05 for any of 24 orders: a series is removed if no harmonic of it exceeds this ...
 const CLEAR_OF_ALL: f64 = 12.4;
-/// It goes if the held-out RMS without it is at most this many times as large.
+/// ... and the held-out RMS rises by no more than this factor.
 const HARDLY_WORSE: f64 = 1.1;
 
 /// Frees shape parameters of the last cause that gain, adds and removes harmonics, and drops an asymmetry's part that gains nothing.

@@ -100,7 +100,7 @@ fn condition(setting: &Setting<'_>, run: usize) -> Condition {
     (class, direction, (pressure_mpa / same_mpa).round() as i64, (temperature_c / SAME_K).round() as i64)
 }
 
-/// Whether the levels left, less their mean under each condition, follow the trend by less than half.
+/// True if, among repetitions of the same condition, the friction level follows less than half of the trend that was fitted.
 fn is_contradicted(levels: &[(Condition, Level)]) -> bool {
     let mut conditions: BTreeMap<Condition, Vec<Level>> = BTreeMap::new();
     levels.iter().for_each(|(condition, level)| conditions.entry(*condition).or_default().push(*level));

@@ -15,7 +15,7 @@ use valve_model::EffectId;
 
 /// A twin that these data can't tell apart is reported beside a cause if it explains this share of what the cause does.
 const SIMILAR: f64 = 0.3;
-/// The part of the best cut that decides nothing between a misfit's causes.
+/// Under model misfit, rivals within this part of the best gain count as equal.
 const HARDLY: f64 = 0.1;
 /// A twin is fitted for this if its linearised gain is this share of the best.
 const WORTH: f64 = 0.05;
@@ -36,7 +36,7 @@ pub(crate) fn next_cause(
     };
     let facts = &setting.campaign.facts;
     let chosen = rivals.first().and_then(|best| {
-        // Of a misfit, a tenth of what the best one cuts is no reason for more numbers where the groups disagree.
+        // Under misfit, a gain difference below a tenth that is inconsistent across groups does not justify more parameters.
         let cut = if setting.campaign.has_misfit { HARDLY * (state.rms - best.rms) } else { 0.0 };
         let equal = |rival: &&Rival| as_good_within(best, rival, NEARLY.max(cut));
         // Among equals: the fewest free numbers, then one whose own channel varies in these data.

@@ -69,7 +69,7 @@ pub(crate) fn screen<'a>(
     let mut columns = setting.own_columns(hypothesis)?;
     let own: Vec<usize> = (0..columns.len()).collect();
     let mut places: Vec<Place> = Vec::new();
-    // A number that its correction may still move is none of them: its cause would say the same.
+    // A parameter whose correction is free within its bounds is skipped: the candidate would be collinear with it.
     let is_free =
         |id: EffectId| hypothesis.corrections.iter().any(|of| of.id == id && of.free && !of.is_at_bound());
     let wanted = |id: EffectId| !hypothesis.has(id) && !is_free(id);
@@ -157,7 +157,7 @@ fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<
     }
 }
 
-/// Whether a secant leads anywhere: a gain that has none below it is none on that side, however far.
+/// Whether a secant leads anywhere: false if the parameter's neutral value is its bound on that side.
 fn may_go(candidate: &Candidate, probe: &Probe, part: f64) -> bool {
     let bound = |(parameter, step): &(usize, f64)| {
         let of = candidate.parameters.get(*parameter);

@@ -72,7 +72,7 @@ fn is_explained(setting: &Setting<'_>, state: &Selection) -> Result<bool, Diagno
 
 /// No cause yet.
 pub(crate) fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
-    let held_out = judge(setting, &begin.groups);
+    let held_out = judge(setting, &begin);
     let rms_first = setting.loss().rms(held_out.each(&begin.groups));
     Selection {
         fitted: begin,

@@ -67,8 +67,8 @@ impl Selection {
         (self.held_out_first.total() - self.held_out.total()) / self.samples()
     }
 
-    /// The share of the held-out residual beyond noise that the causes explain; the noise is this part of what counts as a sample's
-    /// error.
+    /// The share of the held-out residual beyond noise that the causes explain. `noise`: the noise's share of a sample's error variance; the
+    /// rest of that is misfit.
     pub fn share_explained(&self, loss: Loss, noise: f64) -> f64 {
         let groups = &self.fitted.groups;
         let first = self.held_out_first.each(groups);

@@ -46,7 +46,7 @@ impl Tried {
     }
 
     pub fn judged(setting: &Setting<'_>, fitted: Fitted) -> Self {
-        let held_out = judge(setting, &fitted.groups);
+        let held_out = judge(setting, &fitted);
         let rms = setting.loss().rms(held_out.each(&fitted.groups));
         Self { fitted, held_out, rms }
     }
@@ -59,10 +59,14 @@ impl Tried {
     }
 }
 
-/// Held-out squares of a fit: one Gauss-Newton step without each fold, evaluated on that fold.
-pub(crate) fn judge(setting: &Setting<'_>, groups: &[Gram]) -> HeldOut {
+/// Held-out squares of a fit: one Gauss-Newton step without each fold, evaluated on that fold. Numbers at their bounds stay there.
+pub(crate) fn judge(setting: &Setting<'_>, fitted: &Fitted) -> HeldOut {
+    let groups = &fitted.groups;
+    let hypothesis = &fitted.point.hypothesis;
     let width = groups.first().map_or(0, |group| group.matrix.nrows().saturating_sub(1));
-    let columns: Vec<usize> = (0..width).collect();
+    let free = hypothesis.free().into_iter().take(width).enumerate();
+    let columns: Vec<usize> =
+        free.filter(|(_, free)| !hypothesis.is_at_bound(*free)).map(|(place, _)| place).collect();
     let weighted = setting.loss().weighted(groups);
     leave_out(&weighted, groups, &setting.campaign.fold_of, &columns)
         .unwrap_or_else(|| HeldOut { squares: groups.iter().map(Gram::square).collect() })

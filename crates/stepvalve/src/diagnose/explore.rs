@@ -1,6 +1,6 @@
 //! Of the report: the error over everything that was recorded, in plots in which what is selected in one lights up in all.
 
-use super::words::{self, extended, short, unit};
+use super::words::{self, is_changed, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::Channel;
 use log_data::median;
@@ -129,8 +129,8 @@ fn linked(found: &Found) -> Linked {
     };
     let series = |name: &str, hue, values| LinkedSeries { name: name.to_owned(), hue, values };
     let mut errors = vec![series(words::GIVEN, Hue::Given, error(|shown| &shown.before))];
-    if extended(found) {
-        errors.push(series(words::EXTENDED, Hue::Extended, error(|shown| &shown.after)));
+    if is_changed(found) {
+        errors.push(series(words::changed(found), Hue::Extended, error(|shown| &shown.after)));
     }
     let mut covariates: Vec<Covariate> = covariates.collect();
     if found.channel == Channel::Angle {

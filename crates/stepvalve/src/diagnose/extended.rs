@@ -2,10 +2,10 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{BestOfGroup, Cause, Evidence, Found, ParameterFound, Parameters};
+use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found, ParameterFound, Parameters};
 use valve_model::{Effect, EffectId, Model};
 
-use super::words::{behind, corrected as corrected_words, short, unit};
+use super::words::{behind, corrected, is_changed, short, unit};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {
@@ -17,40 +17,37 @@ pub fn model(found: &Found) -> Model {
 pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String {
     let mut extended = model(found);
     let causes = &found.diagnosis.causes;
-    if !causes.is_empty() {
-        extended.name = format!("{}, extended", given.name);
+    let corrections = &found.diagnosis.within_tolerance;
+    if is_changed(found) {
+        extended.name =
+            format!("{}, {}", given.name, if causes.is_empty() { "corrected" } else { "extended" });
     }
     let mut comments = ModelComments::new().with_header(header(found, given, log, model_file));
     for (index, effect) in extended.effects.iter().enumerate() {
         let section = format!("effect[{index}]");
-        let Some(cause) = causes.iter().find(|cause| cause.id == effect.id()) else { continue };
-        comments = comments.with_section(&section, about(cause));
+        let text = causes
+            .iter()
+            .find(|cause| cause.id == effect.id())
+            .map(about)
+            .or_else(|| corrections.iter().find(|of| of.id == effect.id()).map(about_correction));
+        let Some(text) = text else { continue };
+        comments = comments.with_section(&section, text);
     }
-    for (section, causes) in corrected(causes) {
-        comments = comments.with_section(section, causes);
+    for (section, text) in sections(causes, corrections) {
+        comments = comments.with_section(section, text);
     }
-    write_model(&extended, &comments)
-        + &alternatives(found, given)
-        + &nearest(found)
-        + &offered(found, given)
-        + &transducer(found)
+    write_model(&extended, &comments) + &alternatives(found, given) + &nearest(found) + &offered(found, given)
 }
 
-/// What the transducer reads too much, in comments: it is no part of the valve, but of this log.
-fn transducer(found: &Found) -> String {
-    let mut text = String::new();
-    for of in found.diagnosis.within_tolerance.iter().filter(|of| of.is_of_transducer()) {
-        let value = of.found.value;
-        text.push_str(&format!(
-            "\n# Of the transducer, within its tolerance, and therefore left out: {}.\n\
-             # To predict this log as the report does, take the \"# \" off (or correct the effect, if the model has it above).\n\
-             # [[effect]]\n# id = \"{}\"\n# {} = {value}\n",
-            corrected_words(of),
-            of.id,
-            of.key
-        ));
+/// What to say above a number that is corrected within its tolerance.
+fn about_correction(of: &Corrected) -> String {
+    let text = format!("Corrected within its tolerance: {}.", corrected(of));
+    if !of.is_of_transducer() {
+        return text;
     }
-    text
+    format!(
+        "{text}\nIt is of the transducer, and the model's levels are fitted beside it: records of another transducer may need another."
+    )
 }
 
 /// The best of each group that can't be told apart, in comments: whoever wants it takes the marks away.
@@ -169,13 +166,16 @@ fn known(parameters: &Parameters) -> Vec<String> {
 }
 
 /// What to say above each section whose numbers were corrected.
-fn corrected(causes: &[Cause]) -> Vec<(&'static str, String)> {
+fn sections(causes: &[Cause], corrections: &[Corrected]) -> Vec<(&'static str, String)> {
     let of = |section: &'static str| {
-        let own = causes.iter().filter_map(|cause| {
-            let number = cause.id.spec().folded_into.filter(|number| number.section == section)?;
-            Some(format!("{}: {} corrected. {}", cause.id, number.keys, about(cause)))
+        let number = |id: EffectId| id.spec().folded_into.filter(|number| number.section == section);
+        let of_causes = causes.iter().filter_map(|cause| {
+            Some(format!("{}: {} corrected. {}", cause.id, number(cause.id)?.keys, about(cause)))
         });
-        let text = own.collect::<Vec<_>>().join("\n");
+        let of_corrections = corrections
+            .iter()
+            .filter_map(|of| Some(format!("{}: {}", number(of.id)?.keys, about_correction(of))));
+        let text = of_causes.chain(of_corrections).collect::<Vec<_>>().join("\n");
         (!text.is_empty()).then_some((section, text))
     };
     ["motor", "load", "friction"].into_iter().filter_map(of).collect()
@@ -188,7 +188,7 @@ fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {
         format!("{} ({model}), held against {log} by stepvalve diagnose.", given.name),
         format!("Verdict: {}.", found.diagnosis.verdict.name()),
     ];
-    if !found.diagnosis.causes.is_empty() {
+    if is_changed(found) {
         lines.push(format!(
             "Error on runs not used for fitting: {:.4e} {unit} before, {:.4e} {unit} after.",
             gain.rms_before, gain.rms_after

@@ -15,15 +15,15 @@ const ORDERS: usize = 12;
 /// The section.
 pub fn section(found: &Found) -> Section {
     let (before, after) = (&found.diagnosis.description_before, &found.diagnosis.description_after);
-    let changed = !found.diagnosis.causes.is_empty();
+    let changed = words::is_changed(found);
     let mut section = Section::new("Is what is left the measurement's own noise?").with(Block::Text(
         "An error that is noise alone jumps about from sample to sample, has no favourite frequency, and doesn't come back \
          at the same angle of every turn."
             .to_owned(),
     ));
-    section = section.with(Block::Text(neighbours("The model as given", before)));
+    section = section.with(Block::Text(neighbours(words::GIVEN, before)));
     if changed {
-        section = section.with(Block::Text(neighbours("The model extended", after)));
+        section = section.with(Block::Text(neighbours(words::changed(found), after)));
     }
     if !before.bands.is_empty() {
         section = section.with(Block::Text(frequencies(if changed { after } else { before })));
@@ -44,6 +44,7 @@ pub fn section(found: &Found) -> Section {
 }
 
 fn neighbours(which: &str, of: &Description) -> String {
+    let which = words::with_capital(which);
     let white = &of.whiteness;
     if white.white {
         return format!(
@@ -90,7 +91,7 @@ fn by_frequency(found: &Found, changed: bool) -> XyPlot {
     };
     let mut series = vec![line(words::GIVEN, Hue::Given, points(&before.bands, |band| band.rms))];
     if changed {
-        series.push(line(words::EXTENDED, Hue::Extended, points(&after.bands, |band| band.rms)));
+        series.push(line(words::changed(found), Hue::Extended, points(&after.bands, |band| band.rms)));
     }
     series.push(line("the measurement's noise", Hue::Noise, points(&after.bands, |band| band.noise)));
     XyPlot {
@@ -110,7 +111,7 @@ fn by_order(found: &Found, changed: bool) -> [XyPlot; 2] {
         let points = |orders: &[Order]| orders.iter().map(|order| (order.order as f64, of(order))).collect();
         let mut series = vec![line(words::GIVEN, Hue::Given, points(&before.orders))];
         if changed {
-            series.push(line(words::EXTENDED, Hue::Extended, points(&after.orders)));
+            series.push(line(words::changed(found), Hue::Extended, points(&after.orders)));
         }
         XyPlot {
             title: format!("Error by order of the {angle}, {how}"),
@@ -164,7 +165,7 @@ fn order_table(found: &Found, changed: bool) -> Block {
         format!("{}, {}", words::GIVEN, unit(found.channel)),
     ];
     if changed {
-        header.push(format!("{}, {}", words::EXTENDED, unit(found.channel)));
+        header.push(format!("{}, {}", words::changed(found), unit(found.channel)));
     }
     Block::Table(Table { header, rows: rows.into_iter().take(ORDERS).map(|(.., cells)| cells).collect() })
 }

@@ -1,7 +1,7 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
 use super::residuals::Residuals;
-use super::words::{behind, extended, headline, short, unit};
+use super::words::{self, behind, headline, is_changed, short, unit};
 use super::{causes, explore, leftover, quality, remains, runs};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
@@ -54,14 +54,20 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
     let mut facts = vec![("verdict".to_owned(), diagnosis.verdict.name().to_owned())];
     for residual in &diagnosis.residual {
         facts.push((
-            format!("error of the model, {}", residual.quantity),
+            format!("error of the {}, all runs, {}", words::GIVEN, residual.quantity),
             format!("{} {unit}", short(residual.rms)),
         ));
         facts.push(("the measurement's own noise".to_owned(), format!("{} {unit}", short(residual.noise))));
     }
-    let held = format!("{} before, {} {unit} after", short(gain.rms_before), short(gain.rms_after));
-    if extended(found) {
-        facts.push(("error on runs not used for fitting".to_owned(), held));
+    if is_changed(found) {
+        let on = if gain.held_out_runs.is_empty() {
+            "error on the runs that were fitted (too few to keep some aside)"
+        } else {
+            "error on the runs kept aside"
+        };
+        let (before, after) = (short(gain.rms_before), short(gain.rms_after));
+        let held = format!("{} {before} {unit}, {} {after} {unit}", words::GIVEN, words::changed(found));
+        facts.push((on.to_owned(), held + &words::over_noise(gain)));
         let [low, high] = gain.ratio_ci95;
         let text = if low < high {
             let (low, high) = (short(low), short(high));
@@ -69,7 +75,7 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
         } else {
             format!("{} (on a single run: what others would give is not known)", short(gain.ratio))
         };
-        facts.push(("error after over before".to_owned(), text));
+        facts.push(("the latter over the former".to_owned(), text));
     }
     if let Some(closed) = &gain.closed_loop {
         let (before, after) = (closed.following_error_rms_before_rad, closed.following_error_rms_after_rad);
@@ -134,15 +140,12 @@ fn structure(found: &Found) -> Section {
         "Tests of the error against everything that was recorded, corrected for their number.".to_owned(),
     ));
     let both = [
-        ("Model as given:", &found.diagnosis.structure_before),
-        ("Model extended:", &found.diagnosis.structure_after),
+        (words::GIVEN, &found.diagnosis.structure_before),
+        (words::changed(found), &found.diagnosis.structure_after),
     ];
-    for (text, dependences) in both.into_iter().take(if extended(found) { 2 } else { 1 }) {
-        let says = if dependences.is_empty() {
-            format!("{text} on nothing beyond chance.")
-        } else {
-            text.to_owned()
-        };
+    for (model, dependences) in both.into_iter().take(if is_changed(found) { 2 } else { 1 }) {
+        let text = format!("{}:", words::with_capital(model));
+        let says = if dependences.is_empty() { format!("{text} on nothing beyond chance.") } else { text };
         section = section.with(Block::Text(says));
         if !dependences.is_empty() {
             section = section.with(table(dependences));

@@ -128,10 +128,18 @@ fn steps(found: &Found, quality: &[Finding]) -> Vec<String> {
         });
     }
     if diagnosis.verdict == Verdict::NoDiscrepancy && steps.is_empty() {
-        steps.push(
+        steps.push(if diagnosis.within_tolerance.is_empty() {
             "Nothing has to be done: the model may be used as it is, over the range that these runs cover."
-                .to_owned(),
-        );
+                .to_owned()
+        } else {
+            format!(
+                "Nothing has to be done. The given model is off by {} {unit} on the runs kept aside, and model-extended.toml, which has \
+                 these corrections, by {}: take it where the difference matters.",
+                short(diagnosis.gain.rms_before),
+                short(diagnosis.gain.rms_after),
+                unit = unit(found.channel)
+            )
+        });
     }
     steps.push(diagnosis.next_experiment.clone());
     steps

@@ -49,7 +49,7 @@ impl Residuals {
         let channel = found.channel;
         let (whole, _) = diagnosis::bridged(log);
         let mut before = predictions(&whole, channel, given)?;
-        let mut after = predictions(&whole, channel, &found.as_measured)?;
+        let mut after = predictions(&whole, channel, &found.extended)?;
         let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
         let spread = spread(&whole, found, &after)?;
         let with_parameters = spread.is_some();
@@ -155,7 +155,7 @@ fn take_out_zeros(zero: AngleZero, measured: &[Vec<f64>], predicted: &mut [Vec<f
 /// The variance of each prediction by what the causes' numbers are uncertain, to first order; `None` where there is no such
 /// number, or too many samples.
 fn spread(log: &Log, found: &Found, after: &[Vec<f64>]) -> Result<Option<Vec<Vec<f64>>>, PredictionError> {
-    let shifted = moved(&found.as_measured, &found.diagnosis.covariance);
+    let shifted = moved(&found.extended, &found.diagnosis.covariance);
     let samples: usize = after.iter().map(Vec::len).sum();
     let most = if found.channel == Channel::Torque { TORQUES } else { ANGLES };
     if shifted.is_empty() || samples.saturating_mul(shifted.len()) > most {

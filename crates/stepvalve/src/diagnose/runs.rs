@@ -1,7 +1,7 @@
 //! Of the report: all runs in a table, the worst first; each opens what was measured and predicted.
 
 use super::residuals::{Residuals, Sampled};
-use super::words::{self, extended, short, unit};
+use super::words::{self, is_changed, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::{Channel, Log, Run};
 use report::{Axis, Band, Block, Hue, OpeningRow, OpeningTable, Section, Style, XyPlot, XySeries};
@@ -17,7 +17,7 @@ const WHOLE: f64 = 0.98;
 
 /// The section.
 pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
-    let changed = extended(found);
+    let changed = is_changed(found);
     let mut order: Vec<(f64, usize)> =
         residuals.runs.iter().enumerate().map(|(index, run)| (run.rms(changed), index)).collect();
     // Runs that nothing is known of come last.
@@ -33,7 +33,7 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
     let mut header = vec!["run".to_owned(), "kind".to_owned(), "length, s".to_owned(), "samples".to_owned()];
     header.push(format!("error of the {}, {unit}", words::GIVEN));
     if changed {
-        header.push(format!("error of the {}, {unit}", words::EXTENDED));
+        header.push(format!("error of the {}, {unit}", words::changed(found)));
     }
     header.extend(["times the noise", "used"].map(str::to_owned));
     let table = OpeningTable { header, rows: order.iter().enumerate().filter_map(row).collect(), open: 1 };
@@ -51,7 +51,7 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
 }
 
 fn cells(found: &Found, run: &Run, sampled: &Sampled, blocks: &[Band]) -> Vec<String> {
-    let changed = extended(found);
+    let changed = is_changed(found);
     let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
     let error = sampled.rms(changed);
     let mut cells = vec![
@@ -130,13 +130,13 @@ fn plots(found: &Found, run: &Run, sampled: &Sampled, blocks: &[Band], rows: usi
     values.push(line(words::GIVEN, Hue::Given, over_time(&|row| at(&sampled.before, row) - less(row))));
     let error = |model: &[f64], row: usize| at(&sampled.measured, row) - at(model, row);
     let mut errors = vec![line(words::GIVEN, Hue::Given, over_time(&|row| error(&sampled.before, row)))];
-    if extended(found) {
+    if is_changed(found) {
         values.push(line(
-            words::EXTENDED,
+            words::changed(found),
             Hue::Extended,
             over_time(&|row| at(&sampled.after, row) - less(row)),
         ));
-        errors.push(line(words::EXTENDED, Hue::Extended, over_time(&|row| error(&sampled.after, row))));
+        errors.push(line(words::changed(found), Hue::Extended, over_time(&|row| error(&sampled.after, row))));
     }
     let limit = |sign: f64| over_time(&|row| 2.0 * sign * at(&sampled.deviation, row));
     // Two lines, a gap between them.

@@ -1,19 +1,24 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
-use diagnosis::{BestOfGroup, Cause, Corrected, Found, Nearest, ParameterFound, Parameters, Verdict};
+use diagnosis::{BestOfGroup, Cause, Corrected, Found, Gain, Nearest, ParameterFound, Parameters, Verdict};
 use log_data::Channel;
 use valve_model::EffectId;
 
 /// What the models are called in legends and tables.
 pub const GIVEN: &str = "model as given";
-/// See above.
-pub const EXTENDED: &str = "model extended";
 
-/// Whether there is an extended model to show beside the given one.
-pub fn extended(found: &Found) -> bool {
-    !found.diagnosis.causes.is_empty()
+/// The model with what was found is called by what that is: causes, or corrections alone.
+pub fn changed(found: &Found) -> &'static str {
+    if found.diagnosis.causes.is_empty() { "model corrected" } else { "model extended" }
 }
 
+/// Whether the model with what was found is another than the given one.
+pub fn is_changed(found: &Found) -> bool {
+    !found.diagnosis.causes.is_empty() || !found.diagnosis.within_tolerance.is_empty()
+}
+
+/// A plain RMS falls by this part less than one by how well each sample is known where few samples rule it.
+const FEWER_SAMPLES_RULE: f64 = 0.8;
 /// An error of so many times the noise is more than that.
 const LOUDER: f64 = 1.1;
 
@@ -30,7 +35,12 @@ pub fn headline(found: &Found) -> String {
         "the error on runs not used for fitting"
     };
     let way = if gain.rms_after < gain.rms_before { "falls" } else { "rises" };
-    let falls = format!("{on} {way} from {} to {} {unit}", short(gain.rms_before), short(gain.rms_after));
+    let falls = format!(
+        "{on} {way} from {} to {} {unit}{}",
+        short(gain.rms_before),
+        short(gain.rms_after),
+        over_noise(gain)
+    );
     let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
     let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
     let beside = if groups.is_empty() {
@@ -100,6 +110,17 @@ pub fn headline(found: &Found) -> String {
             )
         }
     }
+}
+
+/// The error in parts of what is known of each sample, where a plain RMS says much less of the gain.
+pub fn over_noise(gain: &Gain) -> String {
+    let (before, after) = (gain.over_noise_before, gain.over_noise_after);
+    if after > FEWER_SAMPLES_RULE * gain.ratio * before {
+        return String::new();
+    }
+    format!(
+        " (counted by how well each sample is known, from {before:.2} to {after:.2} times the noise: a few that the encoder's steps throw off rule the first two numbers)"
+    )
 }
 
 /// What the causes mean for the model: a number of it is another, or it lacks something.
@@ -219,7 +240,7 @@ pub fn names(ids: &[EffectId]) -> String {
 }
 
 /// The words with their first letter as a capital one.
-fn with_capital(words: &str) -> String {
+pub fn with_capital(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
     first + letters.as_str()
