@@ -38,6 +38,7 @@ pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary
     let BridgePart { interface, params } = part;
     let link = PacketLink::open(&interface)
         .map_err(|error| ChildError::Link { interface: interface.clone(), error })?;
+    let counts_per_turn = params.axis.counts_per_turn();
     let mut bridge = Bridge::new(link, params);
     bridge.check().map_err(|error| ChildError::Drive { interface: interface.clone(), error })?;
     let bridge = ValveBridge {
@@ -45,7 +46,7 @@ pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary
         interface,
         period_ns: child.timeline.period_ns,
         phase_ns: child.phase_ns,
-        feedback: Outbox::open(child, Source::Plant)?,
+        feedback: Outbox::open(child, Source::Plant)?.with_encoder(counts_per_turn),
         bus_status: child.bus.writer(Source::Plant)?,
         commands: Inbox::open(child, Source::Controller)?,
         status: Inbox::open(child, Source::Controller)?,

@@ -22,8 +22,8 @@ const SETTLING_S: f64 = 0.02;
 const HOLD_COUNTS: f64 = 2.0;
 const RELEASES: f64 = 2.0;
 
-/// Once the reference has rested for this time, every turn of the command after the first widens the window, s: twofold, and to
-/// the largest deviation since the turn before. What goes to and fro then is backlash or stiction, and no correction ends it.
+/// After the reference has rested for this time, s, each reversal of the command but the first doubles the hold window, and widens it to the
+/// largest deviation since the reversal before: a persistent limit cycle is backlash or stiction, and no correction ends it.
 const HUNTS_AFTER_S: f64 = 0.1;
 const MOST_TURNS: i32 = 8;
 
@@ -225,8 +225,8 @@ impl Correction {
         self.saturated
     }
 
-    /// The torque fed forward has become another one: the observer's disturbance is what is beyond it, so the estimate
-    /// and the history change too. `change` is the part of the believed friction by which less is fed.
+    /// The feed-forward has changed: the disturbance estimate and the history are shifted, so that the total torque is continuous. `change` is
+    /// the part of the believed friction by which less is fed.
     pub(crate) fn feed_less(&mut self, reading_age_cycles: u64, change: f64) {
         let friction_nm = self.commanded(reading_age_cycles).expected.friction_nm;
         self.estimate.z += change * friction_nm;

@@ -24,7 +24,7 @@ pub(crate) struct HomingState {
     pub rested_cycles: u64,
     pub sum_rad: f64,
     pub readings: u64,
-    /// Reading minus command at each rest: on the way there, and there and back together.
+    /// Reading minus command at each dwell: of the forward pass, then forward and reverse summed.
     pub lag_rad: [f64; POINTS],
     /// Towards a hard stop: where the phase began, the command's lead in sliding, rad, the furthest angle so far, rad, and
     /// command and reading at the last look, rad, with the cycles since then.

@@ -26,16 +26,16 @@ const FORGETTING_S: f64 = 0.5;
 /// Half periods of the resonance that the valve has to have slid for a statement.
 const HALF_PERIODS: f64 = 4.0;
 
-/// A share is used once it differs from 1 by this with [`CONFIDENCE`] standard errors, and within these bounds: a valve that
-/// takes more than the greatest has something else to be looked at.
+/// The estimate is used once it deviates from 1 by this at [`CONFIDENCE`] standard errors, clipped to the greatest: a valve that takes more
+/// has another fault.
 const CLEARLY: f64 = 0.1;
 const CONFIDENCE: f64 = 2.0;
 const GREATEST: f64 = 1.5;
 
-/// One that lies below this as surely is told: friction varies by less with temperature and from batch to batch of oil.
+/// Below this at the same confidence there is an alarm: friction varies by less with temperature and from batch to batch of oil.
 const CLEARLY_BELOW: f64 = 0.8;
 
-/// An inertia that is off by this part as surely is told: the observer's design is stable up to about there.
+/// An inertia that is off by this part at the same confidence raises an alarm: the observer's design is stable up to about there.
 const OTHER_INERTIA: f64 = 0.35;
 
 /// The part of the believed friction that is fed forward in long cycles before the load angle confirmed it. It makes nothing

@@ -1,4 +1,5 @@
-//! What the controller remembers from cycle to cycle, in parts that each have one writer.
+//! What the controller remembers from cycle to cycle, in parts by what they are for. Each says which files change it in a cycle; orders,
+//! faults and gaps begin a part anew, by its one constructor (`supervise.rs`).
 
 use crate::alarms::Alarms;
 use crate::benefit::Benefit;
@@ -89,7 +90,7 @@ impl Default for Supervision {
     }
 }
 
-/// What was heard of the partners. Changed by `reception` alone.
+/// What was heard of the partners. Changed by `reception`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Reception {
     /// The newest cycle run; `None` before the first.
@@ -112,7 +113,8 @@ impl Reception {
     }
 }
 
-/// Where the command is and where it goes. Changed by `track`, and by `step` while the valve is stopped.
+/// Where the command is and where it goes. Changed by `track`, by `step` while the valve is stopped, by `homing` on its way, and by `reception`
+/// where the drive's zero has moved.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Steering {
     /// Whether a re-entry ramp starts at `led` in the next cycle.
@@ -129,7 +131,7 @@ pub(crate) struct Steering {
     pub fed_part: f64,
     /// The friction that was fed in the cycle before, N·m, where cycles are long.
     pub friction_before_nm: f64,
-    /// What is left of all that is fed forward, where that fades: at rest on bristles that ring, and for good where it harms.
+    /// Factor on the feed-forward, 1 to 0, while it decays: at rest with lightly damped bristles, and for good after compensation did harm.
     pub fading: f64,
     /// What long cycles set ringing, and whether the belief still knows the contact.
     pub ringing: Ringing,
@@ -190,7 +192,8 @@ impl Steering {
     }
 }
 
-/// What the sensors say, and what follows from it. Changed by `measure`, and by `track` for what it commands.
+/// What the sensors say, and what follows from it. Changed by `measure`, by `track` for what it commands, and by `reception`, `acceptance`
+/// and `orders` for what the drive accepted and which peaks and alarms an order takes back.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Observation {
     pub surroundings: Surroundings,

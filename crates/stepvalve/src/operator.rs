@@ -77,13 +77,13 @@ pub struct Inject {
 #[derive(Debug, Args)]
 pub struct Set {
     #[command(subcommand)]
-    what: SetWhat,
+    what: Settable,
     #[command(flatten)]
     which: Which,
 }
 
 #[derive(Debug, Subcommand)]
-enum SetWhat {
+enum Settable {
     /// Go to an angle: 17deg, 0.3rad
     Angle(SetValue),
     /// Go to an opening from 0 (closed) to 1 (open)
@@ -159,10 +159,10 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
         Ok(Request::Set { kind, value: quantity(value, dimension)?, pressure_drop_pa: None })
     };
     let request = match &arguments.what {
-        SetWhat::Angle(set) => of(SetPointKind::Angle, &set.value, Dimension::Angle)?,
-        SetWhat::Opening(set) => of(SetPointKind::Opening, &set.value, Dimension::Ratio)?,
-        SetWhat::Speed(set) => of(SetPointKind::Speed, &set.value, Dimension::Speed)?,
-        SetWhat::Flow(set) => Request::Set {
+        Settable::Angle(set) => of(SetPointKind::Angle, &set.value, Dimension::Angle)?,
+        Settable::Opening(set) => of(SetPointKind::Opening, &set.value, Dimension::Ratio)?,
+        Settable::Speed(set) => of(SetPointKind::Speed, &set.value, Dimension::Speed)?,
+        Settable::Flow(set) => Request::Set {
             kind: SetPointKind::Flow,
             value: quantity(&set.value, Dimension::Flow)?,
             pressure_drop_pa: set
@@ -171,8 +171,8 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
                 .map(|text| quantity(text, Dimension::Pressure))
                 .transpose()?,
         },
-        SetWhat::Hold => Request::Hold,
-        SetWhat::Parameter(set) => Request::Parameter { name: set.name.clone(), value: set.value },
+        Settable::Hold => Request::Hold,
+        Settable::Parameter(set) => Request::Parameter { name: set.name.clone(), value: set.value },
     };
     send(&request, &arguments.which)
 }

@@ -57,6 +57,13 @@ pub struct AxisParams {
     pub judge: JudgeParams,
 }
 
+impl AxisParams {
+    /// Counts of a turn of the encoder that the drive has on the bus: one a micro-step; `None` where its position is the command.
+    pub fn counts_per_turn(&self) -> Option<f64> {
+        self.position_is_measured.then(|| std::f64::consts::TAU / self.drive.microstep_angle_rad)
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Off,

@@ -119,7 +119,7 @@ impl Flight {
             timing: self.held.iter().map(|(source, held)| (source.name(), held)).collect(),
         };
         let text = serde_json::to_vec(&file).map_err(|error| error.to_string())?;
-        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        whole_file::write(&path, &text).map_err(|error| format!("{}: {error}", path.display()))?;
         self.slow_cycles = 0;
         self.last_save = Some(Instant::now());
         Ok(path)

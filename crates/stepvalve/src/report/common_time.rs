@@ -57,8 +57,7 @@ fn lay(own: &[f64], times: &[f64]) -> Laid {
 
 fn usual_distance(times: &[f64]) -> f64 {
     let mut steps: Vec<f64> = times.iter().zip(times.iter().skip(1)).map(|(a, b)| b - a).collect();
-    let middle = steps.len() / 2;
-    if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    log_data::median(&mut steps).unwrap_or(0.0)
 }
 
 impl Laid {
