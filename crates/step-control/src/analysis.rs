@@ -1,8 +1,8 @@
 //! What the loop of a controller's settings is like, for whoever sets it up.
 
-use crate::margins::{Loop, Margins};
+use crate::observer::margins::{Loop, Margins};
+use crate::observer::shaft::ShaftFactors;
 use crate::params::Params;
-use crate::shaft::ShaftFactors;
 
 impl Params {
     /// The loop of encoder, observer and motor at a frequency (Hz): gain and phase (rad) of the loop transfer L. `None`

@@ -1,9 +1,9 @@
 //! The observer at run time: its estimate, the commands of the dead time, and the torque that it adds to the feed-forward.
 
-use crate::load_share::Expected;
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::tuning::Tuning;
+use crate::watch::load_share::Expected;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use signals::Kinematics;

@@ -7,51 +7,41 @@
 #![forbid(unsafe_code)]
 
 mod acceptance;
-mod alarms;
 mod alignment;
 mod analysis;
 #[cfg(test)]
 #[path = "../tests/common/bench_rig.rs"]
 mod bench_rig;
-mod benefit;
 mod compensation;
 mod correction;
-mod design;
 mod homing;
 mod homing_params;
 mod homing_state;
 mod input;
-mod load_share;
-mod margins;
 mod measure;
 mod observer;
 mod orders;
-mod oscillation;
 mod params;
 mod partner;
-mod re_entry;
 mod reception;
 mod recovery;
-mod riccati;
+mod reference;
 mod ringing;
 mod rotor;
-mod shaft;
-mod shaper;
 mod state;
 mod step;
 mod supervise;
-mod time_scale;
 mod track;
 mod tuning;
-mod window;
+mod watch;
 
 pub use correction::LARGEST_ENCODER_DELAY_CYCLES;
 pub use homing_params::{Homing, HomingMethod};
 pub use input::{Input, Output};
-pub use margins::Margins;
+pub use observer::margins::Margins;
+pub use observer::shaft::ShaftFactors;
 pub use observer::{LARGEST_HZ, Observer, ObserverSettings, SLOWEST_HZ};
 pub use params::{Compensation, ControlError, LostSteps, Params, ReferenceLimits};
-pub use shaft::ShaftFactors;
-pub use shaper::Shaper;
+pub use reference::shaper::Shaper;
 pub use state::State;
 pub use step::step;

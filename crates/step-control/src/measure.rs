@@ -1,9 +1,9 @@
 //! Following error and load angle, from the encoder and from what was commanded for the time of its reading.
 
-use crate::benefit::Benefit;
 use crate::params::{Compensation, Params};
 use crate::rotor::Seen;
 use crate::state::State;
+use crate::watch::benefit::Benefit;
 use signals::{ControllerState, Feedback, validity};
 use std::f64::consts::TAU;
 

@@ -11,10 +11,10 @@
 //! the scenario has to say how. An order whose last cycle is over does nothing, whatever the state, but for a
 //! disarm, which is never too late; an id is obeyed once.
 
-use crate::benefit::Benefit;
 use crate::input::Input;
 use crate::params::Params;
 use crate::state::State;
+use crate::watch::benefit::Benefit;
 use signals::{
     ControlParameter, ControllerState, FaultCode, Feedback, OperatorCommand, OperatorKind, OperatorResult,
     validity,

@@ -1,11 +1,11 @@
 //! What the controller is set to: its belief of the valve, its limits, its reactions.
 
-use crate::design::design;
 use crate::homing_params::Homing;
+use crate::observer::design::design;
+use crate::observer::shaft::Shaft;
 use crate::observer::{Observer, ObserverSettings};
-use crate::re_entry::ReEntryLimits;
-use crate::shaft::Shaft;
-use crate::shaper::Shaper;
+use crate::reference::re_entry::ReEntryLimits;
+use crate::reference::shaper::Shaper;
 use serde::{Deserialize, Serialize};
 use signals::Reference;
 use std::f64::consts::PI;

@@ -1,21 +1,21 @@
 //! What the controller remembers from cycle to cycle, in parts by what they are for. Each says which files change it in a cycle; orders,
 //! faults and gaps begin a part anew, by its one constructor (`supervise.rs`).
 
-use crate::alarms::Alarms;
-use crate::benefit::Benefit;
 use crate::compensation::{Contact, FeedForward, Surroundings, Wanted, torque_beyond_nm};
 use crate::correction::{Correction, Instant};
 use crate::homing_state::HomingState;
-use crate::load_share::{Expected, LoadShare};
 use crate::params::Params;
 use crate::partner::Partner;
-use crate::re_entry::ReEntry;
 use crate::recovery::Recovery;
+use crate::reference::re_entry::ReEntry;
+use crate::reference::shaper::Shaped;
+use crate::reference::window::Window;
 use crate::ringing::Ringing;
 use crate::rotor::Seen;
-use crate::shaper::Shaped;
 use crate::tuning::Tuning;
-use crate::window::Window;
+use crate::watch::alarms::Alarms;
+use crate::watch::benefit::Benefit;
+use crate::watch::load_share::{Expected, LoadShare};
 use drive::{Microsteps, MicrostepsPerCycle};
 use serde::{Deserialize, Serialize};
 use signals::{ControllerState, FaultCode, Feedback, Kinematics, OperatorResult, validity};

@@ -5,11 +5,11 @@ use crate::compensation::{
     torque_beyond_nm, wanted,
 };
 use crate::correction::{Belief, Instant, Wish, is_too_coarse};
-use crate::load_share::Expected;
 use crate::params::{LostSteps, Params};
+use crate::reference::time_scale::next_time_scale;
 use crate::rotor::Seen;
 use crate::state::State;
-use crate::time_scale::next_time_scale;
+use crate::watch::load_share::Expected;
 use drive::Microsteps;
 use signals::{Kinematics, limiting};
 use std::f64::consts::{FRAC_PI_2, TAU};

@@ -1,8 +1,8 @@
 //! Parameters changed while the controller runs: checked, taken over between two cycles, kept until it ends.
 
+use crate::observer::riccati::Filter;
 use crate::observer::{LARGEST_HZ, Observer, SLOWEST_HZ};
 use crate::params::{Compensation, Params};
-use crate::riccati::Filter;
 use serde::{Deserialize, Serialize};
 use signals::{ControlParameter, OperatorResult};
 

@@ -19,8 +19,13 @@
 //! The estimate of d is the integral action. It does not wind up when the command is limited, because the filter is fed
 //! with the commands after the limits.
 
-use crate::riccati::{Filter, least_cost_gain};
-use crate::shaft::{Shaft, discrete};
+pub(crate) mod design;
+pub(crate) mod margins;
+pub(crate) mod riccati;
+pub(crate) mod shaft;
+
+use crate::observer::riccati::{Filter, least_cost_gain};
+use crate::observer::shaft::{Shaft, discrete};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

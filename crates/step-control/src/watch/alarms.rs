@@ -1,8 +1,8 @@
 //! Alarms: what the operator has to know and what stops nothing. Kept until the next arming.
 
-use crate::load_share::LoadShare;
-use crate::oscillation::Oscillation;
 use crate::params::Params;
+use crate::watch::load_share::LoadShare;
+use crate::watch::oscillation::Oscillation;
 use serde::{Deserialize, Serialize};
 use signals::alarm;
 

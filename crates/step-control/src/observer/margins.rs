@@ -14,7 +14,7 @@
 //! γ weakens the spring to K·cos γ.
 
 use crate::observer::Observer;
-use crate::shaft::{Shaft, discrete};
+use crate::observer::shaft::{Shaft, discrete};
 use nalgebra::{Complex, DMatrix, DVector, Matrix3, RowVector3, Vector3};
 use std::f64::consts::{PI, TAU};
 

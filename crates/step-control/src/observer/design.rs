@@ -1,8 +1,8 @@
 //! The observer with the margins that are wanted.
 
-use crate::margins::{Loop, Margins};
+use crate::observer::margins::{Loop, Margins};
+use crate::observer::shaft::{Shaft, ShaftFactors};
 use crate::observer::{MOST_NOISE_COUNTS, Observer, ObserverSettings, TORQUE_NOISES_COUNTS};
-use crate::shaft::{Shaft, ShaftFactors};
 
 /// What the loop of a damping observer has to spare: a factor on its gain (6 dB), and phase (45°).
 const GAIN_MARGIN: f64 = 2.0;
