@@ -5,6 +5,7 @@ use crate::bounds::Bounds;
 use crate::error::ConfigErrors;
 use crate::reader::{Field, Section, asked as asked_of, parse};
 use crate::units::Dimension;
+use fieldbus::objects::Object;
 use fieldbus::{DriveFile, Homing, Profile, Sdo, SdoValue};
 
 const FORMAT: &str = "stepvalve-drive";
@@ -77,7 +78,7 @@ fn read(root: Section<'_>) -> DriveFile {
             DEFAULT_ENABLE_TIMEOUT_S,
         ),
         homing: root.optional_section("homing").map_or(Homing::None, |section| read_homing(section, profile)),
-        absent: root.list("absent").iter().filter_map(read_object).collect(),
+        absent: root.list("absent").iter().filter_map(|field| read_absent(field, profile)).collect(),
         sdos: root.list("sdo").iter().filter_map(read_sdo).collect(),
     };
     sync.into_iter().chain(faults).for_each(Section::finish);
@@ -147,6 +148,15 @@ fn read_object(field: &Field<'_>) -> Option<(u16, u8)> {
     object
 }
 
+/// An object that the drive lacks: none that the bridge needs in every frame.
+fn read_absent(field: &Field<'_>, profile: Option<Profile>) -> Option<(u16, u8)> {
+    let (index, sub) = read_object(field)?;
+    if profile.is_some_and(|profile| profile.needs(Object { index, sub })) {
+        field.refuse("an object that the bridge can do without: this one is in every frame");
+    }
+    Some((index, sub))
+}
+
 fn read_sdo(field: &Field<'_>) -> Option<Sdo> {
     let section = field.section("a table [[sdo]]")?;
     let index = section.require("index", "an index such as 0x6085")?.integer(0..=u16::MAX.into()) as u16;
@@ -202,6 +212,7 @@ value = -3
             ("vendor = 0x5356", "vendor = -1", "6:10: vendor"),
             ("\"cia402-csp\"", "\"canopen\"", "5:11: profile"),
             ("0x10F1:02", "10F1", "10:11: absent[0]"),
+            ("0x10F1:02", "0x6041:00", "an object that the bridge can do without"),
             ("value = -3", "value = 40000", "17:9: sdo[0].value"),
             ("units_per_rev = 112500", "units = 1", "units"),
             ("kind = \"absolute\"\noffset = -5", "kind = \"drive\"", "homing"),

@@ -227,8 +227,8 @@ impl<L: Link> Bridge<L> {
     }
 
     fn lock_onto(&mut self, device: &BroughtUp, begin_ns: u64) -> State {
-        let Some(wire) = Wire::new(device.station, self.params.file.profile) else {
-            let (found, _) = self.params.file.profile.sizes();
+        let Some(wire) = Wire::new(device.station, self.params.file.layout()) else {
+            let (found, _) = self.params.file.layout().sizes();
             return self.failed(BringUpError::Size { what: "outputs", found, expected: 0 }, begin_ns);
         };
         let params =

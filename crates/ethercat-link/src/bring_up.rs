@@ -139,7 +139,7 @@ fn check_identity(device: &SubDevice, file: &DriveFile) -> Result<(), BringUpErr
 }
 
 fn check_sizes(file: &DriveFile, (outputs, inputs): (usize, usize)) -> Result<(), BringUpError> {
-    let expected = file.profile.sizes();
+    let expected = file.layout().sizes();
     for (what, found, expected) in [("outputs", outputs, expected.0), ("inputs", inputs, expected.1)] {
         if found != expected {
             return Err(BringUpError::Size { what, found, expected });

@@ -1,7 +1,7 @@
 //! One cycle on the wire: the frame out, its reply until its time, everything else counted and thrown away.
 
 use crate::link::Link;
-use fieldbus::{CyclicFrame, FrameError, Inputs, MAX_FRAME, Outputs, Profile};
+use fieldbus::{CyclicFrame, FrameError, Inputs, Layout, MAX_FRAME, Outputs};
 
 /// What came back of a cycle's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub(crate) enum Back {
 #[derive(Debug, Clone)]
 pub(crate) struct Wire {
     frame: CyclicFrame,
-    profile: Profile,
+    layout: Layout,
     buffer: [u8; 1600],
     /// Replies that came after their cycle.
     pub(crate) late: u64,
@@ -36,11 +36,11 @@ pub(crate) struct Wire {
 
 impl Wire {
     /// `None` where the process data don't fit a frame.
-    pub(crate) fn new(station: u16, profile: Profile) -> Option<Self> {
+    pub(crate) fn new(station: u16, layout: Layout) -> Option<Self> {
         const { assert!(MAX_FRAME <= 1600) };
-        let (outputs, inputs) = profile.sizes();
+        let (outputs, inputs) = layout.sizes();
         let frame = CyclicFrame::new(station, 0, inputs, outputs)?;
-        Some(Self { frame, profile, buffer: [0; 1600], late: 0 })
+        Some(Self { frame, layout, buffer: [0; 1600], late: 0 })
     }
 
     /// Sends the outputs, and awaits the reply until `until_ns`.
@@ -51,7 +51,7 @@ impl Wire {
         al_request: Option<u16>,
         until_ns: u64,
     ) -> Back {
-        let (bytes, size) = outputs.pack(self.profile);
+        let (bytes, size) = outputs.pack(self.layout);
         let frame = self.frame.build(bytes.get(..size).unwrap_or(&[]), al_request);
         let sent_ns = link.now_ns();
         if link.send(frame).is_err() {
@@ -69,7 +69,7 @@ impl Wire {
                         exchanged,
                         al_status: reply.al_status,
                         al_code: reply.al_code,
-                        inputs: Inputs::unpack(self.profile, reply.inputs).filter(|_| exchanged),
+                        inputs: Inputs::unpack(self.layout, reply.inputs).filter(|_| exchanged),
                         round_trip_ns: link.now_ns().saturating_sub(sent_ns),
                     };
                 }

@@ -3,10 +3,10 @@
 
 mod common;
 
-use common::{Rig, drive_file, go, off};
+use common::{Rig, drive_file, go, off, valve};
 use fieldbus::{DriveFile, Homing, Profile};
 use signals::validity;
-use subdevice::{AlState, Identity, Kind, Settings};
+use subdevice::{AlState, Device, Identity, Kind, Settings};
 
 /// A ramp up to `rate_hz`, on for `cycles`, and down again: positions and rates.
 fn trapezoid(start: i64, rate_hz: f64, cycles: usize) -> Vec<(f64, f64)> {
@@ -53,6 +53,16 @@ fn follows(mut rig: Rig, rate_hz: f64, cycles: usize) {
 #[test]
 fn the_drive_moves_as_commanded() {
     follows(Rig::new(Settings::default(), drive_file()), 200e3, 400);
+}
+
+/// Feed-forward of the speed, error code, inputs and following error: a drive without them, of which its file says so, moves all the same.
+#[test]
+fn a_drive_without_what_frames_can_do_without() {
+    let lacking = [(0x60B1, 0), (0x603F, 0), (0x60FD, 0), (0x60F4, 0)];
+    let mut device = Device::new(Settings::default(), valve(), 1_000);
+    lacking.into_iter().for_each(|(index, sub)| device.without(index, sub));
+    let file = DriveFile { absent: lacking.to_vec(), ..drive_file() };
+    follows(Rig::with(vec![device], file), 200e3, 200);
 }
 
 #[test]

@@ -120,7 +120,7 @@ pub struct DriveFile {
     pub enable_timeout_ns: u64,
     /// How the zero is found.
     pub homing: Homing,
-    /// Objects of the bring-up that this drive does not have.
+    /// Objects of the bring-up, or of the process data, that this drive does not have.
     pub absent: Vec<(u16, u8)>,
     /// Settings of its own, written first.
     pub sdos: Vec<Sdo>,

@@ -39,4 +39,4 @@ pub use cyclic_frame::{CyclicFrame, FrameError, MAX_FRAME, Reply};
 pub use drive_file::{DriveFile, DriveFileError, Homing, Profile, Sdo, SdoValue};
 pub use judge::{BusFault, Judge, JudgeParams, Outcome, Verdict, al_state_name};
 pub use plan::{Mismatch, OwnLimits, Plan, Request, watchdog_registers};
-pub use process_data::{Inputs, Mapping, Outputs};
+pub use process_data::{Inputs, Layout, Outputs};

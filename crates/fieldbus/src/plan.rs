@@ -2,7 +2,6 @@
 
 use crate::drive_file::{DriveFile, Homing, Profile, SdoValue};
 use crate::objects::{self, Object};
-use crate::process_data::Mapping;
 use thiserror::Error;
 
 /// What a value read must be.
@@ -121,9 +120,10 @@ impl Plan {
             &mut requests,
             objects::outputs_assignment,
             outputs,
-            mapped.then(|| file.profile.outputs()),
+            mapped.then(|| file.layout().outputs().collect()),
         );
-        assignment(&mut requests, objects::inputs_assignment, inputs, mapped.then(|| file.profile.inputs()));
+        let inputs_mapping = mapped.then(|| file.layout().inputs().collect());
+        assignment(&mut requests, objects::inputs_assignment, inputs, inputs_mapping);
         synchronisation(&mut requests, period_ns);
         if file.profile == Profile::Cia402Csp {
             units(&mut requests, file.units_per_rev);
@@ -145,11 +145,16 @@ impl Plan {
 }
 
 /// Empties an assignment, maps its PDO where that is wanted, and assigns it.
-fn assignment(requests: &mut Vec<Request>, place: fn(u8) -> Object, pdo: u16, mapping: Option<Mapping>) {
+fn assignment(
+    requests: &mut Vec<Request>,
+    place: fn(u8) -> Object,
+    pdo: u16,
+    mapping: Option<Vec<(Object, u8)>>,
+) {
     requests.push(Request::write(place(0), SdoValue::U8(0)));
     if let Some(mapping) = mapping {
         requests.push(Request::write(objects::other(pdo, 0), SdoValue::U8(0)));
-        for (sub, (object, bits)) in (1..).zip(mapping) {
+        for (sub, (object, bits)) in (1..).zip(&mapping) {
             let entry = u32::from(object.index) << 16 | u32::from(object.sub) << 8 | u32::from(*bits);
             requests.push(Request::write(objects::other(pdo, sub), SdoValue::U32(entry)));
         }
