@@ -57,6 +57,25 @@ fn texts_of_every_kind() {
 }
 
 #[test]
+fn a_file_that_was_cut_off_within_a_number() {
+    let whole = "0;1.500\n10;2.500\n20;3.500\n30;4.500\n40;5.500";
+    for (cut, rows, note) in [
+        (0, 5, None),
+        (1, 4, Some("given.csv:5: the file ends within a number (\"5.50\"")),
+        (4, 4, Some("(\"5\"")),
+        (9, 4, None),
+    ] {
+        let place = TestPlace::new();
+        let file = place.write("given.csv", &whole[..whole.len() - cut]);
+        let finished = import(&place, &[&[file.to_str().unwrap()], &MAPS[..]].concat()).expect_code(0);
+        assert_eq!(run_log::read_log(&place.path("out.h5")).unwrap().runs[0].len(), rows, "{cut} cut");
+        let noted = finished.stderr.contains("left out");
+        assert_eq!(noted, note.is_some(), "{cut} cut: {}", finished.stderr);
+        assert!(note.is_none_or(|note| finished.stderr.contains(note)), "{}", finished.stderr);
+    }
+}
+
+#[test]
 fn several_files_names_kinds_rows_and_one_clock() {
     let place = TestPlace::new();
     let table: String =

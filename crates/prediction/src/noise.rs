@@ -33,7 +33,7 @@ impl Noise {
         // A file of text rounds its numbers, by how much it does not say.
         let roundings = (0..=FINEST_TO_COARSEST).map(|tens| ROUNDING * largest * 10f64.powi(tens));
         let step_rad = roundings.map(|rounding| encoder_step(angles, rounding)).find(|step| *step > 0.0);
-        let step_rad = step_rad.unwrap_or(0.0);
+        let step_rad = step_rad.map_or(0.0, |unit| step_in_text(angles, unit).unwrap_or(unit));
         let quantisation_rad = step_rad / 12f64.sqrt();
         let deviation_rad = block_deviation(angles, step_rad).max(quantisation_rad).max(ROUNDING * largest);
         Self { deviation_rad, step_rad }
@@ -95,6 +95,39 @@ fn refined(angles: &[f64], step_rad: f64) -> f64 {
         }
         if squares > 0.0 { products / squares } else { step }
     })
+}
+
+/// An encoder's step has so many units of the last decimal at least: fewer are the text's own.
+const UNITS: f64 = 20.0;
+/// The least difference that occurs is at most so many steps.
+const LEAST_STEPS: i32 = 4;
+/// So many differences that are no rest, and so many sizes of them, show a step.
+const LEAST_DIFFERENCES: usize = 20;
+const LEAST_SIZES: usize = 3;
+
+/// An encoder's step in a text whose numbers are whole multiples of `unit_rad`, the last decimal: all differences are whole multiples of it,
+/// each rounded by up to one unit. `None` where there is none: the unit itself is what rounds the angle.
+fn step_in_text(angles: &[f64], unit_rad: f64) -> Option<f64> {
+    let differences = || {
+        let all = angles.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before).abs());
+        all.filter(|difference| *difference > 1.5 * unit_rad)
+    };
+    let least = differences().fold(f64::INFINITY, f64::min);
+    if least < UNITS * unit_rad || differences().count() < LEAST_DIFFERENCES {
+        return None;
+    }
+    let tried = (1..=LEAST_STEPS).map(|parts| refined(angles, least / f64::from(parts)));
+    let explains = |step: &f64| {
+        let off = |difference: f64| (difference / step - (difference / step).round()).abs();
+        let mut sizes: Vec<i64> =
+            differences().map(|difference| (difference / step).round() as i64).collect();
+        sizes.sort_unstable();
+        sizes.dedup();
+        *step >= UNITS * unit_rad
+            && sizes.len() >= LEAST_SIZES
+            && differences().all(|difference| off(difference) < WHOLE + 1.5 * unit_rad / step)
+    };
+    tried.into_iter().find(explains)
 }
 
 /// A difference is a whole number of steps up to this part of one.

@@ -187,19 +187,28 @@ fn a_rest_has_no_speed_however_soon_a_motion_follows() {
 
 #[test]
 fn the_encoder_is_found_in_a_text_of_few_digits() {
-    // 4,000 counts in a swing of ±16°, as tables have it.
-    let step_rad = TAU / 4000.0;
-    let counts = |t: f64| ((0.28 * (3.0 * t).sin()) / step_rad).round();
-    for digits in 4..10 {
+    // Counts in a swing of ±16°, as tables have it: of 4,000 each is a whole number of decimals, of the others none is.
+    for (counts, digits) in
+        [4000.0, 4096.0, 16_384.0, 65_536.0].into_iter().flat_map(|of| (4..10).map(move |to| (of, to)))
+    {
+        let step_rad = TAU / counts;
+        let reading = |t: f64| ((0.28 * (3.0 * t).sin()) / step_rad).round() * step_rad;
         let shown = |degrees: f64| format!("{degrees:.digits$}").parse::<f64>().unwrap().to_radians();
         let angle_rad: Vec<f64> =
-            (0..4000).map(|row| shown((counts(1e-3 * f64::from(row)) * step_rad).to_degrees())).collect();
+            (0..4000).map(|row| shown(reading(1e-3 * f64::from(row)).to_degrees())).collect();
         let noise = Noise::of(&angle_rad);
-        assert!((noise.step_rad / step_rad - 1.0).abs() < 1e-3, "{digits} digits: {noise:?}");
+        assert!(
+            (noise.step_rad / step_rad - 1.0).abs() < 1e-3,
+            "{counts} counts, {digits} digits: {noise:?}"
+        );
         // A motion that no encoder rounded has no step beyond the text's.
         let smooth: Vec<f64> =
             (0..4000).map(|row| shown((0.28 * (3e-3 * f64::from(row)).sin()).to_degrees())).collect();
         let text_rad = 10f64.powi(-i32::try_from(digits).unwrap()).to_radians();
         assert!(Noise::of(&smooth).step_rad < 1.01 * text_rad, "{digits} digits: {:?}", Noise::of(&smooth));
+        // Nor has one at few speeds.
+        let speeds = |row: u32| 0.11 * f64::from(row) + 0.023 * f64::from(row.saturating_sub(2000));
+        let ramps: Vec<f64> = (0..4000).map(|row| shown((1e-3 * speeds(row)).to_degrees())).collect();
+        assert!(Noise::of(&ramps).step_rad < 1.01 * text_rad, "{digits} digits: {:?}", Noise::of(&ramps));
     }
 }

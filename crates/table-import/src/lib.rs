@@ -24,4 +24,4 @@ pub use functions::functions_help;
 pub use interleaved::Interleaved;
 pub use rows::Rows;
 pub use separated::{Format, Header, Separated, Separator, Skip};
-pub use table::{Selection, Table, Take, collect};
+pub use table::{CutLine, Selection, Table, Take, collect};

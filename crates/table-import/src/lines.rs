@@ -35,6 +35,11 @@ impl<R: BufRead> Lines<R> {
         Ok(Some(self.current()))
     }
 
+    /// Whether the line that was read last has an end: else the file ends with it.
+    pub(crate) fn has_end(&self) -> bool {
+        self.line.ends_with(b"\n")
+    }
+
     /// The line that was read last, and its number.
     pub(crate) fn current(&self) -> (u64, &[u8]) {
         let line = self.line.strip_suffix(b"\n").unwrap_or(&self.line);

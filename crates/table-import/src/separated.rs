@@ -3,7 +3,7 @@
 use crate::cells::Cells;
 use crate::clock::{self, Days};
 use crate::lines::Lines;
-use crate::table::{Table, Take};
+use crate::table::{CutLine, Table, Take};
 use anyhow::{Context, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -150,7 +150,12 @@ pub(crate) struct RowLines {
     cells: Cells,
     /// The first line and its number, where it holds numbers.
     first: Option<(u64, Vec<u8>)>,
+    /// The last line, left out because it was cut off.
+    cut: Option<CutLine>,
 }
+
+/// Rows before a last one that tell how long its last cell should be.
+const ROWS_TO_COMPARE: usize = 3;
 
 /// Reads cells, and complains with their place.
 #[derive(Default)]
@@ -224,10 +229,14 @@ impl Separated {
                 cells.split(line);
                 units = cells.iter().map(|cell| plain(cell).into_owned()).collect();
             }
-            return Ok(Self { rows: RowLines { lines, cells, first: None }, reader, units });
+            return Ok(Self { rows: RowLines { lines, cells, first: None, cut: None }, reader, units });
         }
         reader.names = (1..=reader.names.len()).map(|column| format!("c{column}")).collect();
-        Ok(Self { rows: RowLines { lines, cells, first: Some((number, line)) }, reader, units: Vec::new() })
+        Ok(Self {
+            rows: RowLines { lines, cells, first: Some((number, line)), cut: None },
+            reader,
+            units: Vec::new(),
+        })
     }
 
     /// The lines, and what reads their cells.
@@ -247,6 +256,10 @@ impl Table for Separated {
 
     fn place(&self) -> &'static str {
         "line"
+    }
+
+    fn cut(&self) -> Option<&CutLine> {
+        self.rows.cut.as_ref()
     }
 
     fn each(&mut self, wanted: &[usize], take: &mut Take<'_>) -> anyhow::Result<()> {
@@ -271,17 +284,27 @@ impl RowLines {
         take: &mut dyn FnMut(u64, usize, &Cells) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let mut row = 0;
+        let mut shortest = usize::MAX;
         if let Some((number, line)) = self.first.take() {
             self.cells.split(&line);
+            shortest = self.cells.iter().last().map_or(0, <[u8]>::len);
             take(number, row, &self.cells)?;
             row += 1;
         }
         while let Some((number, line)) = next_filled(&mut self.lines)? {
             self.cells.split(line);
-            if !self.cells.iter().all(<[u8]>::is_empty) {
-                take(number, row, &self.cells)?;
-                row += 1;
+            if self.cells.iter().all(<[u8]>::is_empty) {
+                continue;
             }
+            let last = self.cells.iter().last().unwrap_or_default();
+            if !self.lines.has_end() && row >= ROWS_TO_COMPARE && last.len() < shortest {
+                let cell = String::from_utf8_lossy(last).into_owned();
+                self.cut = Some(CutLine { line: number, cell });
+                continue;
+            }
+            shortest = shortest.min(last.len());
+            take(number, row, &self.cells)?;
+            row += 1;
         }
         Ok(())
     }

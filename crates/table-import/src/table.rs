@@ -15,6 +15,15 @@ pub type Take<'a> = dyn FnMut(u64, usize, &[f64]) -> anyhow::Result<()> + 'a;
 /// The corner of the low-pass before rows are left out, in parts of half the new sampling rate.
 const CORNER: f64 = 0.8;
 
+/// A last line without an end whose last cell is shorter than that of any row before: a file that was cut off within a number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CutLine {
+    /// Its number.
+    pub line: u64,
+    /// What stands in its last cell.
+    pub cell: String,
+}
+
 /// A table with named columns, read once from top to bottom.
 pub trait Table {
     /// The columns' names.
@@ -27,6 +36,11 @@ pub trait Table {
 
     /// What a row's place in the file is called: "line" or "row".
     fn place(&self) -> &'static str;
+
+    /// The last line, where it was left out because the file was cut off within it; known once all rows are read.
+    fn cut(&self) -> Option<&CutLine> {
+        None
+    }
 
     /// Hands over the wanted columns row by row, until all are read or one is refused.
     ///

@@ -13,10 +13,11 @@ use anyhow::{Context, anyhow, ensure};
 use indicatif::ProgressBar;
 use log_data::{AngleZero, Log, Run};
 use mapping::{Mapping, Zero};
+use processes::complain;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, Outcome};
-use table_import::{Columns, Separated, Table, collect, columns_of, functions_help};
+use table_import::{Columns, CutLine, Separated, Table, collect, columns_of, functions_help};
 
 /// More numbers than this, all runs and channels together, are refused: they take 2 GB of memory.
 pub const MAX_NUMBERS: usize = 250_000_000;
@@ -125,6 +126,7 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
         let mut table = open(mapping, file, numbers_left)?;
         collect(table.as_mut(), &mapping.map, &mapping.selection(numbers_left), &mut run)
             .with_context(|| name(file))?;
+        note_cut(file, table.cut());
         numbers_left = numbers_left.saturating_sub(run.len() * mapping.map.len());
         clock::follow(&mut run, log.runs.last(), mapping.gap);
         log.runs.push(run);
@@ -195,9 +197,21 @@ fn open(mapping: &Mapping, file: &Path, numbers_left: usize) -> anyhow::Result<B
     let mut text = Separated::open(file, &mapping.format())?;
     match &mapping.interleaved {
         Some(interleaved) => {
-            Ok(Box::new(interleaved.sorted(&mut text, numbers_left).with_context(|| name(file))?))
+            let sorted = interleaved.sorted(&mut text, numbers_left).with_context(|| name(file))?;
+            note_cut(file, text.cut());
+            Ok(Box::new(sorted))
         }
         None => Ok(Box::new(text)),
+    }
+}
+
+/// Says that a file was cut off: its last row is no row.
+fn note_cut(file: &Path, cut: Option<&CutLine>) {
+    if let Some(CutLine { line, cell }) = cut {
+        complain(format_args!(
+            "note: {}:{line}: the file ends within a number ({cell:?}, shorter than in all rows before): this row is left out",
+            name(file)
+        ));
     }
 }
 
