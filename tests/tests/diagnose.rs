@@ -76,6 +76,56 @@ fn missing_samples_cost_their_own_weight_alone() {
     assert_eq!(found["causes"][0]["id"], "pressure-dependent-friction");
 }
 
+/// First guesses of a model, each off by a fifth or more: all are found at once, and the file that is written predicts.
+#[test]
+fn first_guesses_of_a_model_are_corrected_at_once() {
+    let place = TestPlace::new();
+    let camp = place.path("camp");
+    let drawn = ["--seed", "5", "--samples", "20000", "--out", camp.to_str().unwrap()];
+    let made = place.command("hidden-effect-rig").args(drawn).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let mut text = std::fs::read_to_string(camp.join("model.toml")).unwrap();
+    let model = config::parse_model(&text, "model.toml").unwrap();
+    let off = [
+        ("coulomb_torque_nm", 1.0 / 1.25, "coulomb-level"),
+        ("static_torque_nm", 1.0 / 1.25, ""),
+        ("viscous_nm_s_per_rad", 1.5, "viscous-level"),
+        ("bristle_stiffness_nm_per_rad", 0.8, "bristle-stiffness"),
+        ("inertia_kg_m2", 1.25, "load-inertia"),
+    ];
+    for (key, factor, _) in off {
+        let line = text.lines().find(|line| line.starts_with(key)).unwrap().to_owned();
+        let number: f64 = line.split(['=', '#']).nth(1).unwrap().trim().parse().unwrap();
+        text = text.replace(&line, &format!("{key} = {}", number * factor));
+    }
+    let guess = place.write("guess.toml", &text);
+    diagnose(&place, &camp.join("log.h5"), &guess, "out").expect_code(0);
+    let found = json(&place, "out");
+    assert_eq!(found["verdict"], "explained", "{found}");
+    let causes = found["causes"].as_array().unwrap();
+    let named: Vec<&str> = causes.iter().map(|cause| cause["id"].as_str().unwrap()).collect();
+    for (_, factor, id) in off.into_iter().filter(|of| !of.2.is_empty()) {
+        let cause =
+            causes.iter().find(|cause| cause["id"] == id).unwrap_or_else(|| panic!("{id}: {named:?}"));
+        let value = cause["parameters"]["factor"]["value"].as_f64().unwrap();
+        assert!((value * factor - 1.0).abs() < 0.03, "{id} is {value}, of {}", 1.0 / factor);
+    }
+    assert_eq!(named.len(), 4, "{named:?}");
+    // The file is the true model again, and leaves the noise alone.
+    let extended = std::fs::read_to_string(place.path("out/model-extended.toml")).unwrap();
+    let extended = config::parse_model(&extended, "model-extended.toml").unwrap();
+    let (one, other) = (extended.load.unwrap().inertia_kg_m2, model.load.unwrap().inertia_kg_m2);
+    assert!((one / other - 1.0).abs() < 0.03, "{one} for {other}");
+    let residuals = run_log::read_log(&place.path("out/residuals.h5")).unwrap();
+    let noise = found["residual"][0]["noise"].as_f64().unwrap();
+    let (sum, count) = residuals.runs.iter().fold((0.0, 0.0), |(sum, count), run| {
+        let of = |name: &str| run.extra(name).unwrap().values.clone();
+        let squares = of("measured").into_iter().zip(of("predicted_after")).map(|(a, b)| (a - b) * (a - b));
+        (sum + squares.sum::<f64>(), count + run.len() as f64)
+    });
+    assert!((sum / count).sqrt() < 1.3 * noise, "{} beside {noise}", (sum / count).sqrt());
+}
+
 /// What a number is off by within its tolerance is no cause, and told all the same.
 #[test]
 fn a_number_within_its_tolerance_is_corrected_and_not_accused() {

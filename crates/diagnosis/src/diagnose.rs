@@ -1,13 +1,14 @@
 //! Entry point: log and model in, diagnosis out. Prepares the campaign, fits, searches for causes, and concludes.
 
 use crate::DiagnosisError;
+use crate::asked::Asked;
 use crate::conclude::verdict::conclude;
 use crate::extend::catalogue::candidates;
 use crate::extend::hypothesis::Hypothesis;
 use crate::extend::tolerance::corrections;
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::found::{Event, Found};
-use crate::judge::{Asked, judge, judge_few};
+use crate::judge::{judge, judge_few};
 use crate::log::campaign::Campaign;
 use crate::log::excitation::excitation;
 use crate::log::noise::{estimate, with_colour, with_misfit};

@@ -1,6 +1,7 @@
 //! One judgement: the given model fitted, causes searched for, and corrections of the model's numbers refitted with them.
 
 use crate::DiagnosisError;
+use crate::asked::Asked;
 use crate::corrected::{CORRECTING, leaves_noise, with_corrections, within_tolerance};
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
@@ -39,15 +40,6 @@ const HOPELESS: f64 = 1.5;
 const FAR_OFF: f64 = 0.03;
 /// Offsets of each run are accepted only if they cut the residual to this part of that with one common offset: they cost a parameter a run.
 const MUCH_LESS: f64 = 0.9;
-
-/// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
-#[derive(Clone, Copy)]
-pub(crate) struct Asked<'a> {
-    pub first: &'a Point,
-    pub corrections: &'a [Correction],
-    pub able: &'a [Candidate],
-    pub seed: u64,
-}
 
 /// Fits the given model, searches for causes, and collects what the conclusion needs.
 pub(crate) fn judge<'a>(
@@ -171,6 +163,11 @@ fn judgement<'a>(
     Ok(Judgement { setting, noise, selection, corrections, before, structure_before, rms, seed })
 }
 
+/// Whether the corrections leave far more than noise.
+fn is_far(setting: &Setting<'_>, corrected: &Fitted) -> bool {
+    Tried::judged(setting, corrected.clone()).rms > HOPELESS
+}
+
 /// What no cause, or few, explain beside corrections.
 enum Few {
     /// They leave no more than noise.
@@ -211,8 +208,7 @@ fn few(
         return found(again);
     }
     // Far from noise: where numbers of the model alone get there, only one cause in place of them all is less to assume.
-    let far = Tried::judged(setting, corrected.clone()).rms > HOPELESS;
-    let numbers = if far { numbers_off(setting, asked, given)? } else { None };
+    let numbers = if is_far(setting, corrected) { numbers_off(setting, asked, given)? } else { None };
     let causes = if numbers.is_some() { 1 } else { FEW };
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
     Ok(match (few, numbers) {

@@ -6,6 +6,7 @@
 //! (the search for causes), `measure` (gain and intervals), `conclude` (verdict, reasons, next experiment).
 #![forbid(unsafe_code)]
 
+mod asked;
 mod conclude;
 mod corrected;
 mod diagnose;

@@ -1,13 +1,13 @@
 //! Several numbers of the model that are off by more than their tolerance: a first guess of a model, held against a record.
 
 use crate::DiagnosisError;
+use crate::asked::Asked;
 use crate::corrected::leaves_noise;
 use crate::error::if_possible;
 use crate::extend::hypothesis::{Correction, Hypothesis, Member};
 use crate::extend::tolerance::corrections;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
-use crate::judge::Asked;
 use crate::log::piece::Piece;
 use crate::name::select::nothing_yet;
 use crate::name::selection::{Round, Selection};
@@ -26,23 +26,13 @@ pub(crate) fn numbers_off(
     asked: Asked<'_>,
     given: &Fitted,
 ) -> Result<Option<Selection>, DiagnosisError> {
-    let is_level = |of: &&Correction| !matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset);
-    let known: Vec<&Correction> = asked.corrections.iter().filter(is_level).collect();
-    if known.len() < 2 || known.iter().any(|of| of.deviation >= GUESSED) || setting.is_over() {
-        return Ok(None);
-    }
-    let guessed = corrections(&setting.campaign.facts, asked.able, GUESSED);
-    let guessed: Vec<Correction> =
-        guessed.into_iter().filter(|of| known.iter().any(|known| known.id == of.id)).collect();
-    let hypothesis = Hypothesis { corrections: guessed, ..given.point.hypothesis.clone() };
-    let begin = Point { hypothesis, starts: given.point.starts.clone() };
-    let Some(free) = if_possible(fit(setting, begin, &Piece::is_fitted, STEPS))? else { return Ok(None) };
+    let Some(free) = all_numbers_free(setting, asked, given)? else { return Ok(None) };
     if !leaves_noise(setting, &free)? {
         return Ok(None);
     }
     let found = free.point.hypothesis.corrections.iter();
     let off: Vec<(EffectId, f64)> = found
-        .filter(|of| known.iter().any(|known| known.id == of.id && !known.holds(of.value)))
+        .filter(|of| asked.corrections.iter().any(|known| known.id == of.id && !known.holds(of.value)))
         .map(|of| (of.id, of.value))
         .collect();
     let begin = Point { hypothesis: with_numbers(asked, given, &off), starts: free.point.starts };
@@ -63,6 +53,25 @@ pub(crate) fn numbers_off(
     }
     state.take(tried);
     Ok(Some(state))
+}
+
+/// The given model with all its numbers free as first guesses are, the transducer as it reads; `None` where the tolerance is as wide already.
+fn all_numbers_free(
+    setting: &Setting<'_>,
+    asked: Asked<'_>,
+    given: &Fitted,
+) -> Result<Option<Fitted>, DiagnosisError> {
+    let is_level = |of: &&Correction| !matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset);
+    let known: Vec<&Correction> = asked.corrections.iter().filter(is_level).collect();
+    if known.len() < 2 || known.iter().any(|of| of.deviation >= GUESSED) || setting.is_over() {
+        return Ok(None);
+    }
+    let guessed = corrections(&setting.campaign.facts, asked.able, GUESSED);
+    let guessed: Vec<Correction> =
+        guessed.into_iter().filter(|of| known.iter().any(|known| known.id == of.id)).collect();
+    let hypothesis = Hypothesis { corrections: guessed, ..given.point.hypothesis.clone() };
+    let begin = Point { hypothesis, starts: given.point.starts.clone() };
+    if_possible(fit(setting, begin, &Piece::is_fitted, STEPS))
 }
 
 /// The given model with these numbers free, and corrections of the others but for the transducer's scale.

@@ -23,15 +23,20 @@ pub(crate) fn next_experiment(
         return format!("To separate {}: {}.", names.join(" from "), separating(&group.ids, facts));
     }
     match verdict {
-        Verdict::Unexplained | Verdict::PartlyExplained => match left.first() {
-            Some(first) => format!(
-                "Something is left that depends on {}: repeat runs that differ in that alone, everything else (pressure, temperature, motion) kept.",
-                first.on
-            ),
-            None => {
-                "Something is left: repeat a few runs as they were, to see what of it comes back.".to_owned()
+        Verdict::Unexplained | Verdict::PartlyExplained => {
+            let open = match left.first() {
+                Some(first) => format!(
+                    "Something is left that depends on {}: repeat runs that differ in that alone, everything else (pressure, temperature, motion) kept.",
+                    first.on
+                ),
+                None => "Something is left: repeat a few runs as they were, to see what of it comes back."
+                    .to_owned(),
+            };
+            match missing(untestable, facts) {
+                Some(text) => format!("{open} Causes could not be tested for which {text}."),
+                None => open,
             }
-        },
+        }
         Verdict::Explained | Verdict::NoDiscrepancy | Verdict::Ambiguous => {
             match missing(untestable, facts) {
                 Some(text) => {
@@ -46,6 +51,7 @@ pub(crate) fn next_experiment(
 /// A motion, or a condition, that separates effects; the first of a group's is proposed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Separating {
+    Calibrate,
     RepeatFirstRuns,
     OtherPressure,
     SmallSinesAtTwoLevels,
@@ -60,6 +66,7 @@ impl Separating {
     /// What shows one effect beside others.
     fn of(id: EffectId, facts: &Facts) -> Self {
         match id {
+            EffectId::TorqueGain => Self::Calibrate,
             EffectId::WearDrift => Self::RepeatFirstRuns,
             EffectId::PressureDependentFriction
             | EffectId::PressureTorque
@@ -93,7 +100,6 @@ impl Separating {
             | EffectId::MicrostepError
             | EffectId::MissedSteps
             | EffectId::TorqueOffset
-            | EffectId::TorqueGain
             | EffectId::Custom(_) => Self::Everything,
         }
     }
@@ -105,6 +111,9 @@ fn separating(ids: &[EffectId], facts: &Facts) -> String {
     let presliding_rad =
         facts.stiffness.map_or(1e-3, |stiffness| facts.static_nm.unwrap_or(facts.coulomb_nm) / stiffness);
     match experiments.min().unwrap_or(Separating::Everything) {
+        Separating::Calibrate => {
+            "hang a known weight on a lever of known length, and see what the torque channel reads in parts of it; then diagnose with that as --fix torque-gain.factor=1 (or whatever it is)".to_owned()
+        }
         Separating::RepeatFirstRuns => {
             "repeat the first runs after the last ones, at the same pressure and temperature".to_owned()
         }

@@ -8,8 +8,8 @@ use crate::conclude::ripples::{
     drifting, kept_out, offer, ripples, ripples_in_words, ripples_left, tell_phases,
 };
 use crate::extend::candidate::Candidate;
-use crate::extend::catalogue::Untestable;
 use crate::extend::hypothesis::Member;
+use crate::extend::untestable::Untestable;
 use crate::found::{Found, Shown};
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups, groups_within_errors, members_with_numbers};

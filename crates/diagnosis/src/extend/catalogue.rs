@@ -1,17 +1,11 @@
-//! The catalogue of candidates: every effect that a log of this kind could show, and why the others are untestable.
+//! The catalogue of candidates: every effect that a log of this kind could show.
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
 use crate::extend::suspected::{candidate_of, why_not_suspected};
+use crate::extend::untestable::{SOFTEST, SOME_PRESSURE, Untestable, needs_pressure, rigid_enough, why_not};
 use crate::log::facts::Facts;
 use crate::suspect::Suspect;
-use valve_model::{Condition, EffectId, Model};
-
-/// An effect that these data can't show.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Untestable {
-    pub id: EffectId,
-    pub reason: String,
-}
+use valve_model::{EffectId, Model};
 
 /// Harmonics of a torque over the angle: the highest, and those that are always looked for. Higher ones are looked for where
 /// they stand out of a residual.
@@ -19,18 +13,9 @@ const POSITION_ORDERS: usize = 128;
 const LOW_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
 const FRICTION_ORDERS: usize = 6;
-/// The stiffness beside which a coupling is compared where friction has no bristles, N·m/rad; the softest that is looked for has this
-/// part of it as compliance. Of a load that swings more often than this between two samples the log tells nothing, and its motion
-/// would take thousands of steps.
-const USUAL_STIFFNESS: f64 = 1e3;
-const SOFTEST: f64 = 0.3;
-const MOST_SWINGS: f64 = 16.0;
 /// Initial damping of a coupling, in multiples of what prevents squeal; and the least value of that, N·m·s/rad.
 const QUIET: f64 = 2.0;
 const LEAST_DAMPING: f64 = 1e-3;
-/// A pressure drop below this counts as none, MPa.
-const SOME_PRESSURE: f64 = 0.02;
-
 /// The candidates, and what is untestable. An effect may be both: at one constant pressure other than zero it is fitted
 /// as a rival of its twin, but never accepted.
 pub(crate) fn candidates(
@@ -67,15 +52,6 @@ pub(crate) fn candidates(
     (able, unable)
 }
 
-/// True if an effect is fitted only as a rival of its twins, because its channel is constant.
-pub(crate) fn is_confounded(id: EffectId, facts: &Facts) -> bool {
-    needs_pressure(id) && !facts.pressure_varies()
-}
-
-fn needs_pressure(id: EffectId) -> bool {
-    id.spec().needs == Some(Condition::PressureDrop)
-}
-
 /// Starts an effect that the model already has from its present parameters.
 fn begin_at(candidate: &mut Candidate, model: &Model) {
     let Some(present) = model.effects.iter().find(|effect| effect.id() == candidate.id) else { return };
@@ -106,106 +82,6 @@ fn begin_at(candidate: &mut Candidate, model: &Model) {
     for probe in candidate.probes.iter_mut().filter(|probe| !probe.jump) {
         probe.shape.clone_from(&neutral);
     }
-}
-
-fn why_not(id: EffectId, facts: &Facts) -> Option<String> {
-    if id.spec().seen_in == facts.kind.unseen {
-        let reason = if facts.kind.motion_is_measured {
-            "shows in a log of command and angle only; here the torque is predicted from the angle"
-        } else {
-            "no torque channel"
-        };
-        return Some(reason.to_owned());
-    }
-    if needs_pressure(id) {
-        match facts.pressure_mpa {
-            None => return Some("no pressure_drop channel".to_owned()),
-            Some((_, most)) if most <= SOME_PRESSURE => {
-                return Some("pressure_drop is zero throughout".to_owned());
-            }
-            Some((_, most)) if !facts.pressure_varies() => {
-                return Some(format!("pressure_drop is {most:.3} MPa throughout; two pressures are needed"));
-            }
-            _ => {}
-        }
-    }
-    if id.spec().needs == Some(Condition::OilTemperature) {
-        match facts.temperature_c {
-            None => return Some("no oil_temperature channel".to_owned()),
-            Some((least, most)) if !facts.temperature_varies() => {
-                return Some(format!(
-                    "oil_temperature stays between {least:.1} and {most:.1} °C; a span of more than 3 K is needed"
-                ));
-            }
-            _ => {}
-        }
-    }
-    why_not_by_model(id, facts)
-}
-
-fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
-    let lacks = |missing: bool, what: &str| missing.then(|| format!("the model has no {what}"));
-    let stribeck = || lacks(!facts.stribeck, "Stribeck curve");
-    let bristles = || lacks(facts.stiffness.is_none(), "bristles, so it has no presliding");
-    let no_inertia = facts.load_inertia.is_none_or(|inertia| inertia == 0.0);
-    match id {
-        EffectId::StaticLevel | EffectId::DwellStiction => stribeck().or_else(bristles),
-        EffectId::StribeckVelocity => stribeck(),
-        EffectId::HydraulicLock | EffectId::BristleStiffness => bristles(),
-        EffectId::PreslidingHysteresis => lacks(!facts.lugre, "LuGre law to put it into"),
-        EffectId::ViscousLevel | EffectId::TemperatureDependentViscosity => {
-            lacks(facts.viscous == 0.0, "viscous friction to scale")
-        }
-        EffectId::LoadInertia => lacks(no_inertia, "load inertia to scale"),
-        EffectId::CouplingCompliance => {
-            lacks(no_inertia, "load inertia behind a coupling").or_else(|| swings_unseen(facts))
-        }
-        EffectId::AngleDependentFriction | EffectId::PositionTorque | EffectId::FlowTorque => {
-            let narrow = facts.angle_rad.1 - facts.angle_rad.0 < 0.1;
-            narrow.then(|| "the angle spans less than 0.1 rad".to_owned())
-        }
-        EffectId::CoulombLevel
-        | EffectId::HoldingTorqueLevel
-        | EffectId::TorqueGain
-        | EffectId::TorqueOffset
-        | EffectId::PressureDependentFriction
-        | EffectId::PressureTorque
-        | EffectId::TemperatureDependentFriction
-        | EffectId::DirectionAsymmetry
-        | EffectId::FrictionLag
-        | EffectId::WearDrift
-        | EffectId::DetentTorque
-        | EffectId::MicrostepError
-        | EffectId::Backlash
-        | EffectId::MissedSteps
-        | EffectId::SensorDelay
-        | EffectId::EncoderEccentricity
-        | EffectId::Custom(_) => None,
-    }
-}
-
-/// Why a coupling can't be seen in a log of such long samples; `None` where it can.
-fn swings_unseen(facts: &Facts) -> Option<String> {
-    let swings = swings_between_samples(facts);
-    (swings > MOST_SWINGS).then(|| {
-        format!(
-            "the log is sampled every {:.1} ms, in which the load on a coupling as soft as shows would swing {swings:.0} times",
-            1e3 * facts.step_s
-        )
-    })
-}
-
-/// How often the load on the softest coupling that is looked for would swing from one sample to the next; 0 where the angle is predicted,
-/// from a command that is known between the samples.
-fn swings_between_samples(facts: &Facts) -> f64 {
-    let Some(inertia) = facts.load_inertia.filter(|_| facts.kind.motion_is_measured) else { return 0.0 };
-    let softest = 1.0 / (SOFTEST * rigid_enough(facts));
-    (softest / inertia).sqrt() * facts.step_s / std::f64::consts::TAU
-}
-
-/// The compliance of friction's own bristles, rad/(N·m); a usual one where there are none.
-fn rigid_enough(facts: &Facts) -> f64 {
-    1.0 / facts.stiffness.unwrap_or(USUAL_STIFFNESS)
 }
 
 fn parameter(key: &'static str, map: Map, neutral: f64, bounds: (f64, f64), step: f64) -> Parameter {

@@ -6,3 +6,4 @@ pub(crate) mod hypothesis;
 pub(crate) mod stroke;
 pub(crate) mod suspected;
 pub(crate) mod tolerance;
+pub(crate) mod untestable;

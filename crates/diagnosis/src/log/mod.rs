@@ -3,6 +3,7 @@
 pub(crate) mod campaign;
 pub(crate) mod classes;
 pub(crate) mod course;
+pub(crate) mod cut;
 pub(crate) mod driven;
 pub(crate) mod error_model;
 pub(crate) mod excitation;

@@ -3,7 +3,7 @@
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
-use crate::extend::catalogue::is_confounded;
+use crate::extend::untestable::is_confounded;
 use crate::fit::equations::Setting;
 use crate::name::rivals::{Rival, angle_between, as_good, as_good_within, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;

@@ -30,8 +30,12 @@ pub fn section(found: &Found) -> Section {
         section = section.with(Block::XyPlot(by_frequency(found, changed)));
     }
     if !before.orders.is_empty() {
+        // What is nothing at all orders needs no plot.
+        let is_something =
+            |plot: &XyPlot| plot.series.iter().any(|series| series.points.iter().any(|(_, y)| *y != 0.0));
         section = by_order(found, changed)
             .into_iter()
+            .filter(is_something)
             .fold(section, |section, plot| section.with(Block::XyPlot(plot)));
         let left = if changed { after } else { before };
         section = section.with(Block::Text(match part_of_a_turn(found) {

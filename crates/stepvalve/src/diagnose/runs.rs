@@ -30,12 +30,12 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
         Some(OpeningRow { cells: cells(found, run, sampled, &blocks), plots })
     };
     let unit = unit(found.channel);
-    let mut header = vec!["run".to_owned(), "kind".to_owned(), "length, s".to_owned(), "samples".to_owned()];
-    header.push(format!("error of the {}, {unit}", words::GIVEN));
+    // The errors first: on a narrow screen the rest lies beyond its edge.
+    let mut header = vec!["run".to_owned(), format!("error of the {}, {unit}", words::GIVEN)];
     if changed {
         header.push(format!("error of the {}, {unit}", words::changed(found)));
     }
-    header.extend(["times the noise", "used"].map(str::to_owned));
+    header.extend(["times the noise", "used", "kind", "length, s", "samples"].map(str::to_owned));
     let table = OpeningTable { header, rows: order.iter().enumerate().filter_map(row).collect(), open: 1 };
     let taken_off = if found.taken_off {
         " Each run's zero and the hum, which the numbers above are without, are still in these errors: the models know of neither."
@@ -54,18 +54,17 @@ fn cells(found: &Found, run: &Run, sampled: &Sampled, blocks: &[Band]) -> Vec<St
     let changed = is_changed(found);
     let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
     let error = sampled.rms(changed);
-    let mut cells = vec![
-        run.name.clone(),
-        run.kind.clone(),
-        short(run.end_s() - run.start_s()),
-        run.len().to_string(),
-        short(sampled.rms(false)),
-    ];
+    let mut cells = vec![run.name.clone(), short(sampled.rms(false))];
     if changed {
         cells.push(short(error));
     }
     cells.push(if noise > 0.0 { format!("{:.1}", error / noise) } else { "–".to_owned() });
-    cells.push(used(run, blocks));
+    cells.extend([
+        used(run, blocks),
+        run.kind.clone(),
+        short(run.end_s() - run.start_s()),
+        run.len().to_string(),
+    ]);
     cells
 }
 

@@ -1,0 +1,151 @@
+//! How a log is cut: runs into pieces, pieces into groups, and groups into those that are fitted, fold by fold, and those held out.
+
+use crate::log::classes::Class;
+use crate::log::driven::lead_of;
+use crate::log::kind::LogKind;
+use crate::log::past::Before;
+use crate::log::piece::Piece;
+use log_data::{Log, Run};
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Samples of the longest piece. If an angle log is not fitted whole, pieces are kept short enough for
+/// `PIECES_OF_A_RUN` from each run.
+const LONGEST: usize = 20_000;
+const PIECES_OF_A_RUN: usize = 2;
+/// Samples of an angle's piece that make up for those before it, from which its prediction begins.
+const LEAST_PIECE: usize = 1000;
+/// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
+const RUNS_ALIKE: usize = 4;
+const BLOCKS: usize = 4;
+/// A log of fewer runs is cut into so many blocks in all: with six groups the between-group standard error is uncertain by half (Student's
+/// t is 2.6), with three it is useless (4.3).
+const FEW_RUNS: usize = 8;
+const BLOCKS_IN_ALL: usize = 20;
+/// A block has at least so many samples.
+const LEAST_BLOCK: usize = 400;
+/// One group in so many is held out.
+const HOLD_OUT: usize = 4;
+const FOLDS: usize = 5;
+
+/// A piece before it is made.
+pub(crate) struct Plan {
+    pub run: usize,
+    pub rows: Range<usize>,
+    /// Where its prediction begins.
+    pub lead_row: usize,
+    pub group: usize,
+    /// Before its lead.
+    pub past: Before,
+}
+
+/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
+/// piece are kept whole or not at all.
+pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
+    let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
+    let total: usize = runs().map(Run::len).sum();
+    let fitted = kind.fitted_samples(total);
+    if kind.motion_is_measured || total <= fitted {
+        return LONGEST;
+    }
+    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
+}
+
+/// Cuts the runs: whole ones where enough move alike, blocks otherwise.
+pub(crate) fn plan(
+    log: &Log,
+    (usable, classes): (&[bool], &[Class]),
+    kind: LogKind,
+    longest: usize,
+) -> (Vec<Plan>, Vec<String>) {
+    let mut alike: BTreeMap<Class, usize> = BTreeMap::new();
+    let runs =
+        || log.runs.iter().zip(usable).zip(classes).enumerate().filter(|(_, ((_, usable), _))| **usable);
+    runs().for_each(|(_, (_, class))| *alike.entry(*class).or_default() += 1);
+    let total = runs().count();
+    let few = total < FEW_RUNS;
+    let blocks_of_few = if few { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
+    let (mut plans, mut groups) = (Vec::new(), Vec::new());
+    for (index, ((run, _), class)) in runs() {
+        let whole = !few && alike.get(class).is_some_and(|count| *count >= RUNS_ALIKE);
+        let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
+        let blocks = wanted.max(run.len().div_ceil(longest));
+        let group = groups.len();
+        for block in 0..blocks {
+            let rows = run.len() * block / blocks..run.len() * (block + 1) / blocks;
+            let own = if whole { group } else { group + block };
+            if !whole || block == 0 {
+                let name = if whole || blocks == 1 { run.name.clone() } else { block_name(run, &rows) };
+                groups.push(name);
+            }
+            let past = Before::default();
+            // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
+            let lead_row = if kind.motion_is_measured { rows.start } else { lead_of(run, rows.start) };
+            plans.push(Plan { run: index, rows, lead_row, group: own, past });
+        }
+    }
+    (plans, groups)
+}
+
+fn block_name(run: &Run, rows: &Range<usize>) -> String {
+    let at = |row: usize| run.time_s.get(row).copied().unwrap_or(f64::NAN);
+    format!("{}@{:.3}..{:.3}", run.name, at(rows.start), at(rows.end - 1))
+}
+
+/// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.
+pub(crate) fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
+    let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
+    let part = kind.fitted_samples(total) as f64 / total as f64;
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut due = random.random_range(0.0..1.0);
+    let mut places: Vec<usize> = (0..plans.len()).collect();
+    let run = |place: &usize| plans.get(*place).map(|plan| plan.run);
+    places.chunk_by_mut(|a, b| run(a) == run(b)).for_each(|of_a_run| of_a_run.shuffle(&mut random));
+    let mut chosen = vec![part >= 1.0; plans.len()];
+    for place in places.into_iter().filter(|_| part < 1.0) {
+        due += part;
+        if due >= 1.0 {
+            due -= 1.0;
+            chosen.get_mut(place).into_iter().for_each(|chosen| *chosen = true);
+        }
+    }
+    chosen
+}
+
+/// Deals groups to folds and to those held out: neighbours in motion, direction and pressure go different ways.
+pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Vec<usize>) {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut keys: Vec<(Class, i8, i64, u32, usize)> = Vec::new();
+    for group in 0..groups {
+        let Some(piece) = pieces.iter().find(|piece| piece.group == group) else { continue };
+        let class = classes.get(piece.run).copied().unwrap_or_default();
+        let turn = piece.kinematics(piece.len().saturating_sub(1)).0 - piece.kinematics(0).0;
+        let direction = if turn.abs() < 1e-3 { 0 } else { turn.signum() as i8 };
+        let pressure = piece.driven.pressure_pa().first().map_or(0.0, |pressure| pressure / 1e5) as i64;
+        keys.push((class, direction, pressure, random.random(), group));
+    }
+    keys.sort();
+    let (mut hold_out, mut fold_of) = (vec![false; groups], vec![0; groups]);
+    for same in keys.chunk_by(|a, b| a.0 == b.0) {
+        let mut offset: Vec<usize> = (0..HOLD_OUT).collect();
+        offset.shuffle(&mut random);
+        let offset = offset.first().copied().unwrap_or(0);
+        for (place, key) in same.iter().enumerate() {
+            // The last, incomplete round of a class gives none away.
+            let complete = place / HOLD_OUT * HOLD_OUT + HOLD_OUT <= same.len();
+            if let Some(held) = hold_out.get_mut(key.4) {
+                *held = complete && place % HOLD_OUT == offset;
+            }
+        }
+    }
+    let fitted = keys.iter().filter(|key| hold_out.get(key.4) == Some(&false));
+    for (place, key) in fitted.enumerate() {
+        if let Some(fold) = fold_of.get_mut(key.4) {
+            *fold = place % FOLDS;
+        }
+    }
+    (hold_out, fold_of)
+}
