@@ -33,7 +33,12 @@ impl Noise {
         // A file of text rounds its numbers, by how much it does not say.
         let roundings = (0..=FINEST_TO_COARSEST).map(|tens| ROUNDING * largest * 10f64.powi(tens));
         let step_rad = roundings.map(|rounding| encoder_step(angles, rounding)).find(|step| *step > 0.0);
-        let step_rad = step_rad.map_or(0.0, |unit| step_in_text(angles, unit).unwrap_or(unit));
+        let step_rad = match step_rad {
+            Some(unit) => step_in_text(angles, unit).unwrap_or(unit),
+            // Decimals so fine beside the step that no unit of theirs is seen.
+            None => step_in_text(angles, least_difference(angles, 1e2 * ROUNDING * largest) / FINE_UNITS)
+                .unwrap_or(0.0),
+        };
         let quantisation_rad = step_rad / 12f64.sqrt();
         let deviation_rad = block_deviation(angles, step_rad).max(quantisation_rad).max(ROUNDING * largest);
         Self { deviation_rad, step_rad }
@@ -101,9 +106,17 @@ fn refined(angles: &[f64], step_rad: f64) -> f64 {
 const UNITS: f64 = 20.0;
 /// The least difference that occurs is at most so many steps.
 const LEAST_STEPS: i32 = 4;
-/// So many differences that are no rest, and so many sizes of them, show a step.
+/// Of so many units in a step their rounding is nothing.
+const FINE_UNITS: f64 = 200.0;
+/// So many differences that are no rest, and so many sizes of them, or as many turns between rest and motion, show a step.
 const LEAST_DIFFERENCES: usize = 20;
 const LEAST_SIZES: usize = 3;
+
+/// The least difference of neighbours above a floor.
+fn least_difference(angles: &[f64], floor_rad: f64) -> f64 {
+    let all = angles.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before).abs());
+    all.filter(|difference| *difference > floor_rad).fold(f64::INFINITY, f64::min)
+}
 
 /// An encoder's step in a text whose numbers are whole multiples of `unit_rad`, the last decimal: all differences are whole multiples of it,
 /// each rounded by up to one unit. `None` where there is none: the unit itself is what rounds the angle.
@@ -112,10 +125,17 @@ fn step_in_text(angles: &[f64], unit_rad: f64) -> Option<f64> {
         let all = angles.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before).abs());
         all.filter(|difference| *difference > 1.5 * unit_rad)
     };
-    let least = differences().fold(f64::INFINITY, f64::min);
-    if least < UNITS * unit_rad || differences().count() < LEAST_DIFFERENCES {
+    let least = least_difference(angles, 1.5 * unit_rad);
+    if !least.is_finite() || least < UNITS * unit_rad || differences().count() < LEAST_DIFFERENCES {
         return None;
     }
+    // An encoder slower than a step a sample stands and moves in turn; a motion at one speed, between rests, does so a few times.
+    let moves = |pair: &[f64]| pair.iter().fold(0.0, |before, after| after - before).abs() > 1.5 * unit_rad;
+    let turns = angles.windows(3).filter(|three| match three {
+        [one, two, three] => moves(&[*one, *two]) != moves(&[*two, *three]),
+        _ => false,
+    });
+    let is_slow = turns.count() >= LEAST_DIFFERENCES;
     let tried = (1..=LEAST_STEPS).map(|parts| refined(angles, least / f64::from(parts)));
     let explains = |step: &f64| {
         let off = |difference: f64| (difference / step - (difference / step).round()).abs();
@@ -124,7 +144,7 @@ fn step_in_text(angles: &[f64], unit_rad: f64) -> Option<f64> {
         sizes.sort_unstable();
         sizes.dedup();
         *step >= UNITS * unit_rad
-            && sizes.len() >= LEAST_SIZES
+            && (is_slow || sizes.len() >= LEAST_SIZES)
             && differences().all(|difference| off(difference) < WHOLE + 1.5 * unit_rad / step)
     };
     tried.into_iter().find(explains)
