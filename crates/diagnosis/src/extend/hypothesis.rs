@@ -303,3 +303,57 @@ impl Hypothesis {
         there.get(free) - self.get(free)
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+    use log_data::Run;
+    use prediction::{Past, predict};
+
+    fn correction(id: EffectId, value: f64) -> Correction {
+        Correction { id, key: "factor", neutral: 1.0, value, deviation: 0.03, free: true }
+    }
+
+    #[test]
+    fn a_scale_that_is_passed_on_to_the_levels_predicts_the_same() {
+        let given = fixtures::model(Vec::new());
+        let scale = std::iter::once(correction(EffectId::TorqueGain, 1.04));
+        let corrections = scale.chain(LEVELS.map(|id| correction(id, 1.0))).collect();
+        let scaled = Hypothesis { corrections, ..Hypothesis::default() };
+        let is_scale = |index: usize| index == 0;
+        let passed = scaled.with_scale_in_levels(is_scale).with_corrections_free(is_scale);
+        let torque = |of: &Hypothesis| {
+            let time_s: Vec<f64> = (0..3000).map(|row| 1e-3 * f64::from(row)).collect();
+            let angle_rad = time_s.iter().map(|time_s| 0.6 * (5.0 * time_s).sin()).collect();
+            let torque_nm = Some(vec![0.0; time_s.len()]);
+            let mut run = Run { time_s, angle_rad, torque_nm, ..Run::default() };
+            predict(&mut run, &of.model(&given).unwrap(), &Past::default()).unwrap();
+            run.torque_nm.unwrap()
+        };
+        let off = |one: &Hypothesis, other: &Hypothesis| {
+            let pairs = torque(one).into_iter().zip(torque(other));
+            pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+        };
+        let none = scaled.with_corrections_free(|_| true);
+        // The damping of the bristles is no level: it shows in a reversal, by a part of what the scale does.
+        assert!(off(&scaled, &passed) < 0.2 * off(&scaled, &none), "{}", off(&scaled, &passed));
+        assert!(passed.model(&given).unwrap().effects.iter().all(|of| of.id() != EffectId::TorqueGain));
+        assert!((passed.off_by_tolerance() / scaled.off_by_tolerance() - 4.0).abs() < 1e-9);
+        // Not held, it stays where it is.
+        assert_eq!(scaled.with_scale_in_levels(|index| index > 0), scaled);
+    }
+
+    #[test]
+    fn a_number_at_its_bound_goes_no_further() {
+        let hypothesis = |value| Hypothesis {
+            corrections: vec![correction(EffectId::CoulombLevel, value)],
+            ..Hypothesis::default()
+        };
+        for (value, is_at_bound) in [(1.0, false), (1.05, false), (1.06, true), (0.94, true)] {
+            assert_eq!(hypothesis(value).is_at_bound(Free::Correction(0)), is_at_bound, "{value}");
+        }
+        assert_eq!(hypothesis(1.06).allowed(Free::Correction(0), 0.01), 0.0);
+    }
+}
