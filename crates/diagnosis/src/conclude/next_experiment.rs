@@ -25,6 +25,8 @@ pub(crate) fn next_experiment(
     match verdict {
         Verdict::Unexplained | Verdict::PartlyExplained => {
             let open = match left.first() {
+                Some(first) if first.on == "run" => "Something is left that differs from run to run: repeat the first runs after the last ones, and record what else may have changed (the oil's temperature, the transducer's zero)."
+                    .to_owned(),
                 Some(first) => format!(
                     "Something is left that depends on {}: repeat runs that differ in that alone, everything else (pressure, temperature, motion) kept.",
                     first.on

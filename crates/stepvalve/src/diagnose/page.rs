@@ -67,7 +67,14 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
         };
         let (before, after) = (short(gain.rms_before), short(gain.rms_after));
         let held = format!("{} {before} {unit}, {} {after} {unit}", words::GIVEN, words::changed(found));
-        facts.push((on.to_owned(), held + &words::over_noise(gain)));
+        facts.push((on.to_owned(), held));
+        if words::is_ruled_by_few(gain) {
+            let (before, after) = (gain.over_noise_before, gain.over_noise_after);
+            facts.push((
+                "the same, each sample counted by how well it is known".to_owned(),
+                format!("{before:.2} and {after:.2} times the noise"),
+            ));
+        }
         let [low, high] = gain.ratio_ci95;
         let text = if low < high {
             let (low, high) = (short(low), short(high));

@@ -19,6 +19,8 @@ pub fn is_changed(found: &Found) -> bool {
 
 /// A plain RMS falls by this part less than one by how well each sample is known where few samples rule it.
 const FEWER_SAMPLES_RULE: f64 = 0.8;
+/// A plain RMS that falls by less than to this part hides what is gained.
+const HARDLY_FALLS: f64 = 0.7;
 /// An error of so many times the noise is more than that.
 const LOUDER: f64 = 1.1;
 
@@ -34,13 +36,7 @@ pub fn headline(found: &Found) -> String {
     } else {
         "the error on runs not used for fitting"
     };
-    let way = if gain.rms_after < gain.rms_before { "falls" } else { "rises" };
-    let falls = format!(
-        "{on} {way} from {} to {} {unit}{}",
-        short(gain.rms_before),
-        short(gain.rms_after),
-        over_noise(gain)
-    );
+    let falls = format!("{on}{}", falls(gain, unit));
     let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
     let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
     let beside = if groups.is_empty() {
@@ -112,15 +108,24 @@ pub fn headline(found: &Found) -> String {
     }
 }
 
-/// The error in parts of what is known of each sample, where a plain RMS says much less of the gain.
-pub fn over_noise(gain: &Gain) -> String {
+/// How the error falls: where a few samples rule a plain RMS, by how well each is known.
+fn falls(gain: &Gain, unit: &str) -> String {
     let (before, after) = (gain.over_noise_before, gain.over_noise_after);
-    if after > FEWER_SAMPLES_RULE * gain.ratio * before {
-        return String::new();
+    let (plain_before, plain_after) = (short(gain.rms_before), short(gain.rms_after));
+    if is_ruled_by_few(gain) {
+        return format!(
+            ", each sample counted by how well it is known, falls from {before:.2} to {after:.2} times the noise (a plain RMS of \
+             {plain_before} and {plain_after} {unit} is ruled by a few that the encoder's steps throw off)"
+        );
     }
-    format!(
-        " (counted by how well each sample is known, from {before:.2} to {after:.2} times the noise: a few that the encoder's steps throw off rule the first two numbers)"
-    )
+    let way = if gain.rms_after < gain.rms_before { "falls" } else { "rises" };
+    format!(" {way} from {plain_before} to {plain_after} {unit}")
+}
+
+/// Whether a plain RMS says much less of the gain than one by how well each sample is known.
+pub fn is_ruled_by_few(gain: &Gain) -> bool {
+    let over_noise = gain.over_noise_after / gain.over_noise_before;
+    gain.ratio > HARDLY_FALLS && over_noise < FEWER_SAMPLES_RULE * gain.ratio
 }
 
 /// What the causes mean for the model: a number of it is another, or it lacks something.
