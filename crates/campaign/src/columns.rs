@@ -1,7 +1,7 @@
 //! Rows as columns: what the table holds, and which of it is a metric.
 
 use crate::plan::Campaign;
-use crate::row::{Diagnosed, Motion, Row};
+use crate::row::{Diagnosed, MotionMetrics, Row};
 use config::Setting;
 
 /// A column of the table.
@@ -163,7 +163,7 @@ fn varied(path: &str, is_factor: bool, settings: &[&Setting]) -> Column {
 }
 
 fn of_motion(rows: &[Row]) -> Vec<Column> {
-    let motion = |row: &Row, of: fn(&Motion) -> u64| row.motion.as_ref().map_or(0, of);
+    let motion = |row: &Row, of: fn(&MotionMetrics) -> u64| row.motion.as_ref().map_or(0, of);
     let mut columns: Vec<Column> = Metric::ALL
         .into_iter()
         .map(|metric| Column {
@@ -172,7 +172,9 @@ fn of_motion(rows: &[Row]) -> Vec<Column> {
             values: Values::Numbers(rows.iter().map(|row| metric.of(row)).collect()),
         })
         .collect();
-    columns.push(texts("fault", rows, |row| row.motion.as_ref().map_or("", Motion::fault_name).to_owned()));
+    columns.push(texts("fault", rows, |row| {
+        row.motion.as_ref().map_or("", MotionMetrics::fault_name).to_owned()
+    }));
     columns.push(counts("fault_cycle", rows, |row| motion(row, |motion| motion.fault_cycle)));
     columns.push(counts("alarms", rows, |row| motion(row, |motion| motion.alarms)));
     columns

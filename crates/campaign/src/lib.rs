@@ -22,4 +22,4 @@ pub use columns::{Column, Metric, Values, columns};
 pub use effects::{Group, Level, Share, Shares, course, shares};
 pub use error::CampaignError;
 pub use plan::{Campaign, RunTexts};
-pub use row::{Diagnosed, Failure, Motion, Row, Stage};
+pub use row::{Diagnosed, Failure, MotionMetrics, Row, Stage};

@@ -13,7 +13,7 @@ pub struct Row {
     /// The run's number, from 0.
     pub run: u64,
     /// How it moved; `None` where nobody asked, or it could not be simulated.
-    pub motion: Option<Motion>,
+    pub motion: Option<MotionMetrics>,
     /// What its diagnosis found; `None` where nobody asked, or it could not be diagnosed.
     pub diagnosed: Option<Diagnosed>,
     /// What went wrong with the run itself. A fault that stopped the valve is none: that is a result.
@@ -65,7 +65,7 @@ impl Stage {
 
 /// How a run moved. NaN is what is not known: the errors of a valve that never ran.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
+pub struct MotionMetrics {
     /// RMS of reference minus true angle while running, rad.
     pub error_rms_rad: f64,
     /// Its largest magnitude, rad.
@@ -92,7 +92,7 @@ pub struct Motion {
     pub fault_cycle: u64,
 }
 
-impl Motion {
+impl MotionMetrics {
     /// From what the loop's messages came to.
     pub(crate) fn new(metrics: &Metrics) -> Self {
         let unknown = Spread { rms: f64::NAN, peak: f64::NAN };

@@ -4,7 +4,7 @@ use crate::base::{Base, Source};
 use crate::diagnose::diagnosed;
 use crate::plan::Campaign;
 use crate::recorded::Recorded;
-use crate::row::{Failure, Motion, Row, Stage};
+use crate::row::{Failure, MotionMetrics, Row, Stage};
 use closed_loop::{InProcess, Metrics, Parts, wire, wire_like};
 use config::{Scenario, Target, check_against_models, parse_model, parse_scenario};
 use std::any::Any;
@@ -51,7 +51,7 @@ impl Campaign {
                 return None;
             }
         }
-        row.motion = task.measures().then(|| Motion::new(&metrics));
+        row.motion = task.measures().then(|| MotionMetrics::new(&metrics));
         if let Some(recorded) = recorded {
             let found = diagnosed(recorded.into_log(), &ready.belief, is_over);
             if is_over() {

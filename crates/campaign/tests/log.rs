@@ -4,7 +4,7 @@
 mod common;
 
 use campaign::log::{Contents, Head, LogError, begin, read, row};
-use campaign::{Diagnosed, Failure, Motion, Row, Stage};
+use campaign::{Diagnosed, Failure, MotionMetrics, Row, Stage};
 use proptest::prelude::*;
 
 fn head() -> Head {
@@ -12,7 +12,7 @@ fn head() -> Head {
 }
 
 fn rows() -> Vec<Row> {
-    let motion = Motion {
+    let motion = MotionMetrics {
         error_rms_rad: 1e-3,
         error_peak_rad: 2e-3,
         measured_error_rms_rad: f64::MAX,

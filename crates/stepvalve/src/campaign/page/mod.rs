@@ -38,7 +38,7 @@ pub fn page(campaign: &Campaign, version: &str, rows: &[Row]) -> Page {
 /// The campaign in a sentence.
 pub fn headline(rows: &[Row]) -> String {
     let count = |is: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| is(row)).count();
-    let motion = |row: &Row, is: fn(&::campaign::Motion) -> bool| row.motion.as_ref().is_some_and(is);
+    let motion = |row: &Row, is: fn(&::campaign::MotionMetrics) -> bool| row.motion.as_ref().is_some_and(is);
     let faults = count(&|row| motion(row, |motion| motion.fault != 0));
     let lost = count(&|row| motion(row, |motion| motion.lost_steps > 0));
     let failed = count(&|row| row.failure.is_some());
