@@ -454,3 +454,60 @@ fn the_shipped_plan_is_good() {
         finished.stdout
     );
 }
+
+/// In place of Slurm: runs the tasks of an array one after the other, and any other job at once.
+const SBATCH: &str = r#"#!/bin/sh
+array=
+for option in "$@"; do
+    case $option in
+    --array=1-*) array=${option#--array=1-} ;;
+    --wrap=*) wrap=${option#--wrap=} ;;
+    esac
+done
+if [ -z "$array" ]; then
+    sh -c "$wrap" >&2 && echo 12
+    exit
+fi
+for SLURM_ARRAY_TASK_ID in $(seq "$array"); do
+    export SLURM_ARRAY_TASK_ID
+    sh -c "$wrap" >&2 || exit 1
+done
+echo 11
+"#;
+
+#[test]
+fn a_slurm_array_makes_the_same_table() {
+    let place = TestPlace::new();
+    let plan = plan(&place, 0.5, FORTY);
+    campaign(&place, &plan, "plain", &[]).expect_code(0);
+    let sbatch = place.write("sbatch", SBATCH);
+    std::fs::set_permissions(&sbatch, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", sbatch.parent().unwrap().display(), std::env::var("PATH").unwrap());
+    let stepvalve = place.command("stepvalve").get_program().to_owned();
+    let send = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(repository().join("tools/campaign_slurm"));
+        command.args(arguments).env("PATH", &path).env("STEPVALVE", &stepvalve).env("LC_ALL", "C");
+        Finished::from(command.output().unwrap())
+    };
+    let out = place.path("a folder's name with \u{fc} and 100%a");
+    let sent = send(&[text(&plan), text(&out), "3", "--time=1"]).expect_code(0);
+    assert!(
+        sent.stdout.contains("array 11: 3 shards") && sent.stdout.contains("job 12 merges"),
+        "{}",
+        sent.stdout
+    );
+    assert!(std::fs::read(out.join("whole/campaign.h5")).unwrap() == table(&place, "plain"));
+    for (arguments, says) in [
+        (&[text(&plan), text(&out), "3"][..], "exists, expected another folder"),
+        (&[text(&plan), "new", "0"], "expected a number from 1"),
+        (&[text(&plan), "new", "many"], "expected a number from 1"),
+        (&["no.toml", "new", "2"], "found no no.toml"),
+        (&[text(&plan)], "usage:"),
+    ] {
+        let refused = send(arguments).expect_code(2);
+        assert!(refused.stderr.contains(says), "{}", refused.stderr);
+    }
+    std::fs::remove_dir_all(out.join("whole")).unwrap();
+    let refused = send(&[text(&plan), text(&out), "4"]).expect_code(2);
+    assert!(refused.stderr.contains("found 3 shards"), "{}", refused.stderr);
+}
