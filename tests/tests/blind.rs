@@ -54,7 +54,8 @@ fn diagnosed_as_long(seed: u64, hidden: &Hidden) -> (Campaign, Value) {
     let paths = [&log, &model, &out].map(|path| path.to_str().unwrap().to_owned());
     // The exact family's models are exact but for what is hidden.
     let tolerance: &[&str] = if hidden.family == Family::Exact { &["--tolerance", "0"] } else { &[] };
-    let arguments = ["diagnose", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2]];
+    let arguments =
+        ["diagnose", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2], "--limit", "30min"];
     place.stepvalve(&[&arguments[..], tolerance].concat()).expect_code(0);
     let text = std::fs::read(out.join("diagnosis.json")).unwrap();
     (campaign, serde_json::from_slice(&text).unwrap())

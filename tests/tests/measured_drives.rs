@@ -21,7 +21,7 @@ fn model(place: &TestPlace, inertia_kg_m2: f64, coulomb_nm: f64, viscous: f64) -
 fn diagnosed(place: &TestPlace, log: &str, model: &Path, out: &str) -> Value {
     let paths = [&place.path(log), &model.to_owned(), &place.path(out)];
     let [log, model, folder] = paths.map(|path| path.to_str().unwrap().to_owned());
-    let asked = ["diagnose", "--log", &log, "--model", &model, "--out", &folder];
+    let asked = ["diagnose", "--log", &log, "--model", &model, "--out", &folder, "--limit", "30min"];
     let finished = place.stepvalve(&asked);
     println!("{}", finished.expect_code(0).stdout);
     serde_json::from_slice(&std::fs::read(place.path(out).join("diagnosis.json")).unwrap()).unwrap()

@@ -84,11 +84,15 @@ pub struct Arguments {
     /// Coulomb torque); corrections up to twice that are no cause. From 0 (exactly) to 0.25
     #[arg(long, value_name = "PART", default_value_t = 0.03, value_parser = tolerance)]
     tolerance: f64,
-    /// Searches for so long at most, then concludes from what it has, such as 30s or 2min; what is said then may depend on the
+    /// Searches for so long at most, then concludes from what it has, such as 30s or 10min; what is said then may depend on the
     /// machine
-    #[arg(long, value_name = "TIME", value_parser = limit)]
-    limit: Option<Duration>,
+    #[arg(long, value_name = "TIME", value_parser = limit, default_value = DEFAULT_LIMIT)]
+    limit: Duration,
 }
+
+/// What is simulated is bounded at about 40 s of two idle cores; a machine that is slow, or busy, comes to an end too. The conclusion takes
+/// up to half as long again.
+const DEFAULT_LIMIT: &str = "80s";
 
 fn limit(text: &str) -> Result<Duration, String> {
     let refused = || format!("found `{text}`, expected a time above zero with its unit: 500ms, 30s or 2min");
@@ -137,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let progress = Progress::new(words::unit(logs::predicted(&readings, &model)));
     let (seed, noise, tolerance) = (arguments.seed, arguments.noise, arguments.tolerance);
     let options = Options { seed, noise, tolerance, fixed, suspects };
-    let threads = Threads::new(arguments.limit);
+    let threads = Threads::new(Some(arguments.limit));
     let best = reading::diagnose_best(readings, &model, &options, &threads, &progress);
     let best = best.map(|best| best.context("no run is left"));
     let (mut found, Reading { log, told, .. }) =
