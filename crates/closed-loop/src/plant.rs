@@ -6,7 +6,7 @@ use crate::plant_start::PlantStart;
 use crate::pulses::Pulses;
 use crate::timeline::Timeline;
 use config::Profile;
-use drive::Sensors;
+use drive::{Microsteps, Sensors};
 use serde::{Deserialize, Serialize};
 use signals::{Feedback, PlantTruth, StepCommand, validity};
 use valve_model::{MotorParams, ValveInput, ValveOutput, ValveParams, ValveState};
@@ -109,12 +109,12 @@ impl PlantRole {
         };
         let motion = self.drive_step(cycle, effective.as_ref());
         let time_s = self.part.timeline.scenario_time_s(cycle);
-        let own_rad = |microsteps: f64| {
-            (microsteps - self.drive.rebased_microsteps() as f64) * self.part.drive.microstep_angle_rad
+        let own_rad = |position: Microsteps| {
+            (position.0 - self.drive.rebased_microsteps() as f64) * self.part.drive.microstep_angle_rad
         };
         let input = ValveInput {
-            command_start_rad: own_rad(motion.start_microsteps),
-            command_end_rad: own_rad(motion.end_microsteps),
+            command_start_rad: own_rad(motion.start),
+            command_end_rad: own_rad(motion.end),
             pressure_drop_pa: self.part.pressure_drop_pa.at(time_s),
             oil_temperature_c: self.part.oil_temperature_c.at(time_s),
             current_ratio: if motion.energised { motion.current_ratio } else { 0.0 },
@@ -129,8 +129,7 @@ impl PlantRole {
         if let Some(encoder) = &mut self.encoder {
             encoder.sample(output.encoder_angle_rad + pushed_back_rad);
         }
-        self.pulses =
-            Pulses::between(motion.start_microsteps, motion.end_microsteps, self.part.timeline.period_ns);
+        self.pulses = Pulses::between(motion.start, motion.end, self.part.timeline.period_ns);
         self.motion = Some(motion);
         self.output = Some(output);
     }

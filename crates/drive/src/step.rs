@@ -10,9 +10,9 @@ use crate::{AfterStop, Microsteps, MicrostepsPerCycle, Mode, Params, State};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
     /// Command at the cycle's beginning, whole micro-steps.
-    pub start_microsteps: f64,
+    pub start: Microsteps,
     /// Command at its end, whole micro-steps; linear in between.
-    pub end_microsteps: f64,
+    pub end: Microsteps,
     /// Pulse rate of the cycle, signed, before rounding.
     pub pulse_rate_hz: f64,
     /// Whether the windings carry current in this cycle.
@@ -40,7 +40,7 @@ pub struct Sensors {
 /// `command` is the StepCommand of this very cycle, already checked; `None` when there is none.
 ///
 /// ```
-/// use drive::{AfterStop, Params, Sensors, State, step};
+/// use drive::{AfterStop, Microsteps, Params, Sensors, State, step};
 /// use signals::StepCommand;
 ///
 /// let params = Params {
@@ -64,9 +64,9 @@ pub struct Sensors {
 ///     ..StepCommand::default()
 /// };
 /// let mut cycle = |position| step(&params, &mut state, 0, Some(&follow(position)), &Sensors::default());
-/// assert_eq!(cycle(0.0).end_microsteps, 0.0);
+/// assert_eq!(cycle(0.0).end, Microsteps(0.0));
 /// // A thousand micro-steps are asked for; the next cycle gives what the acceleration allows.
-/// assert_eq!(cycle(1000.0).end_microsteps, 40.0);
+/// assert_eq!(cycle(1000.0).end, Microsteps(40.0));
 /// ```
 pub fn step(
     params: &Params,
@@ -305,8 +305,8 @@ fn report(params: &Params, state: &State, start: i64, limited: bool, missed: boo
         (validity::COMMAND_MISSED, missed),
     ];
     Output {
-        start_microsteps: start as f64,
-        end_microsteps: state.accepted as f64,
+        start: start.into(),
+        end: state.accepted.into(),
         pulse_rate_hz: state.travel.rate_hz(params.period_s),
         energised: state.energised,
         current_ratio: state.current_ratio,

@@ -145,12 +145,12 @@ proptest! {
             // The position is the sum of the ways, and what the motor gets is that, rounded.
             assert!((state.position_unrounded().0 - last_position - way(motion)).abs() <= slack);
             assert!((state.accepted_microsteps() as f64 - state.position_unrounded().0).abs() <= 1.0);
-            assert_eq!(motion.start_microsteps, last_end);
-            assert_eq!(motion.end_microsteps, state.accepted_microsteps() as f64);
+            assert_eq!(motion.start.0, last_end);
+            assert_eq!(motion.end.0, state.accepted_microsteps() as f64);
             assert!(motion.energised || way(motion) == 0.0, "moves without current");
             last_way = way(motion);
             last_position = state.position_unrounded().0;
-            last_end = motion.end_microsteps;
+            last_end = motion.end.0;
         });
     }
 
@@ -222,7 +222,7 @@ proptest! {
                 cycle += 1;
                 prop_assert_eq!(motion.flags & validity::LIMITED, 0);
                 prop_assert_eq!(state.position_unrounded().0, position);
-                prop_assert_eq!(motion.end_microsteps, command.position_microsteps as f64);
+                prop_assert_eq!(motion.end.0, command.position_microsteps as f64);
             }
         }
     }
@@ -282,7 +282,7 @@ proptest! {
                 _ => Some(StepCommand { position_microsteps: 77, position_unrounded: 77.0, pulse_rate_hz: 1e5, ..hold() }),
             };
             let motion = step(&params, &mut state, cycle as u64, command.as_ref());
-            prop_assert_eq!((motion.start_microsteps, motion.end_microsteps), (start as f64, start as f64));
+            prop_assert_eq!((motion.start.0, motion.end.0), (start as f64, start as f64));
             prop_assert_eq!(motion.fault, FaultCode::None);
             prop_assert!(motion.flags & validity::STANDSTILL != 0);
         }
@@ -395,7 +395,7 @@ fn huge_counts_do_not_overflow() {
         for cycle in 0..100 {
             let target = if cycle % 2 == 0 { limit as f64 } else { -(limit as f64) };
             let motion = step(&params, &mut state, cycle, Some(&follow(target, 1e12)));
-            assert!(motion.end_microsteps.is_finite());
+            assert!(motion.end.0.is_finite());
         }
         for cycle in 0..100 {
             step(&params, &mut state, cycle, None);
@@ -482,7 +482,7 @@ fn a_valve_that_is_not_armed_never_goes_to_the_neutral_position() {
         step(&params, &mut state, cycle, Some(&hold()));
     }
     for cycle in 20..200 {
-        assert_eq!(step(&params, &mut state, cycle, None).end_microsteps, 0.0);
+        assert_eq!(step(&params, &mut state, cycle, None).end.0, 0.0);
     }
 }
 
@@ -507,7 +507,7 @@ fn nothing_is_followed_from_elsewhere_than_where_the_drive_stands() {
         let output = step(&params, &mut state, 0, Some(&follow(1000.0 + by, by)));
         assert_eq!(state.mode() == Mode::Following, followed, "{by}");
         assert!(output.flags & validity::LIMITED != 0, "{by}: cut or refused, it shows");
-        assert_eq!(output.end_microsteps != 1000.0, followed, "{by}");
+        assert_eq!(output.end.0 != 1000.0, followed, "{by}");
     }
 }
 
@@ -595,7 +595,7 @@ fn a_new_zero_shifts_the_count_once_at_rest_and_leaves_the_phase() {
     assert_eq!((state.zero_id(), state.accepted_microsteps()), (0, 1000), "not while it follows");
     for _ in 0..3 {
         let output = step(&params, &mut state, 0, Some(&zero(1, 0)));
-        assert_eq!((output.start_microsteps, output.end_microsteps), (1500.0, 1500.0));
+        assert_eq!((output.start.0, output.end.0), (1500.0, 1500.0));
     }
     assert_eq!((state.zero_id(), state.rebased_microsteps()), (1, 500));
     step(&params, &mut state, 0, Some(&zero(0, 0)));

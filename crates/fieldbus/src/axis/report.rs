@@ -23,7 +23,7 @@ pub(super) struct Moved {
 impl Moved {
     pub(super) fn new(output: drive::Output, guard: &drive::State, zero: Zero) -> Self {
         Self {
-            end: output.end_microsteps as i64,
+            end: output.end.round(),
             pulse_rate_hz: output.pulse_rate_hz,
             flags: output.flags,
             fault: output.fault,
