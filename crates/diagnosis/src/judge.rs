@@ -163,11 +163,6 @@ fn judgement<'a>(
     Ok(Judgement { setting, noise, selection, corrections, before, structure_before, rms, seed })
 }
 
-/// Whether the corrections leave far more than noise.
-fn is_far(setting: &Setting<'_>, corrected: &Fitted) -> bool {
-    Tried::judged(setting, corrected.clone()).rms > HOPELESS
-}
-
 /// What no cause, or few, explain beside corrections.
 enum Few {
     /// They leave no more than noise.
@@ -208,7 +203,8 @@ fn few(
         return found(again);
     }
     // Far from noise: where numbers of the model alone get there, only one cause in place of them all is less to assume.
-    let numbers = if is_far(setting, corrected) { numbers_off(setting, asked, given)? } else { None };
+    let rms = Tried::judged(setting, corrected.clone()).rms;
+    let numbers = if rms > HOPELESS { numbers_off(setting, asked, given, rms)? } else { None };
     let causes = if numbers.is_some() { 1 } else { FEW };
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
     Ok(match (few, numbers) {

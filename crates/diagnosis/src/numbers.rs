@@ -17,7 +17,18 @@ use valve_model::EffectId;
 /// How well the numbers of a first guess are known, one standard deviation: read from a plot or a data sheet.
 const GUESSED: f64 = 0.3;
 
-/// The numbers that are off by more than their tolerance as causes, where no more than noise is left with all numbers of the model free.
+/// With all numbers free little more than noise may be left, where it is this part of what corrections leave at most: a number that is none of
+/// those that are fitted (the bristles' damping) is a first guess too.
+const LITTLE_MORE: f64 = 1.5;
+const CUT_TO: f64 = 0.5;
+
+/// Whether a fit leaves no more than noise, or little more and far less than the corrections within their tolerance do.
+fn explains(setting: &Setting<'_>, tried: &Tried, within: f64) -> Result<bool, DiagnosisError> {
+    Ok(tried.rms < LITTLE_MORE.min(CUT_TO * within) || leaves_noise(setting, &tried.fitted)?)
+}
+
+/// The numbers that are off by more than their tolerance as causes, where little more than noise is left with all numbers of the model free;
+/// the corrections alone leave a held-out RMS of `within` times the noise.
 ///
 /// Asked where few causes leave more: one after the other such numbers are hard to find, since each stands in for the others. The
 /// transducer is taken as it reads: beside all levels its scale can't be told from theirs.
@@ -25,11 +36,14 @@ pub(crate) fn numbers_off(
     setting: &Setting<'_>,
     asked: Asked<'_>,
     given: &Fitted,
+    within: f64,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let Some(free) = all_numbers_free(setting, asked, given)? else { return Ok(None) };
-    if !leaves_noise(setting, &free)? {
+    let free = Tried::judged(setting, free);
+    if !explains(setting, &free, within)? {
         return Ok(None);
     }
+    let free = free.fitted;
     let found = free.point.hypothesis.corrections.iter();
     let off: Vec<(EffectId, f64)> = found
         .filter(|of| asked.corrections.iter().any(|known| known.id == of.id && !known.holds(of.value)))
@@ -37,10 +51,10 @@ pub(crate) fn numbers_off(
         .collect();
     let begin = Point { hypothesis: with_numbers(asked, given, &off), starts: free.point.starts };
     let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(None) };
-    if !leaves_noise(setting, &tried.fitted)? {
+    if !explains(setting, &tried, within)? {
         return Ok(None);
     }
-    let (tried, off) = those_needed(setting, asked, given, (tried, off))?;
+    let (tried, off) = those_needed(setting, (asked, given, within), (tried, off))?;
     let mut state = nothing_yet(setting, given.clone());
     for (id, _) in &off {
         let round = Round {
@@ -92,8 +106,7 @@ fn with_numbers(asked: Asked<'_>, given: &Fitted, off: &[(EffectId, f64)]) -> Hy
 /// The same with numbers back within their tolerance where the held-out error stays the same, those first that are off least.
 fn those_needed(
     setting: &Setting<'_>,
-    asked: Asked<'_>,
-    given: &Fitted,
+    (asked, given, within): (Asked<'_>, &Fitted, f64),
     (mut kept, mut off): (Tried, Vec<(EffectId, f64)>),
 ) -> Result<(Tried, Vec<(EffectId, f64)>), DiagnosisError> {
     let most = kept.rms + NEARLY * kept.rms.max(1.0);
@@ -107,7 +120,7 @@ fn those_needed(
             starts: kept.fitted.point.starts.clone(),
         };
         match if_possible(Tried::from(setting, begin, STEPS))? {
-            Some(tried) if tried.rms <= most && leaves_noise(setting, &tried.fitted)? => {
+            Some(tried) if tried.rms <= most && explains(setting, &tried, within)? => {
                 (kept, off) = (tried, fewer);
             }
             _ => index += 1,

@@ -37,7 +37,7 @@ pub fn headline(found: &Found) -> String {
         "the error on runs not used for fitting"
     };
     let falls = format!("{on}{}", falls(gain, unit));
-    let sentences: Vec<String> = diagnosis.causes.iter().map(sentence).collect();
+    let sentences: Vec<String> = diagnosis.causes.iter().map(|cause| sentence_beside(cause, found)).collect();
     let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
     let beside = if groups.is_empty() {
         String::new()
@@ -115,7 +115,7 @@ fn falls(gain: &Gain, unit: &str) -> String {
     if is_ruled_by_few(gain) {
         return format!(
             ", each sample counted by how well it is known, falls from {before:.2} to {after:.2} times the noise (a plain RMS of \
-             {plain_before} and {plain_after} {unit} is ruled by a few that the encoder's steps throw off)"
+             {plain_before} and {plain_after} {unit} is ruled by a few that stand far out)"
         );
     }
     let way = if gain.rms_after < gain.rms_before { "falls" } else { "rises" };
@@ -249,6 +249,18 @@ pub fn with_capital(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
     first + letters.as_str()
+}
+
+/// A cause in words, where it is told with all others: a factor on the static friction acts on top of that on both frictions.
+fn sentence_beside(cause: &Cause, found: &Found) -> String {
+    let factor = |of: &Cause| of.parameters.get("factor").map_or(1.0, |of| of.value);
+    let both = found.diagnosis.causes.iter().find(|of| of.id == EffectId::CoulombLevel);
+    let Some(both) = both.filter(|_| cause.id == EffectId::StaticLevel) else { return sentence(cause) };
+    let mut whole = cause.clone();
+    if let Some(of) = whole.parameters.get_mut("factor") {
+        of.value *= factor(both);
+    }
+    sentence(&whole)
 }
 
 /// A cause in words.
