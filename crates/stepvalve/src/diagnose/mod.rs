@@ -194,6 +194,7 @@ fn summary(diagnosis: &Diagnosis, headline: &str, quality: &[Finding], out: &Pat
     for seen in diagnosis.nuisances.iter().chain(&diagnosis.observations) {
         say(format_args!("  seen: {seen}"));
     }
+    words::first_guesses(diagnosis).iter().for_each(|guesses| say(format_args!("next: {guesses}")));
     let mend = quality::mend_first(quality);
     mend.iter().for_each(|mend| say(format_args!("next: {mend}")));
     if mend.is_empty() && diagnosis.verdict != Verdict::NoDiscrepancy {

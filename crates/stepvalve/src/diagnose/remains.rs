@@ -1,7 +1,7 @@
 //! Of the report: what the models leave, and what to do next, in words to act on.
 
 use super::quality::mend_first;
-use super::words::{names, short, unit};
+use super::words::{first_guesses, names, short, unit};
 use diagnosis::{Dependence, Found, Verdict};
 use log_quality::Finding;
 use report::{Block, Section, Table};
@@ -109,6 +109,7 @@ fn cause_of(on: &str, as_friction: bool) -> (&'static str, &'static str) {
 fn steps(found: &Found, quality: &[Finding]) -> Vec<String> {
     let diagnosis = &found.diagnosis;
     let mut steps = mend_first(quality);
+    steps.extend(first_guesses(diagnosis));
     if !diagnosis.causes.is_empty() {
         steps.push(
             "Take model-extended.toml for the simulation; a controller makes use of it as its belief, with [compensation] level = \

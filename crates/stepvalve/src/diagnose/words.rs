@@ -1,6 +1,8 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
-use diagnosis::{BestOfGroup, Cause, Corrected, Found, Gain, Nearest, ParameterFound, Parameters, Verdict};
+use diagnosis::{
+    BestOfGroup, Cause, Corrected, Diagnosis, Found, Gain, Nearest, ParameterFound, Parameters, Verdict,
+};
 use log_data::Channel;
 use valve_model::EffectId;
 
@@ -126,6 +128,20 @@ fn falls(gain: &Gain, unit: &str) -> String {
 pub fn is_ruled_by_few(gain: &Gain) -> bool {
     let over_noise = gain.over_noise_after / gain.over_noise_before;
     gain.ratio > HARDLY_FALLS && over_noise < FEWER_SAMPLES_RULE * gain.ratio
+}
+
+/// So many numbers at the bound of their tolerance say that it is too narrow.
+const TOO_NARROW: usize = 3;
+
+/// What to do where the tolerance holds back several numbers of the model.
+pub fn first_guesses(diagnosis: &Diagnosis) -> Option<String> {
+    let at_bound = diagnosis.within_tolerance.iter().filter(|of| of.at_bound).count();
+    (at_bound >= TOO_NARROW).then(|| {
+        format!(
+            "{at_bound} numbers of the model are as far off as its tolerance lets them be. If they are first guesses, let them be off by \
+             more: --tolerance 0.25 --fix torque-gain.factor=1 (the transducer taken as it reads)."
+        )
+    })
 }
 
 /// What the causes mean for the model: a number of it is another, or it lacks something.

@@ -33,8 +33,8 @@ impl Generation<'_> {
         let seen = if self.setup.mission.stays { self.watch.seen() } else { None };
         let Some(mut seen) = seen else { return };
         if self.ends {
-            // Processes that were told to end fall silent.
-            seen.silent.clear();
+            // Processes that were told to end fall silent, and one that died is not heard again: what was said stays.
+            seen.silent = self.transitions.silent();
         }
         let order = self.orders_seen.now.as_ref().or(self.orders_seen.done.as_ref());
         for (event, text) in self.transitions.look(seen, order) {

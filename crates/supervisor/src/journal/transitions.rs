@@ -43,6 +43,11 @@ fn expected(order: Option<&Request>) -> &'static [ControllerState] {
 }
 
 impl Transitions {
+    /// Who was silent at the last look.
+    pub(crate) fn silent(&self) -> Vec<&'static str> {
+        self.before.as_ref().map_or_else(Vec::new, |before| before.silent.clone())
+    }
+
     /// What is new since the last look; `order` is being carried out meanwhile.
     pub(crate) fn look(&mut self, seen: Seen, order: Option<&Request>) -> Vec<(EventKind, String)> {
         let Some(before) = self.before.replace(seen.clone()) else { return Vec::new() };
@@ -108,6 +113,18 @@ mod tests {
         let mut transitions = Transitions::default();
         assert!(transitions.look(before, None).is_empty(), "the first look tells nothing new");
         transitions.look(after, order).into_iter().map(|(kind, _)| kind).collect()
+    }
+
+    /// A generation ends while a process is silent: who died is not heard again.
+    #[test]
+    fn what_was_said_of_silence_can_be_left_as_it_is() {
+        let mut transitions = Transitions::default();
+        assert!(transitions.silent().is_empty());
+        let silent = Seen { silent: vec!["step-controller"], ..seen() };
+        transitions.look(seen(), None);
+        transitions.look(silent, None);
+        let ending = Seen { silent: transitions.silent(), ..seen() };
+        assert!(transitions.look(ending, None).is_empty());
     }
 
     #[test]
