@@ -7,8 +7,11 @@
 """
 import sys
 
-import h5py
-import matplotlib
+try:
+    import h5py
+    import matplotlib
+except ImportError as missing:
+    sys.exit(f"found no Python package {missing.name}, expected it: python3 -m pip install -r tools/requirements.txt")
 
 if len(sys.argv) not in (2, 3):
     sys.exit(__doc__)

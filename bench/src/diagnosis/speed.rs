@@ -199,7 +199,7 @@ fn diagnosed(place: &Workplace, log: &Log, model: &Path) -> Result<Cost> {
     let said = process.stdout.take().context("stdout of stepvalve diagnose")?;
     let listener = std::thread::spawn(move || {
         let mut lines = BufReader::new(said).lines().map_while(Result::ok);
-        let first = lines.find(|line| line.starts_with("first ranking")).map(|_| begun.elapsed());
+        let first = lines.find(|line| line.starts_with("first look")).map(|_| begun.elapsed());
         lines.for_each(drop);
         first
     });

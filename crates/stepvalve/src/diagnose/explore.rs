@@ -52,7 +52,7 @@ const OVER: [Over; 8] = [
 pub fn section(found: &Found) -> Section {
     Section::new("Where the error sits")
         .with(Block::Text(
-            "Measured less simulated, sample by sample, of the blocks that were looked at. What is flat and as thin as the noise is \
+            "Measured less simulated, sample by sample, of the stretches of the runs (blocks) that were looked at. What is flat and as thin as the noise is \
              right; a slope, a step or a wave is something that the model misses. Pick what it is plotted over, and drag over \
              samples in one plot: they light up in the others, and their runs in the table above."
                 .to_owned(),

@@ -53,7 +53,7 @@ impl Progress {
                 say(format_args!("error of the model: RMS {rms}; noise {noise} ({})", self.unit));
             }),
             Event::Ranking(ranking) => self.aside(|| {
-                say("first ranking, by what each cause alone would cut the error (in parts of the noise):");
+                say("first look: what each cause alone would cut the error by, to first order (1 is as much as the noise):");
                 for (id, gain) in ranking.iter().take(FIRST).filter(|(_, gain)| *gain > 0.0) {
                     say(format_args!("  {gain:8.3}  {id}"));
                 }
