@@ -17,11 +17,10 @@ use valve_model::{Effect, EffectId};
 /// A cause is harmful if removing it lowers the held-out error by this share.
 const HARMFUL: f64 = -0.02;
 
-/// A cause without which the error of a refit on held-out runs is larger by a quarter is there, however wide the interval of its size: numbers
-/// that make up for each other have wide ones.
-const INDISPENSABLE: f64 = 0.2;
-/// The same of a number of the model: without it there is still its correction within the tolerance, which would have to do.
-const INDISPENSABLE_NUMBER: f64 = 0.02;
+/// A number of the model without which the error of a refit on held-out runs is larger by this part is off, however wide the interval of its
+/// size: numbers that make up for each other have wide ones. Without it there is its correction within the tolerance, which would have to do.
+/// Another cause is none where its interval holds none: any curve over the angle cuts the error of a log whose pressure was not recorded.
+const INDISPENSABLE: f64 = 0.02;
 
 /// The accepted part of a selection.
 pub(crate) struct Accepted {
@@ -65,7 +64,7 @@ pub(crate) fn accept(
         let weighed = weigh(judged, &kept, &after, &errors)?;
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
         let vague = (0..weighed.len())
-            .filter(|index| weighed[*index].worth < indispensable(judged, weighed[*index].cause.id))
+            .filter(|index| !is_indispensable(judged, &weighed[*index]))
             .filter(|index| may_be_none(judged, &kept, &errors, *index));
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
@@ -85,9 +84,8 @@ pub(crate) fn accept(
     }
 }
 
-fn indispensable(judged: &Judgement<'_>, id: EffectId) -> f64 {
-    let is_number = judged.corrections.iter().any(|of| of.id == id);
-    if is_number { INDISPENSABLE_NUMBER } else { INDISPENSABLE }
+fn is_indispensable(judged: &Judgement<'_>, of: &Weighed) -> bool {
+    of.worth > INDISPENSABLE && judged.corrections.iter().any(|correction| correction.id == of.cause.id)
 }
 
 /// Factors that the torque follows in proportion.
