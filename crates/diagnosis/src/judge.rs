@@ -189,8 +189,9 @@ fn few(
     // What comes of it is fitted again, with exact ones.
     let kept = setting.sensitivities(&corrected.point)?;
     let setting = &Setting { kept: kept.as_ref(), ..*setting };
+    let rms = Tried::judged(setting, corrected.clone()).rms;
     // Where the corrections leave noise, a number beyond its tolerance has to leave less.
-    let least = if within { Tried::judged(setting, corrected.clone()).rms - EQUAL } else { f64::INFINITY };
+    let least = if within { rms - EQUAL } else { f64::INFINITY };
     if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected), least)? {
         return found(beyond);
     }
@@ -203,7 +204,6 @@ fn few(
         return found(again);
     }
     // Far from noise: where numbers of the model alone get there, only one cause in place of them all is less to assume.
-    let rms = Tried::judged(setting, corrected.clone()).rms;
     let numbers = if rms > HOPELESS { numbers_off(setting, asked, given, rms)? } else { None };
     let causes = if numbers.is_some() { 1 } else { FEW };
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;

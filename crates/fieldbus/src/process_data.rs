@@ -176,7 +176,7 @@ pub struct Inputs {
 impl Inputs {
     /// Reads the inputs, 0 where the drive lacks one; `None` where there are not as many bytes.
     pub fn unpack(layout: Layout, data: &[u8]) -> Option<Self> {
-        if data.len() != layout.sizes().1 {
+        if data.len() != bytes(layout.inputs()) {
             return None;
         }
         let (status, rest) = data.split_first_chunk::<2>()?;

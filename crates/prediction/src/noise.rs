@@ -90,8 +90,7 @@ fn middle_deviation<'a>(blocks: impl Iterator<Item = &'a [f64]>) -> f64 {
 fn refined(angles: &[f64], step_rad: f64) -> f64 {
     [8.0, 64.0, 1e9].iter().fold(step_rad, |step, most| {
         let (mut products, mut squares) = (0.0, 0.0);
-        for pair in angles.windows(2) {
-            let difference = pair.iter().fold(0.0, |before, after| after - before).abs();
+        for difference in differences(angles) {
             let whole = (difference / step).round();
             if whole <= *most {
                 products += difference * whole;
@@ -112,40 +111,37 @@ const FINE_UNITS: f64 = 200.0;
 const LEAST_DIFFERENCES: usize = 20;
 const LEAST_SIZES: usize = 3;
 
+/// How far neighbours are apart.
+fn differences(angles: &[f64]) -> impl Iterator<Item = f64> {
+    angles.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before).abs())
+}
+
 /// The least difference of neighbours above a floor.
 fn least_difference(angles: &[f64], floor_rad: f64) -> f64 {
-    let all = angles.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before).abs());
-    all.filter(|difference| *difference > floor_rad).fold(f64::INFINITY, f64::min)
+    differences(angles).filter(|difference| *difference > floor_rad).fold(f64::INFINITY, f64::min)
 }
 
 /// An encoder's step in a text whose numbers are whole multiples of `unit_rad`, the last decimal: all differences are whole multiples of it,
 /// each rounded by up to one unit. `None` where there is none: the unit itself is what rounds the angle.
 fn step_in_text(angles: &[f64], unit_rad: f64) -> Option<f64> {
-    let differences = || {
-        let all = angles.windows(2).map(|pair| pair.iter().fold(0.0, |before, after| after - before).abs());
-        all.filter(|difference| *difference > 1.5 * unit_rad)
-    };
+    let moves = |difference: &f64| *difference > 1.5 * unit_rad;
+    let moving = || differences(angles).filter(moves);
     let least = least_difference(angles, 1.5 * unit_rad);
-    if !least.is_finite() || least < UNITS * unit_rad || differences().count() < LEAST_DIFFERENCES {
+    if !least.is_finite() || least < UNITS * unit_rad || moving().count() < LEAST_DIFFERENCES {
         return None;
     }
     // An encoder slower than a step a sample stands and moves in turn; a motion at one speed, between rests, does so a few times.
-    let moves = |pair: &[f64]| pair.iter().fold(0.0, |before, after| after - before).abs() > 1.5 * unit_rad;
-    let turns = angles.windows(3).filter(|three| match three {
-        [one, two, three] => moves(&[*one, *two]) != moves(&[*two, *three]),
-        _ => false,
-    });
+    let turns = differences(angles).zip(differences(angles).skip(1)).filter(|(a, b)| moves(a) != moves(b));
     let is_slow = turns.count() >= LEAST_DIFFERENCES;
     let tried = (1..=LEAST_STEPS).map(|parts| refined(angles, least / f64::from(parts)));
     let explains = |step: &f64| {
         let off = |difference: f64| (difference / step - (difference / step).round()).abs();
-        let mut sizes: Vec<i64> =
-            differences().map(|difference| (difference / step).round() as i64).collect();
+        let mut sizes: Vec<i64> = moving().map(|difference| (difference / step).round() as i64).collect();
         sizes.sort_unstable();
         sizes.dedup();
         *step >= UNITS * unit_rad
             && (is_slow || sizes.len() >= LEAST_SIZES)
-            && differences().all(|difference| off(difference) < WHOLE + 1.5 * unit_rad / step)
+            && moving().all(|difference| off(difference) < WHOLE + 1.5 * unit_rad / step)
     };
     tried.into_iter().find(explains)
 }
@@ -173,8 +169,8 @@ fn encoder_step(angles: &[f64], rounding_rad: f64) -> f64 {
     }
     let step = refined(angles, step);
     // A motion at one constant speed is no encoder's, nor one whose speed changes little from sample to sample.
-    let steps = |pair: &[f64]| (pair.iter().fold(0.0, |before, after| after - before) / step).abs();
-    let varied = angles.windows(2).any(|pair| !(0.5..1.5).contains(&steps(pair)));
-    let whole = |pair: &[f64]| (steps(pair) - steps(pair).round()).abs() < WHOLE;
-    if varied && angles.windows(2).all(whole) { step } else { 0.0 }
+    let mut steps = differences(angles).map(|difference| difference / step);
+    let varied = steps.any(|steps| !(0.5..1.5).contains(&steps));
+    let whole = |difference: f64| (difference / step - (difference / step).round()).abs() < WHOLE;
+    if varied && differences(angles).all(whole) { step } else { 0.0 }
 }

@@ -3,7 +3,6 @@
 use anyhow::Context;
 use std::fs::File;
 use std::io::Read;
-use std::sync::OnceLock;
 use supervisor::Failure;
 
 /// The version with the build: "0.1.0, build 1a2b3c4d".
@@ -11,14 +10,10 @@ use supervisor::Failure;
 /// # Errors
 /// Where the program can't be read.
 pub fn version() -> Result<String, Failure> {
-    static KNOWN: OnceLock<String> = OnceLock::new();
-    if let Some(known) = KNOWN.get() {
-        return Ok(known.clone());
-    }
     // The running program, also where another lies at its place by now.
     let path = "/proc/self/exe";
     let checksum = File::open(path).and_then(checksum).context(path).map_err(Failure::Failed)?;
-    Ok(KNOWN.get_or_init(|| format!("{}, build {checksum:08x}", env!("CARGO_PKG_VERSION"))).clone())
+    Ok(format!("{}, build {checksum:08x}", env!("CARGO_PKG_VERSION")))
 }
 
 fn checksum(mut file: File) -> std::io::Result<u32> {

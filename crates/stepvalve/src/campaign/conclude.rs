@@ -20,7 +20,7 @@ pub fn conclude(campaign: &Campaign, version: &str, rows: &[Row], folder: &Path)
     let path = folder.join(PAGE);
     whole_file::write(&path, page::page(campaign, version, rows).to_html()).with_context(|| name(&path))?;
     say(format_args!("{}: {}", campaign.plan().name, page::headline(rows)));
-    for row in worst(rows, 1) {
+    for row in worst(rows.iter(), 1) {
         say(format_args!("worst: run {}, {}", row.run, page::how_bad(row)));
     }
     say(format_args!("{}, with {TABLE}", name(&path)));

@@ -39,14 +39,14 @@ impl Kept {
     pub fn choose(self, rows: &[Row]) -> Vec<u64> {
         match self {
             Self::Failed => rows.iter().filter(|row| row.is_bad()).map(|row| row.run).collect(),
-            Self::Worst(count) => worst(rows, count).iter().map(|row| row.run).collect(),
+            Self::Worst(count) => worst(rows.iter(), count).iter().map(|row| row.run).collect(),
         }
     }
 }
 
 /// So many rows, the worst first; of equals the one with the lower number.
-pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
-    let mut sorted: Vec<&Row> = rows.iter().collect();
+pub fn worst<'r>(rows: impl Iterator<Item = &'r Row>, count: usize) -> Vec<&'r Row> {
+    let mut sorted: Vec<&Row> = rows.collect();
     sorted.sort_by(|a, b| {
         let ((class, error), (other_class, other_error)) = (a.badness(), b.badness());
         other_class.cmp(&class).then(other_error.total_cmp(&error)).then(a.run.cmp(&b.run))

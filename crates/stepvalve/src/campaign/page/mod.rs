@@ -300,8 +300,7 @@ fn worst_runs(campaign: &Campaign, rows: &[Row]) -> Section {
     let plan = quoted(&campaign.source().file);
     let command = |row: &&Row| format!("stepvalve campaign {plan} --only {0} --out run-{0:05}", row.run);
     // Those that failed by themselves have a section of their own, and would hide all others.
-    let made: Vec<Row> = rows.iter().filter(|row| row.failure.is_none()).cloned().collect();
-    let worst = worst(&made, WORST);
+    let worst = worst(rows.iter().filter(|row| row.failure.is_none()), WORST);
     let commands: Vec<String> = worst.iter().map(command).collect();
     let rows = worst.into_iter().map(row).collect();
     let order = if campaign.plan().task.measures() {
