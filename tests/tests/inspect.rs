@@ -44,6 +44,23 @@ fn angles_in_degrees_are_named_with_what_speaks_for_it_and_how_to_mend_it() {
 }
 
 #[test]
+fn several_logs_are_inspected_as_one() {
+    let place = TestPlace::new();
+    let [log, model] = campaign(&place, 1.0);
+    let other = place.path("other.h5");
+    std::fs::copy(&log, &other).unwrap();
+    let files = [log.as_str(), other.to_str().unwrap()];
+    let finished = place.stepvalve(&["inspect", files[0], files[1], "--model", &model, "--json"]);
+    let found: Value = serde_json::from_str(&finished.expect_code(0).stdout).unwrap();
+    let alone = place.stepvalve(&["inspect", files[0], "--json"]).expect_code(0);
+    let alone: Value = serde_json::from_str(&alone.stdout).unwrap();
+    assert_eq!(found["runs"].as_u64(), alone["runs"].as_u64().map(|runs| 2 * runs));
+    // Runs are told apart by their log's name, and a name can't stand for two.
+    let finished = place.stepvalve(&["inspect", files[0], files[0]]).expect_code(2);
+    assert!(finished.stderr.contains("another log is called log"), "{}", finished.stderr);
+}
+
+#[test]
 fn what_is_no_log_is_refused() {
     let place = TestPlace::new();
     let file = place.write("log.h5", "no log");

@@ -18,6 +18,7 @@ mod scale;
 mod windows;
 
 pub use finding::{Finding, Kind, Place, Severity};
+pub use samples::without_wild;
 
 use log_data::Log;
 use valve_model::Model;
@@ -32,7 +33,7 @@ pub fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
         finding.severity == Severity::Mistake
             && matches!(finding.kind, Kind::ConstantChannel | Kind::WrongAngle)
     };
-    let measured = samples::without_wild(log);
+    let measured = without_wild(log.clone());
     let mistaken = mistakes::inspect(&measured, model);
     // Of a channel that is none nothing else can be told, but that another has taken its place.
     let all = !found.iter().any(constant);

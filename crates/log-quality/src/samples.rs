@@ -259,7 +259,7 @@ fn outliers(log: &Log) -> Vec<Finding> {
             let mend = if is_mark {
                 "all are one value: a mark for missing samples? Then --missing and that mark, as it stands in the file"
             } else {
-                "they are weighed little; --missing or --where leaves them out"
+                "diagnose takes them for missing; --missing or --where leaves them out of the log"
             };
             found.push(Finding {
                 kind: Kind::Outliers,
@@ -277,10 +277,10 @@ fn outliers(log: &Log) -> Vec<Finding> {
     found
 }
 
-/// The log without samples that stand alone: what units and signs are judged by. Nothing of a mark for missing samples, which may be
-/// larger than all else, is measured.
-pub(crate) fn without_wild(log: &Log) -> Log {
-    let mut log = log.clone();
+/// The log without samples that stand alone, far from both neighbours, in angle, torque and pressure: they are NaN, as missing ones are.
+/// One of them can hold more of the sum of squares than all others, and none is of the motion.
+#[must_use]
+pub fn without_wild(mut log: Log) -> Log {
     for run in &mut log.runs {
         let channels = [Some(&mut run.angle_rad), run.torque_nm.as_mut(), run.pressure_drop_pa.as_mut()];
         for values in channels.into_iter().flatten().filter(|values| values.len() >= LEAST) {

@@ -1,5 +1,6 @@
 //! `stepvalve inspect`: what is wrong with a log itself, before anything is computed from it.
 
+use crate::diagnose::logs;
 use crate::files::{self, name};
 use crate::pulse::Pulse;
 use crate::say::say;
@@ -14,8 +15,9 @@ use supervisor::{Failure, Outcome};
 /// What to inspect.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Measured runs (valve-log)
-    log: PathBuf,
+    /// Measured runs (valve-log). Several logs are inspected as one, as `diagnose --log` reads them
+    #[arg(value_name = "LOG.h5", required = true)]
+    logs: Vec<PathBuf>,
     /// The model that the runs are to be held against: units, signs and exchanged channels show against it
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
@@ -35,12 +37,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => None,
     };
     let pulse = Pulse::new(|| "inspecting".to_owned());
-    let log = strangers::log(&arguments.log)?;
+    let log = match arguments.logs.as_slice() {
+        [one] => strangers::log(one)?,
+        several => logs::read(several, &[])?,
+    };
+    let files = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
     let found = inspect(&log, model.as_ref());
     drop(pulse);
     if arguments.json {
         let all = json!({
-            "format": "stepvalve-inspection", "format_version": 1, "log": name(&arguments.log),
+            "format": "stepvalve-inspection", "format_version": 1, "log": files,
             "runs": log.runs.len(), "findings": found,
         });
         say(serde_json::to_string_pretty(&all).context("findings")?);
@@ -57,8 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake).count();
     match mistakes {
         0 => Ok(Outcome::Done),
-        1 => Err(Failure::Failed(anyhow::anyhow!("{}: 1 mistake", name(&arguments.log)))),
-        more => Err(Failure::Failed(anyhow::anyhow!("{}: {more} mistakes", name(&arguments.log)))),
+        1 => Err(Failure::Failed(anyhow::anyhow!("{files}: 1 mistake"))),
+        more => Err(Failure::Failed(anyhow::anyhow!("{files}: {more} mistakes"))),
     }
 }
 

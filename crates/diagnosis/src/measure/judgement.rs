@@ -18,6 +18,9 @@ use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
+/// The encoder's share of the noise's deviation from which on it is said to colour it.
+const MUCH: f64 = 0.3;
+
 /// Everything that the conclusion rests on.
 pub(crate) struct Judgement<'a> {
     pub setting: Setting<'a>,
@@ -107,8 +110,14 @@ impl Judgement<'_> {
         }
         if self.noise.per_independent > 1.0 {
             let alike_s = self.noise.per_independent * self.setting.campaign.facts.step_s;
+            let of_motion = (self.noise.total.powi(2) - self.noise.channel.powi(2)).max(0.0).sqrt();
+            let why = if of_motion > MUCH * self.noise.total {
+                ", as the encoder's steps are once they went through bristles and inertia"
+            } else {
+                ""
+            };
             found.push(format!(
-                "the noise is coloured: neighbours within about {:.1} ms are alike",
+                "the noise is coloured: neighbours within about {:.1} ms are alike{why}",
                 1e3 * alike_s
             ));
         }

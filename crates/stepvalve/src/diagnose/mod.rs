@@ -6,7 +6,7 @@ mod explore;
 mod extended;
 mod fix;
 mod leftover;
-mod logs;
+pub mod logs;
 mod page;
 mod progress;
 mod quality;
@@ -132,6 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
     inspect::show(&quality);
+    let log = log_quality::without_wild(log);
     let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     if model.load.is_none() {
         complain(

@@ -38,17 +38,20 @@ pub fn section(found: &Found, quality: &[Finding]) -> Section {
 fn left(found: &Found) -> String {
     let after = found.diagnosis.description_after.rms_over_noise;
     let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
-    let noise = format!("{} {}", short(noise), unit(found.channel));
+    let noise = format!("{} {} on average", short(noise), unit(found.channel));
+    let times = format!(
+        "each sample counted by how well it is known, {after:.1} times the measurement's own noise, which is {noise}"
+    );
     match found.diagnosis.verdict {
         Verdict::NoDiscrepancy | Verdict::Explained => {
-            format!("What remains is as large as the measurement's own noise of {noise}, and looks like it.")
+            format!("What remains is as large as the measurement's own noise, {noise}, and looks like it.")
         }
         Verdict::PartlyExplained => {
-            format!("What remains is {after:.1} times the measurement's own noise of {noise}.")
+            format!("What remains is, {times}.")
         }
-        Verdict::Ambiguous | Verdict::Unexplained => format!(
-            "No cause is accepted, so all of the model's error remains: {after:.1} times the measurement's own noise of {noise}."
-        ),
+        Verdict::Ambiguous | Verdict::Unexplained => {
+            format!("No cause is accepted, so all of the model's error remains: {times}.")
+        }
     }
 }
 

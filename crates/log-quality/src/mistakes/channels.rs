@@ -1,0 +1,127 @@
+//! Another channel in the place of the angle or the torque, in all runs or in some.
+
+use super::{AGREES, Case, LITTLE_IN_COMMON, NEARER};
+use crate::expected::{Sums, pooled};
+use crate::finding::{Finding, Kind, Place, Severity, in_runs};
+use crate::windows::{Source, windows};
+use log_data::Channel;
+
+/// Nothing in common: the correlation of what was measured with what the motion takes.
+const NOTHING: f64 = 0.3;
+
+impl Case<'_> {
+    /// Runs that contradict the model where others agree with it, and agree once two channels are exchanged.
+    pub(super) fn some_exchanged(&self, source: Source, given: &[Sums]) -> Option<Finding> {
+        let runs = self.log.runs.len();
+        let of = |sums: &[Sums], run: usize| sums.get(run).copied().unwrap_or_default().about_zero();
+        let agrees = |run: usize| of(given, run).tell() && of(given, run).distance() <= AGREES;
+        let suspects: Vec<usize> = (0..runs)
+            .filter(|run| !of(given, *run).tell() || of(given, *run).distance() >= LITTLE_IN_COMMON)
+            .collect();
+        if suspects.is_empty() || !(0..runs).any(agrees) {
+            return None;
+        }
+        let mut best: Option<(Source, Vec<Sums>, Vec<usize>)> = None;
+        for tried in self.other_sources(source).into_iter().filter(|of| !of.integrated) {
+            let sums = self.expected.sums(&windows(self.log, tried), runs);
+            let explained =
+                |run: &usize| of(&sums, *run).tell() && of(&sums, *run).distance() <= 0.5 * AGREES;
+            let explained: Vec<usize> = suspects.iter().copied().filter(explained).collect();
+            if explained.len() > best.as_ref().map_or(0, |(.., runs)| runs.len()) {
+                best = Some((tried, sums, explained));
+            }
+        }
+        let (tried, sums, explained) = best?;
+        let chosen = |all: &[Sums]| {
+            pooled(&explained.iter().filter_map(|run| all.get(*run)).copied().collect::<Vec<_>>())
+        };
+        let names = explained.iter().filter_map(|run| self.log.runs.get(*run)).map(|run| run.name.clone());
+        Some(self.exchanged((source, tried), &chosen(given), &chosen(&sums), names.collect()))
+    }
+
+    /// Another channel in the place of the angle or the torque.
+    pub(super) fn wrong_channels(&self, source: Source, given: &Sums) -> Option<Finding> {
+        let mut best: Option<(Source, Sums)> = None;
+        for tried in self.other_sources(source) {
+            let windows = windows(self.log, tried);
+            let sums = pooled(&self.expected.sums(&windows, self.log.runs.len()));
+            let nearer = best.is_none_or(|(_, known)| sums.distance() < known.distance());
+            if sums.tell() && nearer {
+                best = Some((tried, sums));
+            }
+        }
+        let nearer = |sums: &Sums| !given.tell() || given.distance() >= NEARER * sums.distance();
+        let explained = best.filter(|(_, sums)| sums.distance() <= AGREES && nearer(sums));
+        if let Some((tried, sums)) = explained {
+            return Some(self.exchanged((source, tried), given, &sums, Vec::new()));
+        }
+        // An angle log's angle was held against its command before; lost steps and an eccentric encoder rule the lag.
+        let nothing = self.torque && given.tell() && given.correlation().abs() < NOTHING;
+        nothing.then(|| Finding {
+            kind: Kind::WrongAngle,
+            severity: Severity::Mistake,
+            evidence: format!(
+                "the torque has nothing to do with the motion that the angle says: their correlation in sliding is {:.2}, and \
+                 the error of the model {:.4} {}",
+                given.correlation(),
+                given.error(),
+                self.unit()
+            ),
+            place: Place::of(&[Channel::Angle], Vec::new()),
+            mend: "is the angle's column the right one, and of this record?".to_owned(),
+        })
+    }
+
+    fn other_sources(&self, source: Source) -> Vec<Source> {
+        let mut others = vec![Source { integrated: true, ..source }];
+        if self.torque {
+            others.push(Source { angle: Channel::Torque, measured: Channel::Angle, ..source });
+            for other in
+                [Channel::PressureDrop, Channel::OilTemperature, Channel::Flow, Channel::AngleCommand]
+            {
+                others.push(Source { angle: other, ..source });
+                others.push(Source { measured: other, ..source });
+            }
+        }
+        others
+    }
+
+    fn exchanged(
+        &self,
+        (source, tried): (Source, Source),
+        before: &Sums,
+        after: &Sums,
+        runs: Vec<String>,
+    ) -> Finding {
+        let falls = format!("falls from {:.4} to {:.4} {}", before.error(), after.error(), self.unit());
+        if tried.integrated {
+            return Finding {
+                kind: Kind::WrongAngle,
+                severity: Severity::Mistake,
+                evidence: format!("with the angle integrated over time the error of the model {falls}"),
+                place: Place::of(&[Channel::Angle], Vec::new()),
+                mend: "is its column a speed? Then --map angle='integral(...)'".to_owned(),
+            };
+        }
+        let channels = if tried.angle == source.angle {
+            [source.measured, tried.measured]
+        } else {
+            [source.angle, tried.angle]
+        };
+        let [one, other] = channels;
+        Finding {
+            kind: Kind::SwappedChannels,
+            severity: Severity::Mistake,
+            evidence: format!(
+                "with {one} and {other} exchanged {} the error of the model {falls}",
+                in_runs(&runs, self.log.runs.len())
+            ),
+            mend: if runs.is_empty() {
+                "exchange the two columns".to_owned()
+            } else {
+                "exchange the two columns of these runs".to_owned()
+            },
+            place: Place::of(&channels, runs),
+        }
+    }
+}

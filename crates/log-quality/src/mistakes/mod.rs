@@ -1,0 +1,248 @@
+//! Signs, units and channels, told by the model: what contradicts it as it stands and agrees once it is turned or scaled as
+//! people mistake it.
+//!
+//! Distances are those of [`crate::expected::Sums::distance`]. A record contradicts from [`CONTRADICTS`] on, more than a factor
+//! of three makes between what was measured and what was expected; it agrees below [`AGREES`], within a factor of two. So
+//! what `diagnose` is for, friction that is somewhat else than the model's, makes no claim here.
+
+mod channels;
+mod command;
+mod table;
+
+use crate::expected::{Expected, Mended, Scale, Sums, pooled};
+use crate::finding::{Finding, Kind, Place, Severity, in_runs};
+use crate::scale::median;
+use crate::windows::{Source, Window, windows};
+use command::against_command;
+use log_data::{Channel, Log, Run};
+use table::{Mistake, OF_ANGLE, OF_TORQUE};
+use valve_model::Model;
+
+/// From here on a record contradicts the model.
+const CONTRADICTS: f64 = 1.3;
+/// Below this it agrees.
+const AGREES: f64 = 0.65;
+/// By so much a mended record must be nearer.
+const NEARER: f64 = 2.0;
+/// A unit of time or angle that friction hardly feels is claimed where what is left falls to a quarter.
+const FEELS: f64 = 0.12;
+const FALLS: f64 = 4.0;
+/// Friction sampled more slowly than this shows neither stick nor slip: milliseconds are likelier than such a record, s.
+const SLOW_S: f64 = 0.1;
+/// A run that a mistake is not in agrees so many times less once mended.
+const WORSE: f64 = 1.5;
+/// A mended lag is no worse up to this factor.
+const SAME: f64 = 1.05;
+/// From here on a record has little in common with the model: of equal sizes, a correlation of a half.
+const LITTLE_IN_COMMON: f64 = 1.0;
+/// Correlated with the direction of motion so much the other way, a torque drives instead of braking.
+const OPPOSED: f64 = 0.6;
+/// Two mistakes at once must leave so many times less than one.
+const TWO_MISTAKES: f64 = 2.5;
+
+pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
+    let torque = log.runs.iter().any(|run| run.torque_nm.is_some());
+    let by_command = against_command(log, model);
+    if !by_command.is_empty() {
+        return by_command;
+    }
+    let mut found = intervals_differ(log);
+    let Some(expected) = Expected::new(model, torque) else { return found };
+    let measured = if torque { Channel::Torque } else { Channel::AngleCommand };
+    let source = Source { angle: Channel::Angle, measured, integrated: false, lag: !torque };
+    let case = Case { log, expected, windows: windows(log, source), torque };
+    found.extend(case.inspect(source));
+    found
+}
+
+/// Runs whose clock is a thousand times as slow as the others'.
+fn intervals_differ(log: &Log) -> Vec<Finding> {
+    let interval = |run: &Run| (run.end_s() - run.start_s()) / run.len().saturating_sub(1).max(1) as f64;
+    let usual = median(log.runs.iter().filter(|run| run.len() > 20).map(interval));
+    let far =
+        |run: &&Run| run.len() > 20 && (interval(run) / usual > 300.0 || interval(run) / usual < 1.0 / 300.0);
+    let runs: Vec<&Run> = log.runs.iter().filter(far).collect();
+    let Some(first) = runs.first() else { return Vec::new() };
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    vec![Finding {
+        kind: Kind::RunsDiffer,
+        severity: Severity::Mistake,
+        evidence: format!(
+            "the interval between samples is {:.4e} s {}, and {usual:.4e} s in most",
+            interval(first),
+            in_runs(&names, log.runs.len())
+        ),
+        place: Place::of(&[Channel::Time], names),
+        mend: "are some in ms? Then import these with --map time='.../1000'".to_owned(),
+    }]
+}
+
+/// A log held against what is expected of it.
+struct Case<'a> {
+    log: &'a Log,
+    expected: Expected<'a>,
+    windows: Vec<Window>,
+    torque: bool,
+}
+
+/// How a mistake, mended, would leave the record.
+struct Tried<'a> {
+    mistake: &'a Mistake,
+    turned: bool,
+    /// Each run as it is, over the samples that count once mended, too: other samples would be another comparison.
+    given: Vec<Sums>,
+    mended: Vec<Sums>,
+}
+
+impl Case<'_> {
+    fn inspect(&self, source: Source) -> Vec<Finding> {
+        let given = self.expected.sums(&self.windows, self.log.runs.len());
+        let all = pooled(&given);
+        if matches!(self.expected, Expected::Direction) {
+            return self.direction(&all);
+        }
+        let tried = self.tries();
+        if all.tell() {
+            let claims = tried.iter().filter(|tried| self.claims(tried, &all));
+            // One mistake is likelier than two.
+            let cost = |tried: &Tried<'_>| {
+                let more = tried.mistake.count - 1 + i32::from(tried.turned);
+                pooled(&tried.mended).distance() * TWO_MISTAKES.powi(more)
+            };
+            if let Some(best) = claims.min_by(|a, b| cost(a).total_cmp(&cost(b))) {
+                return vec![self.finding(best)];
+            }
+        }
+        if let Some(found) = self.some_runs(&tried, &given).or_else(|| self.some_exchanged(source, &given)) {
+            return vec![found];
+        }
+        // An angle that hardly moves, or has little in common with the torque, may be another channel.
+        if !all.tell() || all.distance() >= LITTLE_IN_COMMON {
+            return self.wrong_channels(source, &all).into_iter().collect();
+        }
+        Vec::new()
+    }
+
+    /// Each mistake alone, and a torque's with its sign turned beside.
+    fn tries(&self) -> Vec<Tried<'static>> {
+        let mistakes = if self.torque { OF_TORQUE } else { OF_ANGLE };
+        let with = |mistake: &'static Mistake, turned: bool| {
+            let sign = if turned { -1.0 } else { 1.0 };
+            let scale = Scale { measured: sign * mistake.scale.measured, ..mistake.scale };
+            let sums = self.expected.mended(&self.windows, self.log.runs.len(), scale);
+            let (given, mended) = sums.into_iter().map(|Mended { given, mended }| (given, mended)).unzip();
+            Tried { mistake, turned, given, mended }
+        };
+        let alone = mistakes.iter().map(|mistake| with(mistake, false));
+        let turned = mistakes.iter().filter(|mistake| mistake.kind != Kind::TorqueSign && self.torque);
+        alone.chain(turned.map(|mistake| with(mistake, true))).collect()
+    }
+
+    /// Whether a mistake explains what contradicts the model.
+    fn claims(&self, tried: &Tried<'_>, all: &Sums) -> bool {
+        let (given, mended) = (pooled(&tried.given), pooled(&tried.mended));
+        if !(given.tell() && mended.tell()) {
+            return false;
+        }
+        let (before, after) = (given.distance().min(all.distance()), mended.distance());
+        let plain = before >= CONTRADICTS && after <= AGREES && before >= NEARER * after;
+        match tried.mistake.kind {
+            Kind::AngleUnit => plain || (before >= FEELS && before >= FALLS * after),
+            // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
+            Kind::TimeUnit if !self.torque => self.interval_s() >= SLOW_S && after <= SAME * before,
+            // The intervals speak for it, too.
+            Kind::TimeUnit => self.interval_s() >= SLOW_S && before >= FEELS && before >= NEARER * after,
+            _ => plain,
+        }
+    }
+
+    fn interval_s(&self) -> f64 {
+        median(self.windows.iter().map(|window| window.interval_s))
+    }
+
+    fn unit(&self) -> &'static str {
+        if self.torque { "N*m" } else { "rad" }
+    }
+
+    fn finding(&self, best: &Tried<'_>) -> Finding {
+        let of = |sums: &[Sums], run: usize| {
+            sums.get(run).filter(|sums| sums.tell()).map(|sums| sums.about_zero().distance())
+        };
+        // Runs that agree as they are, and would agree less, by half or more.
+        let is_right = |run: &usize| {
+            let (before, after) = (of(&best.given, *run), of(&best.mended, *run));
+            before.zip(after).is_some_and(|(before, after)| before <= AGREES && after >= WORSE * before)
+        };
+        let others: Vec<usize> = (0..self.log.runs.len()).filter(is_right).collect();
+        if others.is_empty() {
+            return self.said(best, Vec::new(), &pooled(&best.given), &pooled(&best.mended));
+        }
+        let runs = (0..self.log.runs.len()).filter(|run| !others.contains(run)).collect();
+        self.said(best, runs, &pooled(&best.given), &pooled(&best.mended))
+    }
+
+    /// Runs that contradict the model where others don't, and agree once mended.
+    fn some_runs(&self, tried: &[Tried<'_>], given: &[Sums]) -> Option<Finding> {
+        let mut best: Option<(&Tried<'_>, Vec<usize>)> = None;
+        for tried in tried.iter().filter(|tried| tried.mistake.count == 1) {
+            let explained = |run: &usize| {
+                let of = |sums: &[Sums]| sums.get(*run).copied().unwrap_or_default();
+                let (before, after) = (of(&tried.given), of(&tried.mended));
+                before.tell()
+                    && after.tell()
+                    && of(given).about_zero().distance() >= CONTRADICTS
+                    && before.about_zero().distance() >= CONTRADICTS
+                    && after.about_zero().distance() <= 0.5 * AGREES
+            };
+            let runs: Vec<usize> = (0..self.log.runs.len()).filter(explained).collect();
+            if runs.len() > best.as_ref().map_or(0, |(_, runs)| runs.len()) {
+                best = Some((tried, runs));
+            }
+        }
+        let (tried, runs) = best?;
+        let of = |all: &[Sums]| {
+            let chosen = runs.iter().filter_map(|run| all.get(*run)).copied();
+            pooled(&chosen.collect::<Vec<_>>())
+        };
+        let (before, after) = (of(&tried.given), of(&tried.mended));
+        Some(self.said(tried, runs, &before, &after))
+    }
+
+    fn said(&self, tried: &Tried<'_>, runs: Vec<usize>, before: &Sums, after: &Sums) -> Finding {
+        let names: Vec<String> =
+            runs.iter().filter_map(|run| self.log.runs.get(*run)).map(|run| run.name.clone()).collect();
+        let turned = if tried.turned { ", and its sign turned," } else { "" };
+        Finding {
+            kind: if names.is_empty() { tried.mistake.kind } else { Kind::RunsDiffer },
+            severity: Severity::Mistake,
+            evidence: format!(
+                "{}{turned} the error of the model falls from {:.4} to {:.4} {} {} (RMS in sliding)",
+                tried.mistake.says,
+                before.error(),
+                after.error(),
+                self.unit(),
+                in_runs(&names, self.log.runs.len()),
+            ),
+            place: Place::of(tried.mistake.channels, names),
+            mend: tried.mistake.mend.to_owned(),
+        }
+    }
+
+    /// Without a model: friction acts against the motion.
+    fn direction(&self, all: &Sums) -> Vec<Finding> {
+        if !all.tell() || all.correlation() > -OPPOSED {
+            return Vec::new();
+        }
+        vec![Finding {
+            kind: Kind::TorqueSign,
+            severity: Severity::Mistake,
+            evidence: format!(
+                "the torque acts against friction: its correlation with the direction of motion is {:.2}",
+                all.correlation()
+            ),
+            place: Place::of(&[Channel::Torque, Channel::Angle], Vec::new()),
+            mend: "is the torque, or the angle, wired the other way? Then --map torque='-(...)', or the same for angle"
+                .to_owned(),
+        }]
+    }
+}
