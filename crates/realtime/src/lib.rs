@@ -1,6 +1,6 @@
 //! What a process needs to keep a cycle: scheduling, locked memory, the cyclic timer, and the timing it really kept.
 //!
-//! The only crate that may hold `unsafe`.
+//! Beside `fmu-binary`, which no process of the loop links, the only crate that may hold `unsafe`.
 
 mod alloc_count;
 mod clock;

@@ -2,12 +2,13 @@
 
 use crate::diagnose::logs;
 use crate::files::{self, name};
+use crate::findings::show;
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers;
 use anyhow::Context;
 use log_data::{Channel, Log};
-use log_quality::{Finding, Severity, inspect};
+use log_quality::{Severity, inspect};
 use serde_json::json;
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
@@ -65,18 +66,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         0 => Ok(Outcome::Done),
         1 => Err(Failure::Failed(anyhow::anyhow!("{files}: 1 mistake"))),
         more => Err(Failure::Failed(anyhow::anyhow!("{files}: {more} mistakes"))),
-    }
-}
-
-/// Prints findings, the gravest first.
-pub fn show(found: &[Finding]) {
-    for finding in found {
-        let grave = match finding.severity {
-            Severity::Mistake => "MISTAKE",
-            Severity::Note => "note",
-        };
-        say(format_args!("{grave} {}: {}", finding.kind.name(), finding.evidence));
-        say(format_args!("  {}", finding.mend));
     }
 }
 

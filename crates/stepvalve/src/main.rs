@@ -12,7 +12,9 @@ mod doctor;
 mod drive;
 mod errand;
 mod events;
+mod export;
 mod files;
+mod findings;
 mod home;
 mod import;
 mod in_process;
@@ -124,6 +126,9 @@ enum Command {
     /// Read a file that somebody else wrote, for another process of this program
     #[command(hide = true)]
     ReadFile(strangers::ReadFile),
+    /// Write a model as a file that other simulators take
+    #[command(subcommand)]
+    Export(export::Command),
     /// Reproduce or refute the paper's figures and tables: DIR/paper.html and paper.json
     Paper(paper::Arguments),
     /// Predict torque or angle of measured runs with a model
@@ -173,6 +178,7 @@ fn main() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::DrawPage(arguments) => report::draw(&arguments),
         Command::ReadFile(arguments) => strangers::read_file(&arguments),
+        Command::Export(command) => export::run(&command),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),

@@ -20,7 +20,7 @@ mod threads;
 mod words;
 
 use crate::files::name;
-use crate::inspect;
+use crate::findings;
 use crate::say::say;
 use anyhow::Context;
 use diagnosis::{Diagnosis, Options, Verdict};
@@ -131,7 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let suspects = suspects::read(&arguments.hypothesis, arguments.effects.as_ref())?;
     let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
-    inspect::show(&quality);
+    findings::show(&quality);
     let log = log_quality::without_wild(log);
     let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     if model.load.is_none() {
