@@ -83,6 +83,9 @@ const RECORD_LIMIT_BYTES: usize = 64 << 20;
 /// Opcode and length in front of every record.
 const RECORD_HEADER_BYTES: u64 = 9;
 
+/// The record that ends the data holds their CRC alone.
+const DATA_END_BYTES: usize = 4;
+
 /// Hands each item of the file to `visit`; returns what is wrong with the file.
 pub(crate) fn walk(path: &Path, visit: impl FnMut(Item<'_>) -> Walk) -> Result<Vec<Damage>, RecordingError> {
     let failed = |source| RecordingError::Read { path: path.to_owned(), source };
@@ -134,7 +137,14 @@ impl<V: FnMut(Item<'_>) -> Walk> Walker<V> {
                     bytes_read += read as u64;
                 }
                 // Behind it stands the summary, which repeats what was read.
-                Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => break,
+                Ok(LinearReadEvent::Record { opcode: op::DATA_END, data }) => {
+                    // A changed byte can make another record of this kind.
+                    if data.len() != DATA_END_BYTES {
+                        let what = format!("an end of {} bytes", data.len());
+                        self.damage.push(Damage::Garbled { at_byte: self.at_byte, what });
+                    }
+                    break;
+                }
                 Ok(LinearReadEvent::Record { opcode, data }) => {
                     let end = self.at_byte + RECORD_HEADER_BYTES + data.len() as u64;
                     if let Walk::Stop = self.record(opcode, data) {

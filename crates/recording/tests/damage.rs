@@ -91,6 +91,24 @@ fn a_damaged_chunk_costs_that_chunk_alone() {
     assert!(report.gaps.iter().all(|known| known.origin == GapOrigin::Undeclared));
 }
 
+/// One byte makes the end of the data of a chunk.
+#[test]
+fn a_chunk_that_became_an_end_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, bad) = (folder.path().join("a.mcap"), folder.path().join("bad.mcap"));
+    let (all, flushes) = flushed(&path, 14, 6);
+    let mut bytes = std::fs::read(path).unwrap();
+    let (at, before) = flushes[2];
+    assert_eq!(bytes[at], mcap::records::op::CHUNK);
+    bytes[at] = mcap::records::op::DATA_END;
+    // No CRC was taken, says such an end whose first four bytes are zero; with any other the CRC tells.
+    bytes[at + 9..at + 13].fill(0);
+    let (messages, report) = read_cut(&bad, &bytes).unwrap();
+    assert!(messages == all[..before]);
+    let at = at as u64;
+    assert!(matches!(&report.segments[0].damage[..], [Damage::Garbled { at_byte, .. }] if *at_byte == at));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 

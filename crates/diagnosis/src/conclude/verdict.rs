@@ -243,24 +243,16 @@ fn observations(
 ) -> Vec<String> {
     let campaign = judged.setting.campaign;
     let zero_nm = judged.setting.nuisances.zero_nm;
-    // Runs differ, too, where the model is wrong by speed or angle and they differ in that; then that accounts for more.
     let by_run = |as_friction: bool| {
-        let same_way = || structure.dependences.iter().filter(move |of| of.as_friction == as_friction);
-        let within = same_way().filter(|of| varies_within_runs(&of.on));
-        let most = within.map(|of| of.share).fold(0.0, f64::max);
-        let clear = |of: &Dependence| of.share > SHARE_LEFT.max(most) && of.p_value < CHANCE;
-        same_way().find(|of| of.on == "run").is_some_and(clear)
+        let of_run = |of: &&Dependence| of.on == "run" && of.as_friction == as_friction;
+        let clear = |of: &Dependence| of.share > SHARE_LEFT && of.p_value < CHANCE;
+        structure.dependences.iter().find(of_run).is_some_and(clear)
     };
     let open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
     let differ = open && by_run(true) && (zero_nm > 0.0 || by_run(false));
     let mut said = speed_with_pressure(campaign);
     said.extend(runs_differ(campaign, after, zero_nm).filter(|_| differ));
     said
-}
-
-/// Whether a covariate goes through its values within each run.
-fn varies_within_runs(on: &str) -> bool {
-    ["angle", "speed", "acceleration", "time since rest"].iter().any(|name| on.starts_with(name))
 }
 
 /// Selected series over the angle that stand in for a gear, each with the gear's order.
