@@ -23,8 +23,9 @@ const LONGEST_S: f64 = 10.0;
 ///     unit.set_real(0, 1e-4 * f64::from(cycle))?; // the command, rad
 ///     unit.step(1e-3)?;
 /// }
-/// let angle_rad = unit.real(10)?;
-/// assert!((angle_rad - 0.1).abs() < 2e-3, "{angle_rad}");
+/// // Friction of 1.5 N·m holds the rotor back, of a motor that holds 6 N·m and has 50 teeth.
+/// let lag_rad = 0.1 - unit.real(10)?;
+/// assert!((lag_rad - f64::asin(1.5 / 6.0) / 50.0).abs() < 1e-4, "{lag_rad}");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
