@@ -140,14 +140,3 @@ pub unsafe fn free(instance: *mut c_void) {
         let _ = catch_unwind(AssertUnwindSafe(|| drop(instance)));
     }
 }
-
-/// What a call on variables of a type says that this unit has none of: nothing was asked, or an error.
-///
-/// # Safety
-/// As for [`with`].
-pub unsafe fn none_of_this_type(instance: *mut c_void, first: *const u32, count: usize) -> c_int {
-    // SAFETY: the caller's promise for the instance; the references are an array of the importer's.
-    let references = unsafe { crate::memory::list(first, count) };
-    // SAFETY: as above.
-    unsafe { with(instance, |_| references.first().map_or(Ok(()), |one| Err(UnitError::Unknown(*one)))) }
-}

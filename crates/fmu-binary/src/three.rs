@@ -1,10 +1,9 @@
 //! FMI 3.0 for co-simulation, as fmi3Functions.h declares it. The standard wants every function to be there, also those that
 //! belong to other kinds of units.
 
-use crate::instance::{ERROR, Instance, Log, Logger3, OK, Tell, free, none_of_this_type, with};
-use crate::memory::{fill, free_state, keep_state, kept_state, list, put, text};
-use crate::two::write_state;
-use fmu::Snapshot;
+use crate::calls;
+use crate::instance::{ERROR, Instance, Log, Logger3, OK, Tell, free, with};
+use crate::memory::{fill, list, put, text};
 use std::ffi::{c_char, c_int, c_void};
 
 type Handle = *mut c_void;
@@ -95,8 +94,8 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
     _has_stop: bool,
     _stop: f64,
 ) -> c_int {
-    // SAFETY: the standard's: an instance of ours, in no other call.
-    unsafe { with(instance, |_| Ok(())) }
+    // SAFETY: the standard's.
+    unsafe { calls::nothing(instance) }
 }
 
 /// The start values are in.
@@ -111,18 +110,6 @@ pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> c_int {
 pub unsafe extern "C" fn fmi3Reset(instance: Handle) -> c_int {
     // SAFETY: as above.
     unsafe { with(instance, Instance::reset) }
-}
-
-/// Defines calls that change nothing of a valve.
-macro_rules! nothing_to_do {
-    ($($name:ident: $about:literal),+ $(,)?) => {$(
-        #[doc = $about]
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(instance: Handle) -> c_int {
-            // SAFETY: the standard's: an instance of ours, in no other call.
-            unsafe { with(instance, |_| Ok(())) }
-        }
-    )+};
 }
 
 nothing_to_do! {
@@ -160,13 +147,8 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     values: *const f64,
     value_count: usize,
 ) -> c_int {
-    // SAFETY: the standard's: so many references and values, an instance of ours.
-    unsafe {
-        with(instance, |of| {
-            let pairs = list(references, count).iter().zip(list(values, value_count));
-            pairs.into_iter().try_for_each(|(reference, value)| of.unit.set_real(*reference, *value))
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::set_numbers(instance, references, count, values, value_count) }
 }
 
 /// Whole numbers.
@@ -184,66 +166,28 @@ pub unsafe extern "C" fn fmi3GetInt64(
     }
 }
 
-/// Defines calls on variables of types that no variable has.
-macro_rules! no_such_variables {
-    ($($name:ident: $value:ty),+ $(,)?) => {$(
-        /// There are no variables of this type to get or to set.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(
-            instance: Handle,
-            references: *const u32,
-            count: usize,
-            _values: $value,
-            _value_count: usize,
-        ) -> c_int {
-            // SAFETY: the standard's: `count` references, an instance of ours.
-            unsafe { none_of_this_type(instance, references, count) }
-        }
-    )+};
-}
-
 no_such_variables! {
-    fmi3GetFloat32: *mut f32,
-    fmi3GetInt8: *mut i8,
-    fmi3GetUInt8: *mut u8,
-    fmi3GetInt16: *mut i16,
-    fmi3GetUInt16: *mut u16,
-    fmi3GetInt32: *mut i32,
-    fmi3GetUInt32: *mut u32,
-    fmi3GetUInt64: *mut u64,
-    fmi3GetBoolean: *mut bool,
-    fmi3GetString: *mut *const c_char,
-    fmi3SetFloat32: *const f32,
-    fmi3SetInt8: *const i8,
-    fmi3SetUInt8: *const u8,
-    fmi3SetInt16: *const i16,
-    fmi3SetUInt16: *const u16,
-    fmi3SetInt32: *const i32,
-    fmi3SetUInt32: *const u32,
-    fmi3SetInt64: *const i64,
-    fmi3SetUInt64: *const u64,
-    fmi3SetBoolean: *const bool,
-    fmi3SetString: *const *const c_char,
-}
-
-/// Defines calls on clocks and binaries: so many references, and arguments that nobody looks at.
-macro_rules! no_such_variables_either {
-    ($($name:ident($($argument:ident: $kind:ty),*)),+ $(,)?) => {$(
-        /// There are no variables of this type to get or to set.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(
-            instance: Handle,
-            references: *const u32,
-            count: usize,
-            $($argument: $kind),*
-        ) -> c_int {
-            // SAFETY: the standard's: `count` references, an instance of ours.
-            unsafe { none_of_this_type(instance, references, count) }
-        }
-    )+};
-}
-
-no_such_variables_either! {
+    fmi3GetFloat32(_values: *mut f32, _value_count: usize),
+    fmi3GetInt8(_values: *mut i8, _value_count: usize),
+    fmi3GetUInt8(_values: *mut u8, _value_count: usize),
+    fmi3GetInt16(_values: *mut i16, _value_count: usize),
+    fmi3GetUInt16(_values: *mut u16, _value_count: usize),
+    fmi3GetInt32(_values: *mut i32, _value_count: usize),
+    fmi3GetUInt32(_values: *mut u32, _value_count: usize),
+    fmi3GetUInt64(_values: *mut u64, _value_count: usize),
+    fmi3GetBoolean(_values: *mut bool, _value_count: usize),
+    fmi3GetString(_values: *mut *const c_char, _value_count: usize),
+    fmi3SetFloat32(_values: *const f32, _value_count: usize),
+    fmi3SetInt8(_values: *const i8, _value_count: usize),
+    fmi3SetUInt8(_values: *const u8, _value_count: usize),
+    fmi3SetInt16(_values: *const i16, _value_count: usize),
+    fmi3SetUInt16(_values: *const u16, _value_count: usize),
+    fmi3SetInt32(_values: *const i32, _value_count: usize),
+    fmi3SetUInt32(_values: *const u32, _value_count: usize),
+    fmi3SetInt64(_values: *const i64, _value_count: usize),
+    fmi3SetUInt64(_values: *const u64, _value_count: usize),
+    fmi3SetBoolean(_values: *const bool, _value_count: usize),
+    fmi3SetString(_values: *const *const c_char, _value_count: usize),
     fmi3GetBinary(_sizes: *mut usize, _values: *mut *const u8, _value_count: usize),
     fmi3SetBinary(_sizes: *const usize, _values: *const *const u8, _value_count: usize),
     fmi3GetClock(_values: *mut bool),
@@ -262,32 +206,22 @@ no_such_variables_either! {
 /// Keeps the state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: *mut *mut c_void) -> c_int {
-    // SAFETY: the standard's: null, a pointer at null, or at a state of ours.
-    unsafe {
-        with(instance, |of| {
-            keep_state(state, of.unit.snapshot());
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::get_state(instance, state) }
 }
 
 /// Goes back to a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetFMUState(instance: Handle, state: *mut c_void) -> c_int {
-    // SAFETY: the standard's: a state of ours.
-    unsafe { with(instance, |of| of.unit.restore(kept_state(state)?)) }
+    // SAFETY: the standard's.
+    unsafe { calls::set_state(instance, state) }
 }
 
 /// Frees a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeFMUState(instance: Handle, state: *mut *mut c_void) -> c_int {
-    // SAFETY: as for keeping it.
-    unsafe {
-        with(instance, |_| {
-            free_state(state);
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::release_state(instance, state) }
 }
 
 /// How many bytes a state takes.
@@ -297,13 +231,8 @@ pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
     state: *mut c_void,
     size: *mut usize,
 ) -> c_int {
-    // SAFETY: the standard's: a state of ours, and a place for its size.
-    unsafe {
-        with(instance, |_| {
-            put(size, kept_state(state)?.to_bytes()?.len());
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::state_size(instance, state, size) }
 }
 
 /// A state as bytes.
@@ -314,8 +243,8 @@ pub unsafe extern "C" fn fmi3SerializeFMUState(
     bytes: *mut u8,
     size: usize,
 ) -> c_int {
-    // SAFETY: the standard's: a state of ours, and room for `size` bytes.
-    unsafe { with(instance, |_| write_state(kept_state(state)?, bytes, size)) }
+    // SAFETY: the standard's.
+    unsafe { calls::state_to_bytes(instance, state, bytes, size) }
 }
 
 /// Bytes as a state.
@@ -326,13 +255,8 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     size: usize,
     state: *mut *mut c_void,
 ) -> c_int {
-    // SAFETY: the standard's: `size` bytes, and a place for a state.
-    unsafe {
-        with(instance, |_| {
-            keep_state(state, Snapshot::of_bytes(list(bytes, size))?);
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::state_of_bytes(instance, bytes, size, state) }
 }
 
 /// A communication step. It is made whole, and asks for nothing.
@@ -379,17 +303,6 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
         }
         with(instance, |_| Ok(()))
     }
-}
-
-/// Defines what this unit doesn't provide, as its description says.
-macro_rules! not_provided {
-    ($($name:ident($($kind:ty),*)),+ $(,)?) => {$(
-        /// Not provided, as the description says.
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $name(_: Handle $(, _: $kind)*) -> c_int {
-            ERROR
-        }
-    )+};
 }
 
 not_provided! {

@@ -1,8 +1,8 @@
 //! FMI 2.0 for co-simulation, as fmi2Functions.h declares it.
 
-use crate::instance::{DISCARD, ERROR, Instance, Log, Logger2, OK, Tell, free, none_of_this_type, with};
-use crate::memory::{fill, free_state, keep_state, kept_state, list, put, text};
-use fmu::{Snapshot, UnitError};
+use crate::calls;
+use crate::instance::{DISCARD, ERROR, Instance, Log, Logger2, OK, Tell, free, with};
+use crate::memory::{fill, list, put, text};
 use std::ffi::{c_char, c_double, c_int, c_uint, c_void};
 
 /// fmi2CoSimulation.
@@ -84,15 +84,8 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     _has_stop: c_int,
     _stop: c_double,
 ) -> c_int {
-    // SAFETY: the standard's: an instance of ours, in no other call.
-    unsafe { with(instance, |_| Ok(())) }
-}
-
-/// Before the start values.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(instance: Component) -> c_int {
-    // SAFETY: as above.
-    unsafe { with(instance, |_| Ok(())) }
+    // SAFETY: the standard's.
+    unsafe { calls::nothing(instance) }
 }
 
 /// The start values are in.
@@ -100,13 +93,6 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(instance: Component) -> c_i
 pub unsafe extern "C" fn fmi2ExitInitializationMode(instance: Component) -> c_int {
     // SAFETY: as above.
     unsafe { with(instance, |of| of.unit.begin()) }
-}
-
-/// The end of a simulation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(instance: Component) -> c_int {
-    // SAFETY: as above.
-    unsafe { with(instance, |_| Ok(())) }
 }
 
 /// As it was instantiated.
@@ -145,30 +131,6 @@ pub unsafe extern "C" fn fmi2GetInteger(
     }
 }
 
-/// Truth values, of which there are none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    instance: Component,
-    references: *const c_uint,
-    count: usize,
-    _values: *mut c_int,
-) -> c_int {
-    // SAFETY: as for numbers.
-    unsafe { none_of_this_type(instance, references, count) }
-}
-
-/// Texts, of which there are none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    instance: Component,
-    references: *const c_uint,
-    count: usize,
-    _values: *mut *const c_char,
-) -> c_int {
-    // SAFETY: as for numbers.
-    unsafe { none_of_this_type(instance, references, count) }
-}
-
 /// Sets inputs and parameters.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(
@@ -177,80 +139,29 @@ pub unsafe extern "C" fn fmi2SetReal(
     count: usize,
     values: *const c_double,
 ) -> c_int {
-    // SAFETY: the standard's: `count` references and values, an instance of ours.
-    unsafe {
-        with(instance, |of| {
-            let pairs = list(references, count).iter().zip(list(values, count));
-            pairs.into_iter().try_for_each(|(reference, value)| of.unit.set_real(*reference, *value))
-        })
-    }
-}
-
-/// Whole numbers are outputs: none can be set.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    instance: Component,
-    references: *const c_uint,
-    count: usize,
-    _values: *const c_int,
-) -> c_int {
-    // SAFETY: as for numbers.
-    unsafe { none_of_this_type(instance, references, count) }
-}
-
-/// Truth values, of which there are none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    instance: Component,
-    references: *const c_uint,
-    count: usize,
-    _values: *const c_int,
-) -> c_int {
-    // SAFETY: as for numbers.
-    unsafe { none_of_this_type(instance, references, count) }
-}
-
-/// Texts, of which there are none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    instance: Component,
-    references: *const c_uint,
-    count: usize,
-    _values: *const *const c_char,
-) -> c_int {
-    // SAFETY: as for numbers.
-    unsafe { none_of_this_type(instance, references, count) }
+    // SAFETY: the standard's.
+    unsafe { calls::set_numbers(instance, references, count, values, count) }
 }
 
 /// Keeps the state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(instance: Component, state: *mut *mut c_void) -> c_int {
-    // SAFETY: the standard's: null, a pointer at null, or at a state of ours.
-    unsafe {
-        with(instance, |of| {
-            keep_state(state, of.unit.snapshot());
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::get_state(instance, state) }
 }
 
 /// Goes back to a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(instance: Component, state: *mut c_void) -> c_int {
-    // SAFETY: the standard's: a state of ours.
-    unsafe { with(instance, |of| of.unit.restore(kept_state(state)?)) }
+    // SAFETY: the standard's.
+    unsafe { calls::set_state(instance, state) }
 }
 
 /// Frees a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(instance: Component, state: *mut *mut c_void) -> c_int {
-    // SAFETY: as for keeping it.
-    unsafe {
-        with(instance, |_| {
-            free_state(state);
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::release_state(instance, state) }
 }
 
 /// How many bytes a state takes.
@@ -260,13 +171,8 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     state: *mut c_void,
     size: *mut usize,
 ) -> c_int {
-    // SAFETY: the standard's: a state of ours, and a place for its size.
-    unsafe {
-        with(instance, |_| {
-            put(size, kept_state(state)?.to_bytes()?.len());
-            Ok(())
-        })
-    }
+    // SAFETY: the standard's.
+    unsafe { calls::state_size(instance, state, size) }
 }
 
 /// A state as bytes.
@@ -277,8 +183,8 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     bytes: *mut u8,
     size: usize,
 ) -> c_int {
-    // SAFETY: the standard's: a state of ours, and room for `size` bytes.
-    unsafe { with(instance, |_| write_state(kept_state(state)?, bytes, size)) }
+    // SAFETY: the standard's.
+    unsafe { calls::state_to_bytes(instance, state, bytes, size) }
 }
 
 /// Bytes as a state.
@@ -289,65 +195,8 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     size: usize,
     state: *mut *mut c_void,
 ) -> c_int {
-    // SAFETY: the standard's: `size` bytes, and a place for a state.
-    unsafe {
-        with(instance, |_| {
-            keep_state(state, Snapshot::of_bytes(list(bytes, size))?);
-            Ok(())
-        })
-    }
-}
-
-/// Writes a state's bytes where they find room.
-///
-/// # Safety
-/// `place` is null or has room for `size` bytes.
-pub unsafe fn write_state(state: &Snapshot, place: *mut u8, size: usize) -> Result<(), UnitError> {
-    let bytes = state.to_bytes()?;
-    if place.is_null() || bytes.len() > size {
-        return Err(UnitError::State);
-    }
-    // SAFETY: there is room for all bytes, which are our own and elsewhere.
-    unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), place, bytes.len()) };
-    Ok(())
-}
-
-/// Not provided, as the description says.
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetDirectionalDerivative(
-    _: Component,
-    _unknowns: *const c_uint,
-    _unknown_count: usize,
-    _knowns: *const c_uint,
-    _known_count: usize,
-    _known: *const c_double,
-    _unknown: *mut c_double,
-) -> c_int {
-    ERROR
-}
-
-/// Not provided, as the description says.
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetRealInputDerivatives(
-    _: Component,
-    _references: *const c_uint,
-    _count: usize,
-    _orders: *const c_int,
-    _values: *const c_double,
-) -> c_int {
-    ERROR
-}
-
-/// Not provided, as the description says.
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetRealOutputDerivatives(
-    _: Component,
-    _references: *const c_uint,
-    _count: usize,
-    _orders: *const c_int,
-    _values: *mut c_double,
-) -> c_int {
-    ERROR
+    // SAFETY: the standard's.
+    unsafe { calls::state_of_bytes(instance, bytes, size, state) }
 }
 
 /// A communication step.
@@ -360,12 +209,6 @@ pub unsafe extern "C" fn fmi2DoStep(
 ) -> c_int {
     // SAFETY: the standard's: an instance of ours, in no other call.
     unsafe { with(instance, |of| of.unit.step(step)) }
-}
-
-/// No step runs on.
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2CancelStep(_: Component) -> c_int {
-    ERROR
 }
 
 /// No step runs on.
@@ -405,4 +248,24 @@ pub extern "C" fn fmi2GetBooleanStatus(_: Component, _kind: c_int, _value: *mut 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetStringStatus(_: Component, _kind: c_int, _value: *mut *const c_char) -> c_int {
     DISCARD
+}
+
+nothing_to_do! {
+    fmi2EnterInitializationMode: "Before the start values.",
+    fmi2Terminate: "The end of a simulation.",
+}
+
+no_such_variables! {
+    fmi2GetBoolean(_values: *mut c_int),
+    fmi2GetString(_values: *mut *const c_char),
+    fmi2SetInteger(_values: *const c_int),
+    fmi2SetBoolean(_values: *const c_int),
+    fmi2SetString(_values: *const *const c_char),
+}
+
+not_provided! {
+    fmi2GetDirectionalDerivative(*const c_uint, usize, *const c_uint, usize, *const c_double, *mut c_double),
+    fmi2SetRealInputDerivatives(*const c_uint, usize, *const c_int, *const c_double),
+    fmi2GetRealOutputDerivatives(*const c_uint, usize, *const c_int, *mut c_double),
+    fmi2CancelStep(),
 }

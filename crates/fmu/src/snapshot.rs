@@ -19,8 +19,6 @@ pub struct Snapshot {
     pub(crate) runs: bool,
     /// The model's numbers as they are set.
     pub(crate) numbers: Vec<f64>,
-    /// Whether they are in the model that is simulated.
-    pub(crate) taken: bool,
 }
 
 impl Snapshot {

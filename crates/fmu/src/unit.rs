@@ -1,7 +1,7 @@
 //! One unit: a valve that its importer sets, steps and reads.
 
 use crate::variables::{
-    COMMAND, CURRENT, INPUTS, LOST_STEPS, NUMBERS, PRESSURE, START_ANGLE, TEMPERATURE, TIME,
+    COMMAND, CURRENT, INPUTS, LOST_STEPS, NUMBERS, PRESSURE, START_ANGLE, TEMPERATURE, TIME, output,
 };
 use crate::{Causality, Kind, MODEL_FILE, Snapshot, UnitError, Variables};
 use config::{Editable, ModelComments, Setting, parse_model, write_model};
@@ -34,6 +34,8 @@ pub struct Unit {
     variables: Variables,
     params: ValveParams,
     motor: MotorParams,
+    /// The model's numbers that `params` and `motor` were made of.
+    simulated: Vec<f64>,
     now: Snapshot,
 }
 
@@ -48,7 +50,9 @@ impl Unit {
             .ok_or_else(|| UnitError::Model("the model can't be written as text".to_owned()))?;
         let variables = Variables::new(&model, &text);
         let (params, motor) = prepared(&model)?;
-        let numbers = variables.iter().filter(|of| of.path.is_some()).filter_map(|of| of.start).collect();
+        let numbers: Vec<f64> =
+            variables.iter().filter(|of| of.path.is_some()).filter_map(|of| of.start).collect();
+        let simulated = numbers.clone();
         let now = Snapshot {
             valve: ValveState::at_rest(0.0),
             inputs: [COMMAND, PRESSURE, TEMPERATURE, CURRENT]
@@ -60,9 +64,8 @@ impl Unit {
             time_s: 0.0,
             runs: false,
             numbers,
-            taken: true,
         };
-        Ok(Self { text, variables, params, motor, now })
+        Ok(Self { text, variables, params, motor, simulated, now })
     }
 
     /// Its variables.
@@ -97,7 +100,7 @@ impl Unit {
         let (from_rad, to_rad) = (self.now.command_rad, self.input(COMMAND));
         let along = |part: f64| if part < 1.0 { from_rad + part * (to_rad - from_rad) } else { to_rad };
         let mut valve = self.now.valve;
-        let mut output = self.now.output;
+        let mut last = self.now.output;
         for cycle in 0..cycles as u32 {
             let cycle = f64::from(cycle);
             let input = ValveInput {
@@ -107,13 +110,13 @@ impl Unit {
                 oil_temperature_c: self.input(TEMPERATURE),
                 current_ratio: self.input(CURRENT),
             };
-            output = Some(step(&self.params, &mut valve, &input, step_s / cycles));
+            last = Some(step(&self.params, &mut valve, &input, step_s / cycles));
         }
         if !(valve.angle_rad.is_finite() && valve.speed_rad_per_s.is_finite()) {
             return Err(UnitError::NotFinite(self.now.time_s + step_s));
         }
         self.now.valve = valve;
-        self.now.output = output;
+        self.now.output = last;
         self.now.command_rad = to_rad;
         self.now.time_s += step_s;
         Ok(())
@@ -130,23 +133,15 @@ impl Unit {
     /// [`UnitError::Unknown`].
     pub fn real(&self, reference: u32) -> Result<f64, UnitError> {
         self.known(reference, Kind::Real)?;
-        let (valve, output) = (&self.now.valve, &self.now.output);
-        let of_output = |of: fn(&valve_model::ValveOutput) -> f64| output.as_ref().map_or(0.0, of);
-        Ok(match reference {
-            10 => valve.angle_rad,
-            11 => valve.speed_rad_per_s,
-            12 => valve.rotor_angle_rad,
-            13 => output.map_or(valve.encoder_shaft_rad, |of| of.encoder_angle_rad),
-            14 => of_output(|of| of.motor_torque_nm),
-            15 => of_output(|of| of.friction_torque_nm),
-            16 => of_output(|of| of.load_torque_nm),
-            17 => of_output(|of| of.other_torque_nm),
-            18 => of_output(|of| of.flow_m3_per_s),
-            19 => of_output(|of| of.bristle_deflection_rad),
-            START_ANGLE => self.now.start_angle_rad,
-            input if (input as usize) < INPUTS => self.input(input),
-            number => self.number(number).ok_or(UnitError::Unknown(number))?,
-        })
+        match reference {
+            START_ANGLE => Ok(self.now.start_angle_rad),
+            input if (input as usize) < INPUTS => Ok(self.input(input)),
+            number if number >= NUMBERS => self.number(number).ok_or(UnitError::Unknown(number)),
+            other => {
+                let value = output(other, &self.now.valve, self.now.output.as_ref());
+                value.ok_or(UnitError::Unknown(other))
+            }
+        }
     }
 
     /// A number, or the time, which is a variable of FMI 3.0.
@@ -195,10 +190,7 @@ impl Unit {
             Causality::Tunable => {
                 let place = self.now.numbers.get_mut((reference - NUMBERS) as usize);
                 let place = place.ok_or(UnitError::Unknown(reference))?;
-                if place.to_bits() != value.to_bits() {
-                    *place = value;
-                    self.now.taken = false;
-                }
+                *place = value;
             }
         }
         Ok(())
@@ -217,9 +209,8 @@ impl Unit {
         if snapshot.numbers.len() != self.now.numbers.len() {
             return Err(UnitError::State);
         }
-        self.now = Snapshot { taken: false, ..snapshot.clone() };
-        // Numbers that were never simulated are told at the next step, as they were before.
-        if snapshot.taken { self.take_numbers() } else { Ok(()) }
+        self.now = snapshot.clone();
+        Ok(())
     }
 
     fn known(&self, reference: u32, kind: Kind) -> Result<&crate::Variable, UnitError> {
@@ -240,7 +231,7 @@ impl Unit {
 
     /// Puts the numbers that were set into the model that is simulated.
     fn take_numbers(&mut self) -> Result<(), UnitError> {
-        if self.now.taken {
+        if self.simulated == self.now.numbers {
             return Ok(());
         }
         let numbers = self.variables.iter().filter_map(|of| of.path.as_deref()).zip(&self.now.numbers);
@@ -250,7 +241,7 @@ impl Unit {
         let changes = settings.iter().map(|(path, setting)| (*path, setting));
         let text = self.text.with(changes).ok_or(UnitError::State)?;
         (self.params, self.motor) = prepared(&model_of(&text)?)?;
-        self.now.taken = true;
+        self.simulated.clone_from(&self.now.numbers);
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::units::of_key;
 use config::{Editable, Setting};
-use valve_model::Model;
+use valve_model::{Model, ValveOutput, ValveState};
 
 /// Who gives a variable its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,24 +65,46 @@ pub(crate) const TIME: u32 = 40;
 /// The first of the model's numbers.
 pub(crate) const NUMBERS: u32 = 100;
 
-/// Outputs: reference, name, unit, what it is.
-const OUTPUTS: &[(u32, &str, &str, &str)] = &[
-    (10, "angle", "rad", "angle of the spool"),
-    (11, "speed", "rad/s", "speed of the spool"),
-    (12, "rotor_angle", "rad", "angle of the motor's rotor"),
+/// An output's value, of the valve and of its last step, if there was one.
+type Value = fn(&ValveState, Option<&ValveOutput>) -> f64;
+
+/// Outputs: reference, name, unit, what it is, and its value.
+const OUTPUTS: &[(u32, &str, &str, &str, Value)] = &[
+    (10, "angle", "rad", "angle of the spool", |valve, _| valve.angle_rad),
+    (11, "speed", "rad/s", "speed of the spool", |valve, _| valve.speed_rad_per_s),
+    (12, "rotor_angle", "rad", "angle of the motor's rotor", |valve, _| valve.rotor_angle_rad),
     (
         13,
         "encoder_angle",
         "rad",
         "angle at the encoder: with play and eccentricity, before its steps and noise",
+        |valve, last| last.map_or(valve.encoder_shaft_rad, |of| of.encoder_angle_rad),
     ),
-    (14, "motor_torque", "N.m", "torque of the motor on its rotor, damping included"),
-    (15, "friction_torque", "N.m", "friction, positive against positive speed"),
-    (16, "load_torque", "N.m", "torque between motor and load"),
-    (17, "other_torque", "N.m", "other torques on the spool: of flow, pressure, angle"),
-    (18, "flow", "m3/s", "flow through the orifice; 0 where the model has none"),
-    (19, "bristle_deflection", "rad", "mean deflection of the bristles"),
+    (14, "motor_torque", "N.m", "torque of the motor on its rotor, damping included", |_, last| {
+        last.map_or(0.0, |of| of.motor_torque_nm)
+    }),
+    (15, "friction_torque", "N.m", "friction, positive against positive speed", |_, last| {
+        last.map_or(0.0, |of| of.friction_torque_nm)
+    }),
+    (16, "load_torque", "N.m", "torque between motor and load", |_, last| {
+        last.map_or(0.0, |of| of.load_torque_nm)
+    }),
+    (17, "other_torque", "N.m", "other torques on the spool: of flow, pressure, angle", |_, last| {
+        last.map_or(0.0, |of| of.other_torque_nm)
+    }),
+    (18, "flow", "m3/s", "flow through the orifice; 0 where the model has none", |_, last| {
+        last.map_or(0.0, |of| of.flow_m3_per_s)
+    }),
+    (19, "bristle_deflection", "rad", "mean deflection of the bristles", |_, last| {
+        last.map_or(0.0, |of| of.bristle_deflection_rad)
+    }),
 ];
+
+/// The value of an output; `None` where the reference is none of an output's.
+pub(crate) fn output(reference: u32, valve: &ValveState, last: Option<&ValveOutput>) -> Option<f64> {
+    let (.., value) = OUTPUTS.iter().find(|(of, ..)| *of == reference)?;
+    Some(value(valve, last))
+}
 
 /// Counts of a model's text, which make another machine of it: they are no parameters.
 const COUNTS: &[&str] = &[
@@ -100,7 +122,7 @@ impl Variables {
     /// Those of a model, whose numbers stand in `text` in SI units.
     pub(crate) fn new(model: &Model, text: &Editable) -> Self {
         let mut all = inputs(model);
-        all.extend(OUTPUTS.iter().map(|(reference, name, unit, about)| Variable {
+        all.extend(OUTPUTS.iter().map(|(reference, name, unit, about, _)| Variable {
             reference: *reference,
             name: (*name).to_owned(),
             about: (*about).to_owned(),

@@ -23,7 +23,7 @@ pub enum Command {
 /// Where from and where to.
 #[derive(Debug, clap::Args)]
 pub struct Unit {
-    /// The model of a whole valve: with [motor] and [load]
+    /// The model of a whole valve: one with a motor and a load
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
     /// The unit to write

@@ -35,6 +35,11 @@ pub fn name(path: &Path) -> String {
     path.display().to_string()
 }
 
+/// Paths as messages show them, one behind the other.
+pub fn names(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| name(path)).collect::<Vec<_>>().join(", ")
+}
+
 /// The run file of a run's folder; any other path as it is.
 pub fn run_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("run.h5") } else { path.to_owned() }

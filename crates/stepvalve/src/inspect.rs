@@ -1,7 +1,7 @@
 //! `stepvalve inspect`: what is wrong with a log itself, before anything is computed from it.
 
 use crate::diagnose::logs;
-use crate::files::{self, name};
+use crate::files::{self, name, names};
 use crate::findings::show;
 use crate::pulse::Pulse;
 use crate::say::say;
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         [one] => strangers::log(one)?,
         several => logs::read(several, &[])?,
     };
-    let files = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
+    let files = names(&arguments.logs);
     let found = inspect(&log, model.as_ref());
     drop(pulse);
     if arguments.json {

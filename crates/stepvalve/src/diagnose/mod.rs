@@ -19,7 +19,7 @@ mod suspects;
 mod threads;
 mod words;
 
-use crate::files::name;
+use crate::files::{name, names};
 use crate::findings;
 use crate::say::say;
 use anyhow::Context;
@@ -126,7 +126,7 @@ fn noise(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let results = Results::new(&arguments.out, arguments.force)?;
     let model_file = name(&arguments.model);
-    let log_file = arguments.logs.iter().map(|log| name(log)).collect::<Vec<_>>().join(", ");
+    let log_file = names(&arguments.logs);
     let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
     let suspects = suspects::read(&arguments.hypothesis, arguments.effects.as_ref())?;
     let log = logs::read(&arguments.logs, &arguments.exclude)?;
