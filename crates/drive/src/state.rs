@@ -18,7 +18,7 @@ pub enum Mode {
 
 /// Where the commands lead: a missing one is continued from here at constant rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct Continuation {
     /// Position at the end of the last cycle.
     pub(crate) position: Microsteps,
     /// Travel in that cycle, by the command's own pulse rate.
@@ -45,7 +45,7 @@ pub struct State {
     /// Whether the last command asked for current.
     pub(crate) energise_wanted: bool,
     /// What the last cycle's command asked for, or the continuation of the one before; `None` if there is none to follow.
-    pub(crate) course: Option<Course>,
+    pub(crate) course: Option<Continuation>,
     /// Cycle of the newest command accepted.
     pub(crate) command_cycle: u64,
     /// Whether the newest command was refused because it jumped.

@@ -3,7 +3,7 @@
 use signals::{FaultCode, MAX_MICROSTEPS, StepCommand, validity};
 
 use crate::limits::{self, Travel};
-use crate::state::Course;
+use crate::state::Continuation;
 use crate::{AfterStop, Microsteps, MicrostepsPerCycle, Mode, Params, State};
 
 /// The motion of the micro-step command in one cycle, and the drive's status.
@@ -260,13 +260,13 @@ fn accept(params: &Params, state: &mut State, travel: &Travel, command: Option<&
     };
     if state.mode == Mode::Following {
         state.course = match command {
-            Some(command) => Some(Course {
+            Some(command) => Some(Continuation {
                 position: Microsteps(command.position_unrounded),
                 way: commanded_way(params, command),
             }),
-            None => {
-                state.course.map(|course| Course { position: course.position + course.way, way: course.way })
-            }
+            None => state
+                .course
+                .map(|course| Continuation { position: course.position + course.way, way: course.way }),
         };
     }
 }

@@ -81,7 +81,7 @@ fn trial(option: Option<&str>) -> Result<Trial> {
     let arguments: Vec<&str> = ["--log", &log].into_iter().chain(option).collect();
     let mut drive = drive(&arguments)?;
     let mut ride = Ride::start(BUS_LOST_CYCLES)?;
-    let mut course = Course { position: ride.enable()?, rate_hz: 0.0 };
+    let mut course = Ramp { position: ride.enable()?, rate_hz: 0.0 };
     for _ in 0..TURNING_CYCLES {
         ride.step(&course.next(), false);
     }
@@ -103,7 +103,7 @@ fn trial(option: Option<&str>) -> Result<Trial> {
 }
 
 /// Goes on until a fault is told: cycles from the first frame that was lost.
-fn told(ride: &mut Ride, course: &mut Course, lost_before: u64) -> Result<u64> {
+fn told(ride: &mut Ride, course: &mut Ramp, lost_before: u64) -> Result<u64> {
     let mut first_lost = None;
     for cycle in 0..PATIENCE_CYCLES {
         let (_, feedback) = ride.step(&course.next(), false);
@@ -129,12 +129,12 @@ fn stop(rows: &[SyncRow]) -> Option<(u64, u64)> {
 }
 
 /// A ramp to the rate, and on.
-struct Course {
+struct Ramp {
     position: f64,
     rate_hz: f64,
 }
 
-impl Course {
+impl Ramp {
     fn next(&mut self) -> StepCommand {
         self.rate_hz = (self.rate_hz + RAMP_HZ).min(RATE_HZ);
         self.position += self.rate_hz * PERIOD_NS as f64 / 1e9;

@@ -1,6 +1,10 @@
 //! What the tests of the guard share.
 
-use drive::{AfterStop, Params};
+// Not every test uses all of it.
+#![allow(dead_code)]
+
+use drive::{AfterStop, Output, Params, Sensors, State};
+use signals::StepCommand;
 
 /// At most 600 micro-steps a cycle, 40 more or less each cycle, 100 less in a quick stop.
 pub const PARAMS: Params = Params {
@@ -16,3 +20,29 @@ pub const PARAMS: Params = Params {
     highest_angle_rad: None,
     standstill_rad: 1e-4,
 };
+
+pub const PERIOD_S: f64 = PARAMS.period_s;
+
+/// A cycle of a drive that has no encoder.
+pub fn step(params: &Params, state: &mut State, cycle: u64, command: Option<&StepCommand>) -> Output {
+    drive::step(params, state, cycle, command, &Sensors::default())
+}
+
+pub fn follow(position: f64, way: f64) -> StepCommand {
+    StepCommand {
+        position_microsteps: position.round() as i64,
+        position_unrounded: position,
+        pulse_rate_hz: way / PERIOD_S,
+        follow: 1,
+        energise: 1,
+        ..StepCommand::default()
+    }
+}
+
+pub fn hold() -> StepCommand {
+    StepCommand { energise: 1, ..StepCommand::default() }
+}
+
+pub fn way(motion: &Output) -> f64 {
+    motion.pulse_rate_hz * PERIOD_S
+}

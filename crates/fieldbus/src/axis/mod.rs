@@ -15,15 +15,17 @@
 //! ```
 //! Failed is latched. It is released by an operator's reset, or by a controller that wants no current; never by itself.
 
+mod params;
 mod report;
+
+pub use params::AxisParams;
 
 use crate::cia402::{Cia402, DriveState, Order, control};
 use crate::counter::Counter;
 use crate::drive_file::{Homing, Profile};
-use crate::judge::{BusFault, Judge, JudgeParams, Outcome, Verdict};
+use crate::judge::{BusFault, Judge, Outcome, Verdict};
 use crate::process_data::{Inputs, Outputs};
 use report::Moved;
-use serde::{Deserialize, Serialize};
 use signals::{FaultCode, Feedback, StepCommand};
 
 /// Bit 12 of the status word in cyclic synchronous position: the drive follows the command value.
@@ -37,32 +39,6 @@ const HOMING_ERROR: u16 = 1 << 13;
 const STALE_CYCLES: u64 = 2;
 /// An order to home is forgotten where no current is asked for within so many cycles: the controller refused it.
 const ORDER_CYCLES: u64 = 20;
-
-/// What an axis is set to.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct AxisParams {
-    /// The guard's limits and reactions.
-    pub drive: drive::Params,
-    /// How the drive is spoken to.
-    pub profile: Profile,
-    /// 1, or −1 where the drive's counts go the other way than the valve's angle.
-    pub direction: i64,
-    /// Whether the position on the bus is measured; else it is the command.
-    pub position_is_measured: bool,
-    /// How the zero is found.
-    pub homing: Homing,
-    /// How long enabling may take, cycles.
-    pub enable_cycles: u64,
-    /// When the bus is lost.
-    pub judge: JudgeParams,
-}
-
-impl AxisParams {
-    /// Counts of a turn of the encoder that the drive has on the bus: one a micro-step; `None` where its position is the command.
-    pub fn counts_per_turn(&self) -> Option<f64> {
-        self.position_is_measured.then(|| std::f64::consts::TAU / self.drive.microstep_angle_rad)
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
