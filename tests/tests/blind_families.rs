@@ -10,6 +10,7 @@ use own_recordings::{CHANGES, Recording, answer};
 use serde_json::Value;
 use std::path::Path;
 use stepvalve_tests::{TestPlace, count, nothing_hidden, ten_strong_effects};
+use valve_model::EffectId;
 
 /// Few enough that all of it takes minutes.
 const SAMPLES: usize = 12_000;
@@ -50,7 +51,7 @@ fn found(seed: u64, hidden: &Hidden) -> Outcome {
 }
 
 /// Simulated, then diagnosed with the belief; whether the recording can show what is hidden, and what was found.
-fn own(seed: u64, change: Option<&str>) -> (bool, Outcome) {
+fn own(seed: u64, change: Option<EffectId>) -> (bool, Outcome) {
     let recording = Recording::draw(seed, change).unwrap();
     let place = TestPlace::new();
     let given = place.path("given");
@@ -101,7 +102,7 @@ fn a_true_belief_is_not_accused_of_its_own_recording() {
 fn a_belief_that_is_wrong_is_put_right_by_its_own_recording() {
     let seed = first_seed() + 300;
     let found: Vec<(bool, Outcome)> =
-        CHANGES.iter().zip(seed..).map(|(id, seed)| own(seed, Some(id))).collect();
+        CHANGES.iter().zip(seed..).map(|(id, seed)| own(seed, Some(*id))).collect();
     let shown: Vec<Outcome> = found.iter().filter(|(shows, _)| *shows).map(|(_, outcome)| *outcome).collect();
     assert!(shown.len() >= 4, "few of them show: {found:?}");
     assert!(3 * count(&shown, Outcome::Right) >= 2 * shown.len(), "{found:?}");
@@ -114,7 +115,7 @@ fn a_belief_that_is_wrong_is_put_right_by_its_own_recording() {
 #[test]
 #[ignore = "the key's slopes are linear: since disarmed windings carry no current, a level leaves 5.5 times the noise of a pressure"]
 fn the_answer_key_says_what_a_recording_can_show() {
-    let key = |scenario: &str, change: &str| {
+    let key = |scenario: &str, change: EffectId| {
         let drawn = (0..).map(|seed| Recording::draw(seed, Some(change)).unwrap());
         let recording = drawn.into_iter().find(|one| one.what.starts_with(scenario)).unwrap();
         let place = TestPlace::new();
@@ -126,9 +127,9 @@ fn the_answer_key_says_what_a_recording_can_show() {
         eprintln!("{}, {change}: shows {}, {}", recording.what, key.shows, key.truth.json());
         key
     };
-    let level = key("step-sequence", "coulomb-level");
+    let level = key("step-sequence", EffectId::CoulombLevel);
     assert!(level.shows && level.truth.effects[0].id == "coulomb-level");
-    let one_pressure = key("step-sequence", "pressure-dependent-friction");
+    let one_pressure = key("step-sequence", EffectId::PressureDependentFriction);
     assert!(!one_pressure.shows && one_pressure.truth.effects.is_empty());
     let also_true = one_pressure.truth.imperfect.unwrap().also_true;
     assert!(
@@ -136,6 +137,6 @@ fn the_answer_key_says_what_a_recording_can_show() {
             .iter()
             .all(|id| also_true.iter().any(|one| one == id))
     );
-    let pressures = key("flow-steps", "pressure-dependent-friction");
+    let pressures = key("flow-steps", EffectId::PressureDependentFriction);
     assert!(pressures.shows && !pressures.truth.near_twins.contains(&"coulomb-level".to_owned()));
 }

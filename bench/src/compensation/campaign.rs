@@ -5,6 +5,7 @@ use anyhow::{Context, Result};
 use closed_loop::{Level, Outcome, measure};
 use config::Compensation;
 use indicatif::{ProgressBar, ProgressStyle};
+use log_data::median;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use valve_model::Model;
@@ -90,10 +91,9 @@ fn examine(case: &Case) -> Result<Findings> {
         let outcomes: Vec<Outcome> =
             beliefs.iter().map(|belief| outcome(belief, level)).collect::<Result<_, _>>()?;
         let mut ratios: Vec<f64> = outcomes.iter().map(|outcome| none.rms_rad / outcome.rms_rad).collect();
-        ratios.sort_by(f64::total_cmp);
         Ok(Spread {
-            worst: ratios.first().copied().unwrap_or(f64::NAN),
-            median: ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN),
+            worst: ratios.iter().copied().reduce(f64::min).unwrap_or(f64::NAN),
+            median: median(&mut ratios).unwrap_or(f64::NAN),
             faults: outcomes.iter().filter(|outcome| outcome.fault.is_some()).count(),
             runs: outcomes.len(),
         })

@@ -1,7 +1,7 @@
 //! What is measured: the shipped scenarios and generated ones, the right belief and wrong ones.
 
 use config::{Scenario, ScheduledSetPoint, SetPoint};
-use valve_model::{Effect, EffectValue, FrictionParams, LuGreParams, Model, ParamError};
+use valve_model::{Effect, EffectId, EffectValue, FrictionParams, LuGreParams, Model, ParamError};
 
 /// What is asked of compensation in a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,7 +89,7 @@ pub fn asymmetric(like: &Case) -> Result<Case, ParamError> {
     case.name = format!("{}, friction ±20 % by direction", like.name);
     case.demand = Demand::Encoder;
     let by_direction = [("level", EffectValue::Number(0.2))];
-    case.truth.effects.push(Effect::from_parts("direction-asymmetry", &by_direction)?);
+    case.truth.effects.push(Effect::new(EffectId::DirectionAsymmetry, &by_direction)?);
     Ok(case)
 }
 

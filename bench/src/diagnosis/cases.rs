@@ -71,7 +71,7 @@ fn own(arguments: &Arguments) -> Vec<Case> {
     let clean = (0..arguments.clean).map(|_| (Class::Clean, Hidden::none(LogKind::Angle)));
     let changed = (0..arguments.seeds)
         .flat_map(|_| CHANGES)
-        .map(|id| (Class::Strong, Hidden::with(LogKind::Angle, &[id], STRONG)));
+        .map(|id| (Class::Strong, Hidden::with(LogKind::Angle, &[id.name()], STRONG)));
     let case = |(seed, (class, hidden))| Case { family: Family::Own, seed, class, hidden, best_fit: false };
     (arguments.first_seed..).zip(clean.chain(changed)).map(case).collect()
 }

@@ -4,34 +4,14 @@
 
 use log_data::{Log, Run};
 use prediction::{Noise, Past, Smoother, predict};
+use std::sync::LazyLock;
 use valve_model::{EffectId, FrictionLaw, FrictionParams, FrictionState, LuGreParams, Model};
 
-/// The causes, with how many terms each has.
-pub const CAUSES: &[(EffectId, usize)] = &[
-    (EffectId::TorqueOffset, 1),
-    (EffectId::TorqueGain, 1),
-    (EffectId::CoulombLevel, 1),
-    (EffectId::StaticLevel, 1),
-    (EffectId::ViscousLevel, 1),
-    (EffectId::StribeckVelocity, 1),
-    (EffectId::BristleStiffness, 1),
-    (EffectId::LoadInertia, 1),
-    (EffectId::PressureDependentFriction, 1),
-    (EffectId::TemperatureDependentViscosity, 1),
-    (EffectId::TemperatureDependentFriction, 1),
-    (EffectId::AngleDependentFriction, 2 * ORDERS),
-    (EffectId::DirectionAsymmetry, 2),
-    (EffectId::DwellStiction, 1),
-    (EffectId::HydraulicLock, 1),
-    (EffectId::FrictionLag, 1),
-    (EffectId::PreslidingHysteresis, 1),
-    (EffectId::WearDrift, 1),
-    (EffectId::FlowTorque, 2 * ORDERS),
-    (EffectId::PressureTorque, 1),
-    (EffectId::PositionTorque, 2 * ORDERS),
-    (EffectId::SensorDelay, 1),
-    (EffectId::CouplingCompliance, 1),
-];
+/// The causes that have terms, with how many each has, in the order of a row.
+pub static CAUSES: LazyLock<Vec<(EffectId, usize)>> = LazyLock::new(|| {
+    let count = |id: &EffectId| (*id, terms_of(*id, &Sample::default()).len());
+    EffectId::ALL.iter().map(count).filter(|(_, terms)| *terms > 0).collect()
+});
 
 /// Orders of the angle.
 const ORDERS: usize = 4;
@@ -62,11 +42,20 @@ pub fn terms(log: &Log, model: &Model) -> Option<Vec<Terms>> {
 }
 
 /// The nominal model along a run.
+#[derive(Default)]
 struct Sample {
     angle: f64,
     speed: f64,
     acceleration: f64,
     bristle_nm: f64,
+    /// Part of the Stribeck excess that is there at this speed.
+    fall: f64,
+    /// That by which the Stribeck velocity's logarithm changes it.
+    fall_by_velocity: f64,
+    /// The bristles' torque over that of steady sliding, at most 1.
+    reached: f64,
+    /// How much a lag of friction takes away, per second of it, N·m/s.
+    lag_nm_per_s: f64,
     predicted_nm: f64,
     slope_nm_per_s: f64,
     bend_nm_per_s2: f64,
@@ -108,66 +97,74 @@ fn of_run(
             (around(index.saturating_sub(1)), around(index), around((index + 1).min(predicted.len() - 1)));
         let at = |values: &Option<Vec<f64>>| values.as_ref().and_then(|values| values.get(index)).copied();
         terms.residual.push(torque - here);
-        terms.rows.push(row(
-            &Sample {
-                angle: motion.angle_rad,
-                speed,
-                acceleration: motion.acceleration_rad_per_s2,
-                bristle_nm: lugre.bristle_stiffness_nm_per_rad * z,
-                predicted_nm: here,
-                slope_nm_per_s: (next - past) / (2.0 * dt_s.max(1e-5)),
-                bend_nm_per_s2: (next - 2.0 * here + past) / (dt_s * dt_s).max(1e-10),
-                pressure_mpa: at(&run.pressure_drop_pa).unwrap_or(0.0) / 1e6,
-                warmer_k: at(&run.oil_temperature_c).unwrap_or(40.0) - model.reference_temperature_c(),
-                distance_rad: *distance_rad,
-                grown: 1.0 - (-*rest_s / GROWTH_S).exp(),
-            },
-            lugre,
-        ));
+        let bristle_nm = lugre.bristle_stiffness_nm_per_rad * z;
+        let ratio = (speed / lugre.stribeck_velocity_rad_per_s).abs();
+        let fall = (-ratio.powf(lugre.stribeck_exponent)).exp();
+        let excess_nm = lugre.static_torque_nm - lugre.coulomb_torque_nm;
+        let falling = excess_nm * fall * ratio / lugre.stribeck_velocity_rad_per_s;
+        terms.rows.push(row(&Sample {
+            angle: motion.angle_rad,
+            speed,
+            acceleration: motion.acceleration_rad_per_s2,
+            bristle_nm,
+            fall,
+            fall_by_velocity: fall * ratio.powf(lugre.stribeck_exponent),
+            reached: (bristle_nm / (lugre.coulomb_torque_nm + excess_nm * fall)).abs().min(1.0),
+            lag_nm_per_s: motion.acceleration_rad_per_s2 * (lugre.viscous_nm_s_per_rad - falling),
+            predicted_nm: here,
+            slope_nm_per_s: (next - past) / (2.0 * dt_s.max(1e-5)),
+            bend_nm_per_s2: (next - 2.0 * here + past) / (dt_s * dt_s).max(1e-10),
+            pressure_mpa: at(&run.pressure_drop_pa).unwrap_or(0.0) / 1e6,
+            warmer_k: at(&run.oil_temperature_c).unwrap_or(40.0) - model.reference_temperature_c(),
+            distance_rad: *distance_rad,
+            grown: 1.0 - (-*rest_s / GROWTH_S).exp(),
+        }));
     }
     Some(terms)
 }
 
 /// One sample's terms in the order of [`CAUSES`].
-fn row(at: &Sample, lugre: &LuGreParams) -> Vec<f64> {
-    let ratio = (at.speed / lugre.stribeck_velocity_rad_per_s).abs();
-    let fall = (-ratio.powf(lugre.stribeck_exponent)).exp();
-    let excess_nm = lugre.static_torque_nm - lugre.coulomb_torque_nm;
-    let steady_nm = lugre.coulomb_torque_nm + excess_nm * fall;
-    let reached = (at.bristle_nm / steady_nm).abs().min(1.0);
-    let bristle = at.bristle_nm;
-    let waves = |scale: f64| {
-        (1..=ORDERS)
-            .flat_map(move |k| [scale * (k as f64 * at.angle).cos(), scale * (k as f64 * at.angle).sin()])
+fn row(at: &Sample) -> Vec<f64> {
+    CAUSES.iter().flat_map(|(id, _)| terms_of(*id, at)).collect()
+}
+
+/// The terms that stand for a cause; none for one that a torque log doesn't show, or no term says to first order.
+fn terms_of(id: EffectId, at: &Sample) -> Vec<f64> {
+    let waves = |scale: f64| -> Vec<f64> {
+        let of = |k: usize| [(k as f64 * at.angle).cos(), (k as f64 * at.angle).sin()];
+        (1..=ORDERS).flat_map(of).map(|wave| scale * wave).collect()
     };
-    let mut row = vec![
-        1.0,
-        at.predicted_nm,
-        bristle,
-        bristle * fall,
-        at.speed,
-        bristle * fall * ratio.powf(lugre.stribeck_exponent),
-        bristle * (1.0 - reached),
-        at.acceleration,
-        at.pressure_mpa * bristle,
-        at.warmer_k * at.speed,
-        at.warmer_k * bristle,
-    ];
-    row.extend(waves(bristle));
-    let lag = at.acceleration
-        * (lugre.viscous_nm_s_per_rad - excess_nm * fall * ratio / lugre.stribeck_velocity_rad_per_s);
-    row.extend([
-        bristle.abs(),
-        at.speed.abs(),
-        bristle * fall * at.grown,
-        bristle * at.pressure_mpa * at.grown,
-        lag,
-        bristle * reached * (1.0 - reached),
-        bristle * at.distance_rad,
-    ]);
-    row.extend(waves(at.pressure_mpa));
-    row.push(at.pressure_mpa);
-    row.extend(waves(1.0));
-    row.extend([at.slope_nm_per_s, at.bend_nm_per_s2]);
-    row
+    let bristle = at.bristle_nm;
+    match id {
+        EffectId::TorqueOffset => vec![1.0],
+        EffectId::TorqueGain => vec![at.predicted_nm],
+        EffectId::CoulombLevel => vec![bristle],
+        EffectId::StaticLevel => vec![bristle * at.fall],
+        EffectId::ViscousLevel => vec![at.speed],
+        EffectId::StribeckVelocity => vec![bristle * at.fall_by_velocity],
+        EffectId::BristleStiffness => vec![bristle * (1.0 - at.reached)],
+        EffectId::LoadInertia => vec![at.acceleration],
+        EffectId::PressureDependentFriction => vec![at.pressure_mpa * bristle],
+        EffectId::TemperatureDependentViscosity => vec![at.warmer_k * at.speed],
+        EffectId::TemperatureDependentFriction => vec![at.warmer_k * bristle],
+        EffectId::AngleDependentFriction => waves(bristle),
+        EffectId::DirectionAsymmetry => vec![bristle.abs(), at.speed.abs()],
+        EffectId::DwellStiction => vec![bristle * at.fall * at.grown],
+        EffectId::HydraulicLock => vec![bristle * at.pressure_mpa * at.grown],
+        EffectId::FrictionLag => vec![at.lag_nm_per_s],
+        EffectId::PreslidingHysteresis => vec![bristle * at.reached * (1.0 - at.reached)],
+        EffectId::WearDrift => vec![bristle * at.distance_rad],
+        EffectId::FlowTorque => waves(at.pressure_mpa),
+        EffectId::PressureTorque => vec![at.pressure_mpa],
+        EffectId::PositionTorque => waves(1.0),
+        EffectId::SensorDelay => vec![at.slope_nm_per_s],
+        EffectId::CouplingCompliance => vec![at.bend_nm_per_s2],
+        EffectId::HoldingTorqueLevel
+        | EffectId::DetentTorque
+        | EffectId::MicrostepError
+        | EffectId::Backlash
+        | EffectId::MissedSteps
+        | EffectId::EncoderEccentricity
+        | EffectId::Custom(_) => Vec::new(),
+    }
 }

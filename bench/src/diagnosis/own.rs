@@ -10,13 +10,14 @@ use own_recordings::{Mode, Recording, answer};
 use serde_json::json;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
+use valve_model::EffectId;
 
 /// One real-time run at a time: each wants the same core.
 static CLOCK: Mutex<()> = Mutex::new(());
 
 /// Records, diagnoses and judges.
 pub fn one(case: &Case, limits: Limits) -> Result<Row> {
-    let change = case.hidden.effects.first().map(String::as_str);
+    let change = case.hidden.effects.first().and_then(|name| EffectId::from_name(name));
     let recording = Recording::draw(case.seed, change)?;
     let place = Workplace::new()?;
     let given = place.path("given");

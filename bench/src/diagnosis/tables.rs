@@ -5,6 +5,7 @@ use super::cases::Class;
 use super::row::Row;
 use crate::output::{Sheet, digits};
 use hidden_effect_rig::{Interval, LogKind, Outcome};
+use log_data::quantile;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
@@ -260,10 +261,9 @@ fn coverage(rows: &[Row]) -> Sheet {
     sheet
 }
 
-/// The value below which a part of them lies.
-fn quantile(sorted: &[f64], part: f64) -> String {
-    let last = sorted.len().saturating_sub(1);
-    sorted.get((part * last as f64).round() as usize).copied().map_or("-".to_owned(), digits)
+/// A quantile as a cell.
+fn part_of(sorted: &[f64], part: f64) -> String {
+    quantile(sorted, part).map_or("-".to_owned(), digits)
 }
 
 fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -279,7 +279,7 @@ fn held_out(rows: &[Row]) -> Sheet {
     for (family, family_name, log, log_name) in parts(rows) {
         let rms = sorted(of_part(rows, family, log).iter().filter_map(|row| row.rms_over_noise));
         let within = rms.iter().filter(|ratio| **ratio <= 1.2).count();
-        let cells = [family_name.to_owned(), log_name.to_owned(), quantile(&rms, 0.5), quantile(&rms, 0.95)];
+        let cells = [family_name.to_owned(), log_name.to_owned(), part_of(&rms, 0.5), part_of(&rms, 0.95)];
         sheet.row(cells.into_iter().chain([rate(within, rms.len())]));
     }
     sheet
@@ -295,8 +295,8 @@ fn costs(rows: &[Row]) -> Sheet {
         let walls = sorted(of.iter().map(|row| row.wall_s));
         let samples = sorted(of.iter().map(|row| row.samples as f64));
         let cells = [family_name.to_owned(), log_name.to_owned(), of.len().to_string()];
-        let middle = samples.get(samples.len() / 2).map_or("-".to_owned(), |count| format!("{count:.0}"));
-        let numbers = [middle, quantile(&walls, 0.5), quantile(&walls, 0.95), quantile(&walls, 1.0)];
+        let middle = quantile(&samples, 0.5).map_or("-".to_owned(), |count| format!("{count:.0}"));
+        let numbers = [middle, part_of(&walls, 0.5), part_of(&walls, 0.95), part_of(&walls, 1.0)];
         sheet.row(cells.into_iter().chain(numbers));
     }
     sheet

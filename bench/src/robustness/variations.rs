@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use closed_loop::{Level, Outcome, WiringError, measure_parts, wire_level};
 use config::Scenario;
-use valve_model::{Effect, EffectValue, FrictionParams, Model, MotorParams};
+use valve_model::{Effect, EffectId, EffectValue, FrictionParams, Model, MotorParams};
 
 /// A valve that is not as believed, or an encoder.
 #[derive(Debug, Clone)]
@@ -101,7 +101,7 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
         all.push(with_effect(
             belief,
             name,
-            "coupling-compliance",
+            EffectId::CouplingCompliance,
             &number("stiffness_nm_per_rad", stiffness * scale.torque / scale.angle),
         )?);
     }
@@ -109,19 +109,19 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
         all.push(with_effect(
             belief,
             format!("backlash of ± {half_width} rad"),
-            "backlash",
+            EffectId::Backlash,
             &number("half_width_rad", half_width * scale.angle),
         )?);
     }
     for torque in DETENTS_NM {
         let name = format!("detent of {torque} N·m");
-        all.push(with_effect(belief, name, "detent-torque", &first(torque * scale.torque))?);
+        all.push(with_effect(belief, name, EffectId::DetentTorque, &first(torque * scale.torque))?);
     }
     for error in MICROSTEP_ERRORS_RAD {
         all.push(with_effect(
             belief,
             format!("micro-step error of {error} rad"),
-            "microstep-error",
+            EffectId::MicrostepError,
             &first(error * scale.angle),
         )?);
     }
@@ -147,10 +147,10 @@ fn with_friction(belief: &Model, factor: f64) -> Model {
 fn with_effect(
     belief: &Model,
     name: String,
-    id: &str,
+    id: EffectId,
     parameters: &[(&str, EffectValue)],
 ) -> Result<Variation> {
     let mut truth = belief.clone();
-    truth.effects.push(Effect::from_parts(id, parameters).map_err(|error| anyhow::anyhow!("{id}: {error}"))?);
+    truth.effects.push(Effect::new(id, parameters).map_err(|error| anyhow::anyhow!("{id}: {error}"))?);
     Ok(with_encoder(name, truth))
 }

@@ -5,6 +5,7 @@ use super::client::Client;
 use super::instance::{Counts, Instance, Scope};
 use crate::output::{Sheet, digits};
 use anyhow::{Context, Result};
+use log_data::quantile;
 use recording::{AnyMessage, read_record};
 use serde_json::{Value, json};
 use std::ops::Range;
@@ -157,6 +158,5 @@ fn by_turn(counts: &[u64]) -> String {
 
 /// A quantile of what is ascending, in µs.
 fn quantile_us(ascending: &[u64], share: f64) -> Option<f64> {
-    let last = ascending.len().checked_sub(1)?;
-    ascending.get((share * last as f64) as usize).map(|ns| *ns as f64 / 1e3)
+    quantile(ascending, share).map(|ns| ns as f64 / 1e3)
 }

@@ -9,11 +9,11 @@ mod check;
 mod energised;
 mod known;
 mod log;
-mod median;
+mod quantile;
 
 pub use channel::Channel;
 pub use check::LogError;
 pub use energised::cut_to_energised;
 pub use known::{MOST_MISSING, cut_to_known, lacking};
 pub use log::{AngleZero, Attribute, Extra, Log, Run};
-pub use median::median;
+pub use quantile::{median, quantile};

@@ -9,11 +9,8 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
 /// The value below which this part of what is finite lies; NaN of nothing.
 pub(crate) fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     let mut finite: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    if finite.is_empty() {
-        return f64::NAN;
-    }
-    let index = ((finite.len() - 1) as f64 * part).round() as usize;
-    *finite.select_nth_unstable_by(index, f64::total_cmp).1
+    finite.sort_unstable_by(f64::total_cmp);
+    log_data::quantile(&finite, part).unwrap_or(f64::NAN)
 }
 
 /// The standard deviation of noise from sample to sample: from the median of second differences, in which motion hardly

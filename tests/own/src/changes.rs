@@ -3,28 +3,28 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 use std::fmt::Write;
-use valve_model::{Effect, EffectValue, FrictionParams, Model};
+use valve_model::{Effect, EffectId, EffectValue, FrictionParams, Model};
 
 /// The effects that a truth may have, the belief's own form each.
-pub const CHANGES: &[&str] = &[
-    "coulomb-level",
-    "static-level",
-    "stribeck-velocity",
-    "viscous-level",
-    "load-inertia",
-    "pressure-dependent-friction",
-    "direction-asymmetry",
-    "angle-dependent-friction",
-    "flow-torque",
-    "detent-torque",
-    "microstep-error",
-    "backlash",
-    "coupling-compliance",
+pub const CHANGES: &[EffectId] = &[
+    EffectId::CoulombLevel,
+    EffectId::StaticLevel,
+    EffectId::StribeckVelocity,
+    EffectId::ViscousLevel,
+    EffectId::LoadInertia,
+    EffectId::PressureDependentFriction,
+    EffectId::DirectionAsymmetry,
+    EffectId::AngleDependentFriction,
+    EffectId::FlowTorque,
+    EffectId::DetentTorque,
+    EffectId::MicrostepError,
+    EffectId::Backlash,
+    EffectId::CouplingCompliance,
 ];
 
 /// One of them with its numbers: levels by a fifth, viscous friction three times, inertia by two fifths, and the others as
 /// large as they are met.
-pub(crate) fn draw(id: &str, belief: &Model, rng: &mut Pcg64) -> Effect {
+pub(crate) fn draw(id: EffectId, belief: &Model, rng: &mut Pcg64) -> Effect {
     let coulomb_nm = coulomb_nm(belief);
     let up = rng.random_bool(0.5);
     let mut between = |low: f64, high: f64| rng.random_range(low..high);
@@ -35,25 +35,25 @@ pub(crate) fn draw(id: &str, belief: &Model, rng: &mut Pcg64) -> Effect {
     };
     let phase = between(0.0, std::f64::consts::TAU);
     let parts = match id {
-        "coulomb-level" => number("factor", if up { 1.2 } else { 0.8 }),
-        "static-level" => number("factor", if up { 1.3 } else { 0.75 }),
-        "stribeck-velocity" => number("factor", if up { 2.0 } else { 0.5 }),
-        "viscous-level" => number("factor", 3.0),
-        "load-inertia" => number("factor", 1.4),
-        "pressure-dependent-friction" => number("gain", between(0.03, 0.08)),
-        "direction-asymmetry" => number("level", between(0.08, 0.2) * if up { 1.0 } else { -1.0 }),
-        "angle-dependent-friction" => wave(between(0.1, 0.2), phase),
-        "flow-torque" => wave(between(0.02, 0.06) * coulomb_nm, phase),
-        "detent-torque" => wave(between(0.1, 0.3), phase),
-        "microstep-error" => wave(between(1e-4, 4e-4), phase),
-        "backlash" => number("half_width_rad", between(5e-4, 2e-3)),
-        "coupling-compliance" => vec![
+        EffectId::CoulombLevel => number("factor", if up { 1.2 } else { 0.8 }),
+        EffectId::StaticLevel => number("factor", if up { 1.3 } else { 0.75 }),
+        EffectId::StribeckVelocity => number("factor", if up { 2.0 } else { 0.5 }),
+        EffectId::ViscousLevel => number("factor", 3.0),
+        EffectId::LoadInertia => number("factor", 1.4),
+        EffectId::PressureDependentFriction => number("gain", between(0.03, 0.08)),
+        EffectId::DirectionAsymmetry => number("level", between(0.08, 0.2) * if up { 1.0 } else { -1.0 }),
+        EffectId::AngleDependentFriction => wave(between(0.1, 0.2), phase),
+        EffectId::FlowTorque => wave(between(0.02, 0.06) * coulomb_nm, phase),
+        EffectId::DetentTorque => wave(between(0.1, 0.3), phase),
+        EffectId::MicrostepError => wave(between(1e-4, 4e-4), phase),
+        EffectId::Backlash => number("half_width_rad", between(5e-4, 2e-3)),
+        EffectId::CouplingCompliance => vec![
             ("stiffness_nm_per_rad", EffectValue::Number(between(1500.0, 3000.0))),
             ("damping_nm_s_per_rad", EffectValue::Number(between(0.5, 1.5))),
         ],
         other => panic!("no amounts for {other}"),
     };
-    Effect::from_parts(id, &parts).unwrap()
+    Effect::new(id, &parts).unwrap()
 }
 
 /// The level of sliding friction.

@@ -23,7 +23,7 @@ use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::path::Path;
-use valve_model::Effect;
+use valve_model::{Effect, EffectId};
 
 /// How the scenario is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl Recording {
     ///
     /// # Errors
     /// Where the repository's scenarios or models can't be read.
-    pub fn draw(seed: u64, change: Option<&str>) -> Result<Self> {
+    pub fn draw(seed: u64, change: Option<EffectId>) -> Result<Self> {
         let mut rng = Pcg64::seed_from_u64(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
         let scenario = scenarios::draw(change.is_some(), &mut rng)?;
         let counts = [None, Some(4_000.0), Some(131_072.0), Some(1_000_000.0)][rng.random_range(0..4)];

@@ -6,6 +6,7 @@ use super::keep::worst;
 use super::row_file::TABLE;
 use ::campaign::{Campaign, Metric, Row};
 use influences::sections;
+use log_data::quantile;
 use report::{Axis, Block, Hue, Page, Section, Style, Table, XyPlot, XySeries};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -222,8 +223,7 @@ fn quantiles(metric: Metric, several: bool, scenario: &str, values: &[f64]) -> V
         row.push(scenario.to_owned());
     }
     row.push(values.len().to_string());
-    let at = |part: f64| values.get((part * values.len().saturating_sub(1) as f64).round() as usize);
-    row.extend(QUANTILES.iter().map(|(_, part)| at(*part).map_or("–".to_owned(), |value| short(*value))));
+    row.extend(QUANTILES.iter().map(|(_, part)| quantile(values, *part).map_or("–".to_owned(), short)));
     row
 }
 
