@@ -1,10 +1,10 @@
-//! What a judgement begins with.
+//! Inputs of a judgement.
 
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Correction;
 use crate::fit::equations::Point;
 
-/// What a judgement begins with: the start of a fit, the corrections that are allowed, and the causes that can be tested.
+/// Inputs of a judgement: the start of a fit, the corrections that are allowed, and the causes that can be tested.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     pub first: &'a Point,

@@ -1,4 +1,4 @@
-//! Corrections of the model's numbers within their tolerance: alone, and beside the causes that a search has selected.
+//! Corrections of the model's parameters within their tolerance: alone, and beside the causes that a search has selected.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -21,13 +21,13 @@ use valve_model::EffectId;
 
 /// Steps of a fit of the corrections within their tolerance.
 pub(crate) const CORRECTING: usize = 6;
-/// A correction is clear from so many of its standard errors on.
+/// A correction counts as significant from this many standard errors on.
 const CLEAR: f64 = 2.0;
-/// A level beyond its tolerance cuts this part of the held-out error at least.
+/// A level beyond its tolerance must cut the held-out error by at least this fraction.
 const LEVEL: f64 = 0.02;
 
-/// The given model refitted with corrections; `None` if its residual is white without, or none are allowed. They stay at none where they
-/// only make it worse.
+/// The given model refitted with corrections; `None` if its residual is white without them, or none are allowed. They stay
+/// neutral if they would only increase a residual that is noise already.
 pub(crate) fn within_tolerance(
     setting: &Setting<'_>,
     given: &Fitted,
@@ -85,7 +85,7 @@ pub(crate) fn with_corrections(
     let joint = without_idle_corrections(&quick, levels_beyond(&quick, able, joint)?)?;
     let exact = if kept.is_some() { Tried::from(setting, joint.fitted.point, CORRECTING)? } else { joint };
     selection.take(exact);
-    // Beside the corrections some harmonics may be within their own errors.
+    // Beside the corrections some harmonics may no longer be significant.
     for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
         if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
         {
@@ -95,14 +95,14 @@ pub(crate) fn with_corrections(
     Ok(selection)
 }
 
-/// A number of the model that the corrections beside the causes take to its bound, as a cause where the held-out error falls with it: it is
-/// off by more. The torque's scale is then left as given: beside a level that can't go further it stands in for it, and takes the causes'
-/// torques with it.
+/// Makes a parameter of the model a cause if the corrections beside the causes take it to its bound and the held-out error
+/// falls with it: it is off by more than its tolerance. The torque's scale is then left as given: beside a level that is at its
+/// bound, the scale stands in for the level, and takes the causes' torques with it.
 fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Result<Tried, DiagnosisError> {
     let at_bound: Vec<Correction> =
         joint.fitted.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()).cloned().collect();
     let mut best = joint;
-    for of in at_bound.iter().filter(|of| !matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset)) {
+    for of in at_bound.iter().filter(|of| !of.id.is_of_transducer()) {
         let Some(candidate) = able.iter().find(|candidate| candidate.id == of.id) else { continue };
         if setting.is_over() {
             break;
@@ -119,12 +119,12 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
     Ok(best)
 }
 
-/// The same with corrections held at none where they are no larger than their own errors, and the torque's scale however large, if the
-/// held-out error stays the same: a number moves only where the data ask for it. How well the causes are known takes all of them as
-/// uncertain all the same.
+/// The same with corrections held at neutral if they are within their standard errors (the torque's scale in any case) and the
+/// held-out error stays the same: a parameter is corrected only if the data require it. The causes' intervals treat all
+/// corrections as uncertain nevertheless.
 ///
-/// All of them at once, if that goes. Else one after the other, the torque's scale first: it is collinear with all levels together, and
-/// stays at 1 unless the data contradict it.
+/// All of them are held at once if the error allows that, else one after the other, the torque's scale first: it is collinear
+/// with all levels together, and stays at 1 unless the data contradict it.
 fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
     let idle = idle_corrections(setting, &joint);
     if idle.is_empty() {
@@ -148,8 +148,8 @@ fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried
     Ok(kept)
 }
 
-/// Places of the corrections that are no larger than their own errors, the torque's scale first in any case, then by what they are in parts
-/// of these.
+/// Indices of the corrections within `CLEAR` standard errors, smallest ratio first. The torque's scale is always
+/// included, and comes first.
 fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
     let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Vec::new() };
     let hypothesis = &joint.fitted.point.hypothesis;
@@ -166,10 +166,10 @@ fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
     idle.into_iter().map(|(_, index)| index).collect()
 }
 
-/// The same fitted with these corrections held at none; `None` if the held-out error is larger than `least` then.
+/// The same fitted with these corrections held at neutral; `None` if the held-out error is then larger than `least`.
 ///
-/// The torque's scale and all levels together predict nearly the same. Of the two descriptions the one is taken that asks less of the
-/// model's numbers, where they are nearly equal.
+/// The torque's scale and all levels together predict nearly the same. Where the two descriptions are nearly equal, the one
+/// with the smaller corrections is taken.
 fn holding(
     setting: &Setting<'_>,
     (tried, least): (&Tried, f64),
@@ -185,6 +185,6 @@ fn holding(
     let Some(without) = if_possible(Tried::from(setting, begin, CORRECTING))? else { return Ok(None) };
     let asks_less = without.fitted.point.hypothesis.off_by_tolerance() <= hypothesis.off_by_tolerance();
     let alike = if scale.is_some_and(held) && asks_less { NEARLY } else { EQUAL };
-    // Where much more than noise is left, no smaller part of that counts.
+    // If the residual is far above noise, the tolerance is relative to it.
     Ok(Some(without).filter(|without| without.rms <= least + alike * least.max(1.0)))
 }

@@ -25,8 +25,8 @@ use crate::workers::{Workers, map};
 use log_data::{AngleZero, Log};
 use valve_model::Model;
 
-/// Where a residual is below this part of the noise, the noise was that of a worse model: its motion's errors are estimated once more
-/// with the model that was found.
+/// If a residual is below this fraction of the noise, the noise was estimated with a worse model: the motion's errors are then
+/// estimated once more with the model that was found.
 const QUIETER: f64 = 0.7;
 
 /// Diagnoses a log against a model.
@@ -165,7 +165,7 @@ pub fn diagnose(
     }
     let Some(colour) = judged.colour()? else {
         let found = conclude(&judged, &able, &unable)?;
-        // Last, and where nothing else is found: a zero for each block takes what a slow cause does.
+        // Tried last, and only if nothing else is found: a zero for each block can absorb the effect of a slow cause.
         let zero_nm = zeros_in_doubt(&judged, options.tolerance, found.diagnosis.verdict);
         let setting = Setting { nuisances: Nuisances { zero_nm, ..nuisances }, ..judged.setting };
         let few = if zero_nm > 0.0 { judge_few(setting, noise, asked)? } else { None };
@@ -182,13 +182,12 @@ pub fn diagnose(
     conclude(&judged, &able, &unable)
 }
 
-/// The standard deviation of a torque's zero from block to block that is to be tried, N·m, where nothing explains the residual and runs
-/// can show a zero; else 0.
+/// The standard deviation of a torque's zero from block to block that is to be tried, N·m, if nothing explains the residual and
+/// the runs can show a zero; else 0.
 fn zeros_in_doubt(judged: &Judgement<'_>, tolerance: f64, verdict: Verdict) -> f64 {
     let campaign = judged.setting.campaign;
-    let shows = campaign.kind.motion_is_measured && shows_zeros(campaign);
     if verdict != Verdict::Unexplained
-        || !shows
+        || !shows_zeros(campaign)
         || judged.setting.nuisances.zero_nm > 0.0
         || judged.setting.is_over()
     {
@@ -197,7 +196,7 @@ fn zeros_in_doubt(judged: &Judgement<'_>, tolerance: f64, verdict: Verdict) -> f
     tolerance * campaign.facts.coulomb_nm
 }
 
-/// The mains' hum in what the given model leaves.
+/// The mains' hum in the residual of the given model.
 fn hum_of_first(
     campaign: &Campaign,
     given: &Model,

@@ -1,4 +1,4 @@
-//! Why a log can't be held against a model.
+//! Why a log can't be compared with a model.
 
 use log_data::Channel;
 use prediction::PredictionError;
@@ -8,14 +8,14 @@ use valve_model::ParamError;
 /// What is wrong with the log, or with the model for it. Rows count from 1.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DiagnosisError {
-    /// A run from which nothing can be learnt.
+    /// A run that is too short.
     #[error("run {run}, row {found}: the run ends after {found} samples, expected at least {expected}")]
     TooShort {
         /// The run.
         run: String,
         /// Its samples.
         found: usize,
-        /// The least that are of use.
+        /// The least number required.
         expected: usize,
     },
     /// A sample is missing.
@@ -60,12 +60,12 @@ pub enum DiagnosisError {
         row: usize,
         /// The channel predicted.
         channel: Channel,
-        /// What came out.
+        /// The value predicted.
         found: f64,
     },
 }
 
-/// What came of numbers that were tried; `None` where the model doesn't take them.
+/// The result of a trial; `None` if the model rejects its parameter values.
 pub(crate) fn if_possible<T>(tried: Result<T, DiagnosisError>) -> Result<Option<T>, DiagnosisError> {
     match tried {
         Err(DiagnosisError::Model { .. }) => Ok(None),

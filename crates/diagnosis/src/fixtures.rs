@@ -1,4 +1,4 @@
-//! What unit tests of several files begin with.
+//! Fixtures of unit tests in several files.
 
 use valve_model::{Effect, LoadParams, Model};
 

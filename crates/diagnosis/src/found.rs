@@ -1,4 +1,4 @@
-//! What a diagnosis hands back to its caller, on the way and at the end.
+//! What a diagnosis returns to its caller: its progress, and its result.
 
 use crate::outcome::Diagnosis;
 use log_data::Channel;
@@ -14,13 +14,13 @@ pub enum Event<'a> {
         /// Noise of the measurement.
         noise: f64,
     },
-    /// Effects by their linearised cut of the held-out RMS, in parts of the noise.
+    /// Effects by their linearised cut of the held-out RMS, relative to the noise.
     Ranking(&'a [(EffectId, f64)]),
-    /// How far the search is at the most: samples simulated, and what ends it.
+    /// Progress towards the bound of the search: samples simulated, and their limit.
     Bound {
         /// Samples simulated so far.
         simulated: u64,
-        /// Samples after which it concludes from what it has.
+        /// Samples after which it concludes from the causes found so far.
         at_most: u64,
     },
     /// A step of the work.
@@ -40,7 +40,7 @@ pub struct Shown {
     pub held_out: bool,
     /// Times, s.
     pub time_s: Vec<f64>,
-    /// Measured angle, rad: of the command in logs without torque.
+    /// Measured angle, rad; that of the command in logs without torque.
     pub angle_rad: Vec<f64>,
     /// Speed, rad/s.
     pub speed_rad_per_s: Vec<f64>,
@@ -64,18 +64,18 @@ pub struct Shown {
 pub struct Found {
     /// For diagnosis.json.
     pub diagnosis: Diagnosis,
-    /// The given model with what was found, causes and corrections within the tolerance: it predicts this log with the error that is told.
+    /// The given model with the accepted causes and the corrections within the tolerance: it predicts this log with the reported error.
     pub extended: Model,
-    /// Of each group of causes that can't be told apart, in their order, the effect that fitted best; none where something
-    /// speaks against what was found.
+    /// The effect that fitted best of each ambiguous group, in their order; none if there is an objection to the selection.
+    /// Then the effects that are offered.
     pub proposed: Vec<Effect>,
-    /// Of each group of causes that can't be told apart, in their order, every effect as it fits in place of the others.
+    /// Every effect of each ambiguous group, in their order, fitted in place of the others.
     pub rivals: Vec<Effect>,
     /// The channel that the model predicts.
     pub channel: Channel,
-    /// Whether a zero of each run's torque, or a hum, was taken off before an error was told: predictions have neither.
+    /// Whether each run's zero of the torque, or a hum, was subtracted before the error was computed: predictions contain neither.
     pub taken_off: bool,
-    /// The first screening: cut of the held-out RMS in parts of the noise.
+    /// The first screening: cut of the held-out RMS, relative to the noise.
     pub ranking: Vec<(EffectId, f64)>,
     /// The pieces, for plots.
     pub shown: Vec<Shown>,

@@ -1,4 +1,4 @@
-//! One judgement: the given model fitted, causes searched for, and corrections of the model's numbers refitted with them.
+//! One judgement: the given model fitted, causes searched for, and corrections of the model's parameters refitted with them.
 
 use crate::DiagnosisError;
 use crate::asked::Asked;
@@ -30,9 +30,9 @@ use log_data::AngleZero;
 use std::collections::BTreeSet;
 use valve_model::EffectId;
 
-/// Steps of a fit of a number beyond its tolerance, before it is seen whether it may leave noise.
+/// Steps of the fit of a parameter beyond its tolerance before it is decided whether noise is within reach.
 const FIRST_STEPS: usize = 2;
-/// Causes that are looked for beside corrections.
+/// Causes that are searched for beside corrections.
 const FEW: usize = 2;
 /// A candidate whose predicted residual RMS, or that after its first steps, is more than this many times the noise is not fitted further.
 const HOPELESS: f64 = 1.5;
@@ -72,7 +72,7 @@ pub(crate) fn judge<'a>(
         Few::Found(few) => *few,
         Few::Not(few) => {
             let selected = select(&setting, asked.able, given, earlier, &mut ranked)?;
-            // A search that was ended before it found anything takes nothing back.
+            // If a search was ended before it found anything, the few causes found before stay.
             few.filter(|few| setting.is_over() && few.has_more_than(&selected)).map_or(selected, |few| *few)
         }
     };
@@ -96,9 +96,9 @@ pub(crate) fn judge_few<'a>(
     judgement(setting, noise, selection, &given.point, asked).map(Some)
 }
 
-/// The same with a zero of its own for each run, if no more than noise is left then: of a log whose runs differ in what the model leaves
-/// on average. Asked where one zero needs many causes: an encoder that was switched off between the runs, or a transducer that was
-/// loaded anew, is less to assume.
+/// As [`judge_few`], with a zero of its own for each run: only if the runs differ on average in the residual of the given
+/// model. Tried where one zero needs many causes. An encoder that was switched off between the runs, or a transducer that was
+/// loaded anew, is a smaller assumption than these.
 fn with_zeros_by_run<'a>(
     setting: Setting<'a>,
     noise: NoiseLevel,
@@ -121,8 +121,8 @@ fn with_zeros_by_run<'a>(
     judge_few(Setting { nuisances, ..setting }, noise, Asked { first: &first, ..asked })
 }
 
-/// True if offsets of each run, which leave noise alone, are reported as the explanation: the same causes are found without them and leave
-/// more (numbers of the model may differ), or the residual is much smaller than without.
+/// True if offsets of each run, which leave only noise, are reported as the explanation. Either the same causes are found
+/// without them and leave more (parameters of the model may differ), or the residual without them is much larger.
 fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, corrections: &[Correction]) -> bool {
     let Some(without) = without else { return true };
     let is_number = |id: EffectId| corrections.iter().any(|of| of.id == id);
@@ -140,7 +140,7 @@ fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances 
     let mut nuisances = setting.nuisances;
     if campaign.angle_zero == Some(AngleZero::Common) {
         nuisances.angle_zero = true;
-    } else if campaign.kind.motion_is_measured && nuisances.zero_nm == 0.0 && shows_zeros(campaign) {
+    } else if nuisances.zero_nm == 0.0 && shows_zeros(campaign) {
         let zero = corrections.iter().find(|of| of.id == EffectId::TorqueOffset);
         nuisances.zero_nm = zero.map_or(0.0, |zero| zero.deviation);
     }
@@ -163,16 +163,16 @@ fn judgement<'a>(
     Ok(Judgement { setting, noise, selection, corrections, before, structure_before, rms, seed })
 }
 
-/// What no cause, or few, explain beside corrections.
+/// Whether no cause, or few, explain the log beside corrections.
 enum Few {
     /// They leave no more than noise.
     Found(Box<Selection>),
-    /// They leave more: what was found on the way, if anything was asked.
+    /// They leave more: the causes found so far, if any were searched for.
     Not(Option<Box<Selection>>),
 }
 
-/// No cause, where corrections alone leave no more than noise, or few beside them. Corrections that get there at their bounds are held
-/// against one number that is off by more.
+/// No cause if corrections alone leave no more than noise; else few causes, if they do beside corrections. Corrections that
+/// reach noise only at their bounds are compared with a single parameter beyond its tolerance.
 fn few(
     setting: &Setting<'_>,
     asked: Asked<'_>,
@@ -186,11 +186,11 @@ fn few(
     if within && !corrected.point.hypothesis.corrections.iter().any(Correction::is_at_bound) {
         return found(nothing_yet(setting, given.clone()));
     }
-    // What comes of it is fitted again, with exact ones.
+    // The result is fitted again later, with exact sensitivities.
     let kept = setting.sensitivities(&corrected.point)?;
     let setting = &Setting { kept: kept.as_ref(), ..*setting };
     let rms = Tried::judged(setting, corrected.clone()).rms;
-    // Where the corrections leave noise, a number beyond its tolerance has to leave less.
+    // If the corrections leave noise, a parameter beyond its tolerance must leave less.
     let least = if within { rms - EQUAL } else { f64::INFINITY };
     if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected), least)? {
         return found(beyond);
@@ -203,7 +203,8 @@ fn few(
     {
         return found(again);
     }
-    // Far from noise: where numbers of the model alone get there, only one cause in place of them all is less to assume.
+    // Far above noise: if several parameters of the model alone explain the residual, only a single cause in place of them all
+    // is a smaller assumption.
     let numbers = if rms > HOPELESS { numbers_off(setting, asked, given, rms)? } else { None };
     let causes = if numbers.is_some() { 1 } else { FEW };
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
@@ -213,8 +214,8 @@ fn few(
     })
 }
 
-/// The causes of an earlier search, where they leave no more than noise beside the corrections now: the log, or what is known of its noise,
-/// has changed since.
+/// The causes of an earlier search, if they leave no more than noise beside the corrections now: the log, or the estimate of
+/// its noise, has changed since.
 fn earlier_ones(
     setting: &Setting<'_>,
     earlier: &Selection,
@@ -234,9 +235,9 @@ fn earlier_ones(
     Ok(leaves_noise(setting, &state.fitted)?.then_some(state))
 }
 
-/// A number of the model that is wrong beyond its tolerance, where that leaves no more than noise beside corrections of the others: each
-/// that the corrections alone take to its bound is tried. A search beside the corrections can't see it, since its own is in the way.
-/// It has to leave less than `most`: finite where the corrections alone leave noise.
+/// A parameter of the model that is wrong beyond its tolerance, if it leaves no more than noise beside corrections of the others. Each
+/// one that the corrections alone take to its bound is tried. A search beside the corrections can't find it, because its own correction
+/// is collinear with it. It must leave less than `most`, which is finite if the corrections alone leave noise.
 fn beyond_tolerance(
     setting: &Setting<'_>,
     able: &[Candidate],
@@ -252,10 +253,10 @@ fn beyond_tolerance(
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
         found.extend(if_noise_is_left(setting, corrected, level, HOPELESS)?.map(|tried| (of.id, tried)));
     }
-    // A late transducer makes such numbers stand for it, where the corrections leave more than noise.
-    let late = able.iter().find(|candidate| candidate.id == EffectId::SensorDelay);
-    let stands_for_it = !found.is_empty() && !most.is_finite() && setting.campaign.kind.motion_is_measured;
-    if let Some(late) = late.filter(|_| stands_for_it) {
+    // If the corrections leave more than noise, such parameters may stand in for a late transducer.
+    let late = EffectId::SensorDelay;
+    let stands_for_it = !found.is_empty() && !most.is_finite() && setting.campaign.kind.residual_is_torque();
+    if let Some(late) = able.iter().find(|candidate| candidate.id == late).filter(|_| stands_for_it) {
         let member = Member::new(late, late.neutral(), late.free.clone());
         found.extend(if_noise_is_left(setting, corrected, member, HOPELESS)?.map(|tried| (late.id, tried)));
     }
@@ -287,7 +288,7 @@ fn beyond_tolerance(
     Ok(Some(state))
 }
 
-/// A cause beside the corrections, less the one that it is a number of, if that leaves no more than noise.
+/// The fit of a cause beside the corrections, without the correction of the same parameter, if it leaves no more than noise.
 fn if_noise_is_left(
     setting: &Setting<'_>,
     corrected: &Fitted,
@@ -296,7 +297,7 @@ fn if_noise_is_left(
 ) -> Result<Option<Tried>, DiagnosisError> {
     let others = corrected.point.hypothesis.with_corrections_of(|id| id != member.candidate.id);
     let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
-    // Such causes act nearly in proportion: what a few steps leave far from noise, more would not bring there.
+    // The prediction is nearly linear in such causes: if a few steps end far above noise, more steps would not reach it.
     let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { return Ok(None) };
     if tried.rms > hopeless {
         return Ok(None);
@@ -305,8 +306,8 @@ fn if_noise_is_left(
     Ok(if leaves_noise(setting, &tried.fitted)? { Some(tried) } else { None })
 }
 
-/// The twins of a number beyond its tolerance that these data can't tell from it, in its place, where they leave no more than noise too.
-/// Only those are fitted that by their linearised gain come near it.
+/// The twins of a parameter beyond its tolerance that these data can't tell from it, fitted in its place, if they leave no more
+/// than noise too. Only twins whose linearised gain is close to that of the parameter are fitted.
 fn twins_beside(
     setting: &Setting<'_>,
     able: &[Candidate],
@@ -337,9 +338,9 @@ fn twins_beside(
     Ok(found)
 }
 
-/// One cause or two that leave no more than noise together with corrections of the model's numbers, if it takes no more.
+/// One cause or two that leave no more than noise together with corrections of the model's parameters, if there are such.
 ///
-/// Asked first: against numbers that are off by their tolerance, a search without corrections finds causes for those too.
+/// Tried first: if parameters are off within their tolerance, a search without corrections finds causes for those errors too.
 fn few_beside_corrections(
     setting: &Setting<'_>,
     able: &[Candidate],
@@ -360,7 +361,7 @@ fn few_beside_corrections(
             state.first_ranking = screening.ranking();
             ranked(&state.first_ranking);
         }
-        // The last one that is allowed has to leave no more than noise.
+        // The last cause that is allowed must leave no more than noise.
         let best = screening.ranked.first().map_or(0.0, |best| best.gain);
         if causes + 1 == at_most && state.rms - best > HOPELESS {
             break;
@@ -371,11 +372,11 @@ fn few_beside_corrections(
         refine(&quick, &mut state)?;
         kept = setting.sensitivities(&state.fitted.point)?;
         if kept.is_some() {
-            // Beside the cause the corrections may do something else.
+            // Beside the cause, other corrections may be the best.
             let quick = Setting { kept: kept.as_ref(), ..*setting };
             state.take(Tried::from(&quick, state.fitted.point.clone(), CORRECTING)?);
         }
-        // Causes would be searched for a hum that stands out now: without it they come next.
+        // A hum that stands out now ends the search, which would find causes for it. The search goes on once the hum is taken out.
         if leaves_noise(setting, &state.fitted)?
             || mains(setting, &left(setting, &state.fitted.point)?).is_some()
         {

@@ -1,4 +1,4 @@
-//! Several numbers of the model that are off by more than their tolerance: a first guess of a model, held against a record.
+//! Several parameters of the model that are off by more than their tolerance: a model of first guesses, compared with a record.
 
 use crate::DiagnosisError;
 use crate::asked::Asked;
@@ -14,24 +14,24 @@ use crate::name::selection::{Round, Selection};
 use crate::name::tried::{NEARLY, STEPS, Tried};
 use valve_model::EffectId;
 
-/// How well the numbers of a first guess are known, one standard deviation: read from a plot or a data sheet.
+/// The relative standard deviation of a parameter that is a first guess: read from a plot or a data sheet.
 const GUESSED: f64 = 0.3;
 
-/// With all numbers free little more than noise may be left, where it is this part of what corrections leave at most: a number that is none of
-/// those that are fitted (the bristles' damping) is a first guess too.
+/// With all parameters free, the residual may be a little above noise if it is at most this fraction of the one with
+/// corrections alone: a parameter that is not fitted (the bristles' damping) is a first guess too.
 const LITTLE_MORE: f64 = 1.5;
 const CUT_TO: f64 = 0.5;
 
-/// Whether a fit leaves no more than noise, or little more and far less than the corrections within their tolerance do.
+/// Whether a fit leaves no more than noise, or little more and far less than the corrections within their tolerance.
 fn explains(setting: &Setting<'_>, tried: &Tried, within: f64) -> Result<bool, DiagnosisError> {
     Ok(tried.rms < LITTLE_MORE.min(CUT_TO * within) || leaves_noise(setting, &tried.fitted)?)
 }
 
-/// The numbers that are off by more than their tolerance as causes, where little more than noise is left with all numbers of the model free;
-/// the corrections alone leave a held-out RMS of `within` times the noise.
+/// The parameters that are off by more than their tolerance, as causes, if all parameters of the model together leave little
+/// more than noise. `within` is the held-out RMS with the corrections alone, relative to the noise.
 ///
-/// Asked where few causes leave more: one after the other such numbers are hard to find, since each stands in for the others. The
-/// transducer is taken as it reads: beside all levels its scale can't be told from theirs.
+/// They are fitted all at once, because one after the other they are hard to find: each stands in for the others. The
+/// transducer's scale is taken as given: beside all levels it can't be told from theirs.
 pub(crate) fn numbers_off(
     setting: &Setting<'_>,
     asked: Asked<'_>,
@@ -69,13 +69,14 @@ pub(crate) fn numbers_off(
     Ok(Some(state))
 }
 
-/// The given model with all its numbers free as first guesses are, the transducer as it reads; `None` where the tolerance is as wide already.
+/// The given model fitted with all its parameters free as first guesses are, the transducer as given; `None` if the tolerance
+/// is as wide already.
 fn all_numbers_free(
     setting: &Setting<'_>,
     asked: Asked<'_>,
     given: &Fitted,
 ) -> Result<Option<Fitted>, DiagnosisError> {
-    let is_level = |of: &&Correction| !matches!(of.id, EffectId::TorqueGain | EffectId::TorqueOffset);
+    let is_level = |of: &&Correction| !of.id.is_of_transducer();
     let known: Vec<&Correction> = asked.corrections.iter().filter(is_level).collect();
     if known.len() < 2 || known.iter().any(|of| of.deviation >= GUESSED) || setting.is_over() {
         return Ok(None);
@@ -88,7 +89,7 @@ fn all_numbers_free(
     if_possible(fit(setting, begin, &Piece::is_fitted, STEPS))
 }
 
-/// The given model with these numbers free, and corrections of the others but for the transducer's scale.
+/// The given model with these parameters free, and corrections of the others except the transducer's scale.
 fn with_numbers(asked: Asked<'_>, given: &Fitted, off: &[(EffectId, f64)]) -> Hypothesis {
     let is_free = |id: EffectId| off.iter().any(|(free, _)| *free == id);
     let within = |of: &&Correction| !is_free(of.id) && of.id != EffectId::TorqueGain;
@@ -103,7 +104,7 @@ fn with_numbers(asked: Asked<'_>, given: &Fitted, off: &[(EffectId, f64)]) -> Hy
     hypothesis
 }
 
-/// The same with numbers back within their tolerance where the held-out error stays the same, those first that are off least.
+/// The same with parameters back within their tolerance if the held-out error stays the same, those first that are off least.
 fn those_needed(
     setting: &Setting<'_>,
     (asked, given, within): (Asked<'_>, &Fitted, f64),

@@ -6,12 +6,12 @@ use valve_model::EffectId;
 /// What can be chosen.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
-    /// Decides which runs are held out, and the bootstrap's draws: the same seed, the same answer.
+    /// Decides which runs are held out, and the bootstrap's draws: the same seed gives the same answer.
     pub seed: u64,
     /// The measured channel's noise where it is known, RMS in its unit, above zero; without, it is estimated from the log.
     pub noise: Option<f64>,
-    /// How well the model's numbers are known: the standard deviation of each in parts of it (of the torque's zero in parts of
-    /// T_c); 0: exactly.
+    /// How well the model's parameters are known: the relative standard deviation of each (of the torque's zero relative to
+    /// T_c); 0 if they are exact.
     pub tolerance: f64,
     /// Effects that are known exactly, as the model has them: neither causes nor corrections.
     pub fixed: Vec<EffectId>,

@@ -1,22 +1,22 @@
-//! What was found, as diagnosis.json holds it.
+//! The result, as diagnosis.json holds it.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
-/// The answer in a word.
+/// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// One cause or more accepted; what is left is noise.
+    /// One cause or more accepted; the residual is noise.
     Explained,
-    /// Causes accepted, structure left.
+    /// One cause or more accepted, but the residual is not noise, or a group is ambiguous beside them.
     PartlyExplained,
-    /// A group of causes would explain it, and these data can't choose; none accepted.
+    /// No cause accepted: a group of causes would explain the residual, but these data can't tell them apart.
     Ambiguous,
-    /// Structure, nothing accepted, no group.
+    /// The residual is not noise, no cause is accepted, and no group is ambiguous.
     Unexplained,
-    /// Nothing beyond noise.
+    /// The residual is noise without any cause.
     NoDiscrepancy,
 }
 
@@ -40,9 +40,9 @@ pub struct Residual {
     pub quantity: String,
     /// Its unit.
     pub unit: String,
-    /// What the measurement scatters by itself, RMS.
+    /// Noise of the measurement, RMS.
     pub noise: f64,
-    /// Measured less predicted, RMS.
+    /// Measured minus predicted, RMS.
     pub rms: f64,
 }
 
@@ -69,7 +69,7 @@ pub struct Cause {
     pub id: EffectId,
     /// Its parameters.
     pub parameters: Parameters,
-    /// What speaks for it, and what beside it was looked at.
+    /// The evidence for it, and how it was fitted.
     pub evidence: BTreeMap<String, Evidence>,
     /// 1 − rms(all causes)/rms(all but this), on held-out runs.
     pub rms_gain: f64,
@@ -82,10 +82,10 @@ pub struct Ambiguity {
     pub ids: Vec<EffectId>,
     /// Why.
     pub reason: String,
-    /// The one that fitted best, where no cause is accepted and nothing speaks against it.
+    /// The one that fitted best, if no cause is accepted and there is no objection to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub best: Option<BestOfGroup>,
-    /// Each of them with its numbers, fitted beside the causes that are no question; none where the search was ended before.
+    /// Each of them with its parameters, fitted in place of the others beside the remaining causes; empty if the search was ended before.
     pub rivals: Vec<RivalFit>,
 }
 
@@ -96,24 +96,24 @@ pub struct RivalFit {
     pub id: EffectId,
     /// Its parameters.
     pub parameters: Parameters,
-    /// RMS of measured less predicted on held-out runs with it.
+    /// RMS of measured minus predicted on held-out runs with it.
     pub rms_after: f64,
-    /// What its numbers and those beside it have in common.
+    /// The covariance of its parameters and of those fitted beside it.
     pub covariance: Covariance,
 }
 
-/// What fitted best of causes that can't be told apart.
+/// The one that fitted best of causes that can't be told apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BestOfGroup {
     /// Which effect.
     pub id: EffectId,
     /// Its parameters.
     pub parameters: Parameters,
-    /// RMS of measured less predicted on held-out runs with it, and with the best of the other groups.
+    /// RMS of measured minus predicted on held-out runs with it, and with the best of the other groups.
     pub rms_after: f64,
 }
 
-/// An effect that is there and that the extended model is better without: whoever wants it adds it.
+/// An effect that was found but is kept out of the extended model; users may add it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Offered {
     /// Which effect.
@@ -122,16 +122,16 @@ pub struct Offered {
     pub parameters: Parameters,
     /// Why it is kept out.
     pub reason: String,
-    /// RMS of measured less predicted on held-out runs with it and all accepted causes.
+    /// RMS of measured minus predicted on held-out runs with it and all accepted causes.
     pub rms_after: f64,
 }
 
-/// A ripple over the angle that is left, as it is in runs that turn far enough.
+/// A ripple over the angle in the residual, taken from runs with enough turns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RippleLeft {
     /// Periods in a turn.
     pub order: usize,
-    /// Root of the mean square over runs of its amplitude, in the channel's unit.
+    /// The root mean square over runs of its amplitude, in the channel's unit.
     pub amplitude: f64,
     /// Its standard error.
     pub std_error: f64,
@@ -139,7 +139,7 @@ pub struct RippleLeft {
     pub in_phase: bool,
 }
 
-/// A name and a reason.
+/// An effect and a reason.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judged {
     /// Which effect.
@@ -148,25 +148,25 @@ pub struct Judged {
     pub reason: String,
 }
 
-/// What the causes are worth on runs that they were not fitted on.
+/// The gain of the causes in the error on runs that they were not fitted on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gain {
     /// Runs, or blocks "run@t0..t1".
     pub held_out_runs: Vec<String>,
-    /// RMS of measured less predicted before.
+    /// RMS of measured minus predicted with the given model.
     pub rms_before: f64,
-    /// The same after.
+    /// The same with the extended model.
     pub rms_after: f64,
-    /// The same two with every sample in parts of what the error model says of it: where an encoder's steps make single samples jump, a plain
-    /// RMS is ruled by those.
+    /// The first of these two with every residual divided by its standard deviation from the error model: where an encoder's
+    /// steps make single samples jump, those dominate a plain RMS.
     pub over_noise_before: f64,
-    /// See above.
+    /// The second of them, likewise.
     pub over_noise_after: f64,
     /// RMS after over before.
     pub ratio: f64,
-    /// Its 95 % interval, by drawing runs anew.
+    /// Its 95 % interval, by a bootstrap over runs.
     pub ratio_ci95: [f64; 2],
-    /// The same in the loop, where it was simulated.
+    /// The same in the closed loop, if it was simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub closed_loop: Option<ClosedLoopGain>,
 }
@@ -189,9 +189,9 @@ pub struct Dependence {
     pub on: String,
     /// Whether the residual was taken with the sign of the direction of motion.
     pub as_friction: bool,
-    /// The share of its variance that this explains, chance taken off.
+    /// The share of its variance that this explains, less what chance explains.
     pub share: f64,
-    /// Probability of as much by chance, corrected for the number of tests.
+    /// The p-value, corrected for the number of tests.
     pub p_value: f64,
 }
 
@@ -200,29 +200,28 @@ pub struct Dependence {
 pub struct Order {
     /// Periods per turn.
     pub order: usize,
-    /// Amplitude of what acts the same both ways, and the probability of as much by chance, corrected for the number of
-    /// orders.
+    /// Amplitude of the part that acts the same in both directions.
     pub both_ways: f64,
-    /// See above.
+    /// Its p-value, corrected for the number of orders.
     pub p_both_ways: f64,
-    /// The same of what acts against the motion.
+    /// Amplitude of the part that acts against the motion.
     pub against_motion: f64,
-    /// See above.
+    /// Its p-value, likewise.
     pub p_against_motion: f64,
 }
 
-/// What the test says.
+/// The result of the test for whiteness.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Whiteness {
-    /// How many samples back were looked at.
+    /// Number of lags tested.
     pub lags: usize,
     /// Ljung and Box's Q, about as large as `lags` for white noise.
     pub statistic: f64,
-    /// Probability of as much by chance.
+    /// The p-value.
     pub p_value: f64,
-    /// The share of the error's square that the samples before foretell.
+    /// The share of the residual's variance that is predictable from the preceding samples.
     pub foretold: f64,
-    /// Whether it is noise that no sample foretells: by chance, or by less than 2 %.
+    /// True if the residual counts as white: the test is not significant, or less than 2 % is predictable.
     pub white: bool,
 }
 
@@ -233,18 +232,18 @@ pub struct Band {
     pub from_hz: f64,
     /// To this one.
     pub to_hz: f64,
-    /// RMS of the error in the band.
+    /// RMS of the residual in the band.
     pub rms: f64,
-    /// What the measurement's noise has there.
+    /// RMS of the measurement's noise in the band.
     pub noise: f64,
     /// Probability that noise alone is as large, corrected for the number of bands.
     pub p_value: f64,
 }
 
-/// A residual by what it shows beside its dependences.
+/// A residual by size, whiteness, frequency and order of the angle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Description {
-    /// RMS in parts of the noise, sample by sample.
+    /// RMS of the residual divided by the standard deviation of each sample.
     pub rms_over_noise: f64,
     /// Whether it is white.
     pub whiteness: Whiteness,
@@ -261,71 +260,71 @@ pub struct Diagnosis {
     pub format: String,
     /// 1
     pub format_version: u32,
-    /// The answer in a word.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What the given model gets wrong, in size.
+    /// The size of the given model's residual.
     pub residual: Vec<Residual>,
     /// Accepted causes, most important first.
     pub causes: Vec<Cause>,
     /// Causes that can't be told apart.
     pub ambiguous: Vec<Ambiguity>,
-    /// Causes tried and refused.
+    /// Causes that were tried and rejected.
     pub rejected: Vec<Judged>,
     /// Causes that these data can't show.
     pub untestable: Vec<Judged>,
-    /// What it is worth.
+    /// The gain in held-out error.
     pub gain: Gain,
     /// What to measure next.
     pub next_experiment: String,
-    /// Whether the search was ended before it came to its end: what isn't named may be there all the same.
+    /// Whether the search was ended early: causes that aren't named may exist all the same.
     pub search_ended: bool,
-    /// What the residual depends on before, most first.
+    /// What the residual of the given model depends on, largest share first.
     pub structure_before: Vec<Dependence>,
-    /// What is left depends on.
+    /// What the residual after the accepted causes depends on.
     pub structure_after: Vec<Dependence>,
     /// The residual of the given model by frequency and order of the angle.
     pub description_before: Description,
-    /// What is left, the same way.
+    /// The residual after the accepted causes, likewise.
     pub description_after: Description,
-    /// Numbers of the model that are corrected within their tolerance: no causes.
+    /// Parameters of the model that are corrected within their tolerance; they are no causes.
     pub within_tolerance: Vec<Corrected>,
-    /// What the given causes' and corrections' numbers have in common.
+    /// The covariance of the parameters of causes and corrections.
     pub covariance: Covariance,
-    /// Where nothing is accepted: what removes the largest part all the same.
+    /// Doubtful causes that remove the largest part of the excess over noise, if none is accepted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nearest: Option<Nearest>,
-    /// What differs from run to run by itself.
+    /// Nuisances, in words: what differs from run to run or disturbs the measurement, without being a cause.
     pub nuisances: Vec<String>,
-    /// Effects that are there, but not in the extended model.
+    /// Effects that were found, but are not in the extended model.
     pub offered: Vec<Offered>,
-    /// Ripples over the angle that are left.
+    /// Ripples over the angle in the residual.
     pub ripples: Vec<RippleLeft>,
-    /// What the runs show that is no cause, in words.
+    /// Observations on the runs that are no cause, in words.
     pub observations: Vec<String>,
 }
 
-/// A number of the model that is corrected within its tolerance.
+/// A parameter of the model that is corrected within its tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Corrected {
-    /// The effect that the same change would be.
+    /// The effect that makes the same change.
     pub id: EffectId,
     /// "factor", or "offset_nm".
     pub key: String,
-    /// Whether the tolerance keeps it from going further.
+    /// Whether it is at the bound of its tolerance.
     pub at_bound: bool,
-    /// By how much.
+    /// Its value and uncertainty.
     #[serde(flatten)]
     pub found: ParameterFound,
 }
 
 impl Corrected {
-    /// Whether it is of what the transducer reads, which is no part of the machine.
+    /// Whether it corrects what the transducer reads, and not the machine.
     pub fn is_of_transducer(&self) -> bool {
-        matches!(self.id, EffectId::TorqueGain | EffectId::TorqueOffset)
+        self.id.is_of_transducer()
     }
 }
 
-/// The covariance of all numbers that were fitted, in the units of the model file.
+/// The covariance of all parameters that were fitted, in the units of the model file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Covariance {
     /// "id.key" of each; a correction as "within_tolerance.id.key", the encoder's zero as "angle_zero_rad".
@@ -334,16 +333,16 @@ pub struct Covariance {
     pub matrix: Vec<Vec<f64>>,
 }
 
-/// Causes that fit best and leave too much to be accepted.
+/// Causes that fit best, but leave too large a residual to be accepted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Nearest {
     /// Their names.
     pub ids: Vec<EffectId>,
-    /// The numbers of each.
+    /// The parameters of each.
     pub parameters: BTreeMap<EffectId, Parameters>,
-    /// The part of the mean square beyond noise that they remove together, on runs that they were not fitted on.
+    /// The share of the excess over noise that they remove together, on runs that they were not fitted on.
     pub removes: f64,
-    /// What most of what they leave depends on; none where nothing that was recorded stands out.
+    /// The covariate that explains most of their residual; none if no recorded one is significant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leaves_by: Option<String>,
 }

@@ -1,18 +1,18 @@
-//! What a user suspects: a law of his own, tried as the causes of the list are.
+//! A law that a user suspects, tried as the causes of the list are.
 
 use valve_model::{Effect, EffectValue, Label};
 
-/// Places at which a law is asked what its parameters do.
+/// Points at which a law is evaluated to find what its parameters do.
 pub(crate) const PLACES: u32 = 60;
-/// Where a fit begins in a parameter of which nothing is said: its orders of magnitude, and both signs.
+/// Starts of a parameter about which nothing is said: several orders of magnitude, and both signs.
 const UNKNOWN: [f64; 6] = [1.0, 0.1, 10.0, -1.0, 0.0, 0.01];
-/// Shapes that the screening begins from, at most.
+/// Most shapes that the screening begins from.
 const MOST_SHAPES: usize = 16;
 
-/// What the covariates span, in their order.
+/// The ranges of the covariates, in their order.
 pub(crate) type Ranges = [(f64, f64); 8];
 
-/// What valves usually have of them.
+/// Ranges that are usual for valves.
 const USUAL: Ranges = [
     (-3.0, 3.0),
     (-5.0, 5.0),
@@ -29,11 +29,11 @@ const USUAL: Ranges = [
 /// Its amplitudes (the law is zero when they are) are found numerically: a fit starts with them at zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspect {
-    /// The formula, its parameters at any values.
+    /// The formula; its parameters may have any values.
     pub effect: Effect,
     /// Its parameters, as they are in the formula's order.
     pub parameters: Vec<SuspectParameter>,
-    /// Those that are zero where it has no effect.
+    /// Indices of those that are zero where it has no effect.
     amplitudes: Vec<usize>,
 }
 
@@ -48,12 +48,12 @@ pub struct SuspectParameter {
     pub min: f64,
     /// The greatest value.
     pub max: f64,
-    /// Its unit, for who reads what is found.
+    /// Its unit, for reports.
     pub unit: String,
 }
 
 impl SuspectParameter {
-    /// One of which nothing is known.
+    /// One about which nothing is known.
     pub fn unknown(key: Label) -> Self {
         Self { key, start: None, min: -1e9, max: 1e9, unit: "1".to_owned() }
     }
@@ -63,7 +63,7 @@ impl Suspect {
     /// A law with its parameters.
     ///
     /// # Errors
-    /// In words: what of it can't be fitted.
+    /// In words: why it can't be fitted.
     pub fn new(effect: Effect, parameters: Vec<SuspectParameter>) -> Result<Self, String> {
         let mut suspect = Self { effect, parameters, amplitudes: Vec::new() };
         let all: Vec<usize> = (0..suspect.parameters.len()).collect();
@@ -97,12 +97,12 @@ impl Suspect {
         self.parameters.iter().find(|of| of.key == key).map_or("1", |of| &of.unit)
     }
 
-    /// Those of its parameters that are zero where it has no effect.
+    /// Indices of the parameters that are zero where it has no effect.
     pub(crate) fn amplitudes(&self) -> &[usize] {
         &self.amplitudes
     }
 
-    /// Where the fits begin: without effect, from one shape, and from those in which one of its numbers is another.
+    /// The starts of the fits, all without effect: one shape, and those in which one of its parameters has another value.
     pub(crate) fn shapes(&self) -> Vec<Vec<f64>> {
         let numbers = 0..self.parameters.len();
         let first: Vec<f64> = numbers.clone().map(|index| self.begin(index)).collect();
@@ -118,18 +118,18 @@ impl Suspect {
         shapes
     }
 
-    /// Where a parameter begins.
+    /// The start of a parameter.
     pub(crate) fn begin(&self, index: usize) -> f64 {
         if self.amplitudes.contains(&index) { 0.0 } else { self.shape(index, 0) }
     }
 
-    /// A value that a parameter may have, by the number of the trial.
+    /// The start of a parameter in a trial, by the trial's number.
     fn shape(&self, index: usize, trial: usize) -> f64 {
         let values = self.values_of(index);
         values.get(trial).or(values.first()).copied().unwrap_or(0.0)
     }
 
-    /// The values at which a parameter may begin: the first one is the likeliest, the others are within its bounds.
+    /// The starts of a parameter: the first is the likeliest, the others are within its bounds.
     fn values_of(&self, index: usize) -> Vec<f64> {
         let Some(of) = self.parameters.get(index) else { return Vec::new() };
         let wanted = match of.start {
@@ -153,7 +153,7 @@ impl Suspect {
         })
     }
 
-    /// Its finite values at places spread over these ranges.
+    /// Its finite values at points spread over these ranges.
     pub(crate) fn values(&self, numbers: &[f64], ranges: &Ranges) -> Vec<f64> {
         let keys = self.parameters.iter().map(|of| of.key.as_str());
         let parts: Vec<_> =

@@ -1,4 +1,4 @@
-//! Work that can be done side by side: who calls decides by how many threads.
+//! Independent jobs; the caller decides how many threads do them.
 
 use std::sync::OnceLock;
 
@@ -7,7 +7,7 @@ pub trait Workers: Sync {
     /// Calls `job` once with each number below `count`, and returns when all are done.
     fn run(&self, count: usize, job: &(dyn Fn(usize) + Sync));
 
-    /// Whether the time that the caller gives is over: a diagnosis then concludes from what it has.
+    /// True if the caller's time is over: a diagnosis then concludes from the causes found so far.
     fn is_over(&self) -> bool {
         false
     }

@@ -1,7 +1,7 @@
-//! A channel that leads: told and offered, but not written into the extended model.
+//! A channel with a negative delay (a lead): it is reported and offered, but not written into the extended model.
 //!
-//! No sensor is early. A lead says that the channel is a command (a drive's current set-point, which is held and amplified before it
-//! acts) or that two clocks differ: a fact of the record, which the next one may not share.
+//! No sensor reads ahead of time. A lead means that the channel is a command (a drive's current set-point, which is held and
+//! amplified before it acts) or that two clocks differ. Both are properties of the record, which the next one may not share.
 
 use crate::DiagnosisError;
 use crate::measure::accept::members_with_numbers;
@@ -10,7 +10,7 @@ use crate::name::selection::Selection;
 use crate::outcome::Offered;
 use valve_model::{Effect, EffectId};
 
-/// The places of selected delays that are negative.
+/// Indices of the selected delays that are negative.
 pub(crate) fn leading(selection: &Selection) -> impl Iterator<Item = usize> {
     let members = selection.fitted.point.hypothesis.members.iter().enumerate();
     let leads = members.filter(|(_, member)| {
@@ -20,7 +20,7 @@ pub(crate) fn leading(selection: &Selection) -> impl Iterator<Item = usize> {
     leads.map(|(index, _)| index)
 }
 
-/// The leads with their numbers.
+/// The leads with their parameters.
 pub(crate) fn offer_leads(
     judged: &Judgement<'_>,
     leading: &[usize],

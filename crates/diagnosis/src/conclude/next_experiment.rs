@@ -4,13 +4,13 @@ use crate::log::facts::Facts;
 use crate::outcome::{Ambiguity, Dependence, Judged, Verdict};
 use valve_model::EffectId;
 
-/// No rotary drive swings a load faster than this.
+/// No rotary drive oscillates a load faster than this.
 const MOST_DRIVEN_HZ: f64 = 500.0;
 
-/// Steps of the encoder in a sine's full swing, for its shape to be seen.
+/// Encoder steps in a sine's full swing that resolve its shape.
 const STEPS_OF_A_SWING: f64 = 20.0;
 
-/// A sentence or two.
+/// The next experiment, in a sentence or two.
 pub(crate) fn next_experiment(
     verdict: Verdict,
     ambiguous: &[Ambiguity],
@@ -50,7 +50,7 @@ pub(crate) fn next_experiment(
     }
 }
 
-/// A motion, or a condition, that separates effects; the first of a group's is proposed.
+/// A motion, or a condition, that separates effects. The first in this order of a group's is proposed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Separating {
     Calibrate,
@@ -65,7 +65,7 @@ enum Separating {
 }
 
 impl Separating {
-    /// What shows one effect beside others.
+    /// The experiment that separates an effect from others.
     fn of(id: EffectId, facts: &Facts) -> Self {
         match id {
             EffectId::TorqueGain => Self::Calibrate,
@@ -107,7 +107,7 @@ impl Separating {
     }
 }
 
-/// What tells a group apart: an experiment of one of its effects, else a general one.
+/// The experiment that separates a group: that of one of its effects, else a general one.
 fn separating(ids: &[EffectId], facts: &Facts) -> String {
     let experiments = ids.iter().map(|id| Separating::of(*id, facts));
     let presliding_rad =
@@ -159,7 +159,7 @@ fn separating(ids: &[EffectId], facts: &Facts) -> String {
     }
 }
 
-/// Sines within presliding; where this log's encoder would not see them, with the one that it takes.
+/// Sines within presliding and, if this log's encoder can't resolve them, the encoder that they need.
 fn small_sines(size_rad: f64, step_rad: f64) -> String {
     let needed_rad = 2.0 * size_rad / STEPS_OF_A_SWING;
     let sines = format!("sines of ±{size_rad:.1e} rad (within presliding)");

@@ -14,22 +14,22 @@ use valve_model::EffectId;
 pub(crate) struct Against {
     /// Together they leave too large a residual.
     pub doubtful: bool,
-    /// Of doubtful causes those that nothing speaks against.
+    /// Doubtful causes that there is no evidence against.
     pub spared: Vec<EffectId>,
     /// Series over the angle that stand in for a gear, each with the gear's order.
     pub geared: Vec<(EffectId, f64)>,
     /// Causes that increase the error on held-out runs.
     pub harmful: Vec<EffectId>,
-    /// Causes whose numbers are all within their own errors.
+    /// Causes none of whose amplitudes differs significantly from zero effect.
     pub unclear: Vec<EffectId>,
-    /// The search was ended before it came to its end.
+    /// The search was ended early.
     pub ended: bool,
-    /// One cause that is doubtful removes the largest part all the same: where it can't be told from others, they are a group.
+    /// A single doubtful cause removes the largest part nevertheless: if it can't be told from others, they are reported as a group.
     pub mostly: bool,
 }
 
 impl Against {
-    /// True if a selected cause leaves too much to be one.
+    /// True if a selected cause leaves too large a residual to be accepted.
     pub fn doubts(&self, id: EffectId) -> bool {
         self.doubtful && !self.spared.contains(&id)
     }

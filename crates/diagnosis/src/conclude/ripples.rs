@@ -1,4 +1,4 @@
-//! Ripples over the angle: what their phase does, which are kept out of the extended model, and which are left.
+//! Ripples over the angle: whether their phase drifts, which are kept out of the extended model, and which remain in the residual.
 
 use crate::DiagnosisError;
 use crate::measure::accept::members_with_numbers;
@@ -9,7 +9,7 @@ use crate::show::residual::PieceResidual;
 use crate::show::ripple::{Drift, phase, times_per_turn};
 use valve_model::Effect;
 
-/// What the phase of each selected ripple over the angle does, by the member's place.
+/// The phase of each selected ripple over the angle, by the member's index.
 pub(crate) fn ripples(
     judged: &Judgement<'_>,
     left: &[PieceResidual],
@@ -37,7 +37,7 @@ pub(crate) fn tell_phases(judged: &Judgement<'_>, ripples: &[(usize, Drift)], ca
     }
 }
 
-/// Terms that are there and whose phase drifts: in other runs they would not be where the fit has them.
+/// Terms that exist but whose phase drifts: in other runs the fitted phase would be wrong.
 pub(crate) fn offer(
     judged: &Judgement<'_>,
     ripples: &[(usize, Drift)],
@@ -73,7 +73,8 @@ pub(crate) fn kept_out(offered: &Offered, unit: &str) -> String {
     )
 }
 
-/// Ripples over the angle: those that were taken out run by run, and others in what the accepted causes leave, where anything is left.
+/// Ripples over the angle: those that were taken out run by run, and others in the residual after the accepted causes; empty if
+/// the residual is noise.
 pub(crate) fn ripples_left(
     judged: &Judgement<'_>,
     verdict: Verdict,
@@ -97,7 +98,7 @@ pub(crate) fn ripples_left(
     loose.chain(ripples_by_run(&judged.setting, after).into_iter().map(told)).collect()
 }
 
-/// The sentence on ripples that are left.
+/// The sentence on ripples in the residual.
 pub(crate) fn ripples_in_words(ripples: &[RippleLeft], unit: &str) -> Option<String> {
     if ripples.is_empty() {
         return None;

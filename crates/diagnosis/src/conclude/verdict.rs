@@ -31,10 +31,10 @@ use crate::show::whiteness::{is_rounding, whiteness};
 use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
 
-/// What to do where a search was ended.
+/// Advice after a search that was ended early.
 const AGAIN: &str = "The search was ended before it came to its end. Say what is known, so that less has to be searched: numbers of the \
                      model (--fix), the noise (--noise), a law that you suspect (--hypothesis); or leave out runs that are like others (--exclude).";
-/// What is told where nothing is accepted removes at least this part.
+/// Causes that are not accepted are reported as nearest if they remove more than this share of the excess over noise.
 const MOST_OF_IT: f64 = 0.5;
 
 pub(crate) fn conclude(
@@ -81,7 +81,7 @@ pub(crate) fn conclude(
     causes.extend(judged.missed_steps(&after));
     causes.sort_by(|a, b| b.rms_gain.total_cmp(&a.rms_gain));
     against.mostly = nearest.as_ref().is_some_and(|of| of.ids.len() == 1);
-    // What is named is not told again as what comes near.
+    // If some doubtful causes are named, none is reported as nearest.
     let nearest = nearest.filter(|_| against.spared.is_empty());
     let mut ambiguous = ambiguities(selection, &against, facts);
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
@@ -146,7 +146,7 @@ pub(crate) fn conclude(
         ripples,
         observations,
     };
-    // With every correction, told or not: the error is told with all of them.
+    // With every correction, reported or not: the reported error is the one with all of them.
     let extended = point
         .hypothesis
         .model(judged.setting.given)
@@ -154,8 +154,8 @@ pub(crate) fn conclude(
     Ok(Found { proposed, rivals, ..found(judged, diagnosis, extended, &after) })
 }
 
-/// Nothing accepted, where what is makes the error on held-out runs larger than it was: the causes fitted beside a group that isn't
-/// accepted. Every sample counts as the fit counts it: a plain RMS is ruled by those of which an encoder's steps leave least known.
+/// Drops all accepted causes if they don't reduce the error on held-out runs: they were fitted beside a group that isn't accepted.
+/// Samples are weighted as in the fit, because a plain RMS is dominated by those that an encoder's steps make least certain.
 fn without_what_only_harms(judged: &Judgement<'_>, accepted: Accepted) -> Result<Accepted, DiagnosisError> {
     let gain = judged.gain_of(&accepted.after);
     if accepted.causes.is_empty() || gain.over_noise_after < gain.over_noise_before {
@@ -167,8 +167,8 @@ fn without_what_only_harms(judged: &Judgement<'_>, accepted: Accepted) -> Result
     Ok(Accepted { harmful, ..none })
 }
 
-/// Puts into each group the effect that fitted best, and returns these effects. Only if no cause is accepted, nothing
-/// is objected to the selection, and with all of these the held-out RMS falls to `rms_after`.
+/// Puts into each group the effect that fitted best, and returns these effects. Only if no cause is accepted, there is no
+/// objection to the selection, and the held-out RMS falls (to `rms_after`) with all of these.
 fn propose(
     judged: &Judgement<'_>,
     causes: &[Cause],
@@ -192,7 +192,7 @@ fn propose(
     Ok(effects)
 }
 
-/// Puts into each group its rivals, fitted; their effects.
+/// Puts the fitted rivals into each group, and returns their effects.
 fn with_rivals(judged: &Judgement<'_>, ambiguous: &mut [Ambiguity]) -> Result<Vec<Effect>, DiagnosisError> {
     let mut effects = Vec::new();
     for group in ambiguous {
@@ -205,12 +205,12 @@ fn with_rivals(judged: &Judgement<'_>, ambiguous: &mut [Ambiguity]) -> Result<Ve
     Ok(effects)
 }
 
-/// The sentence on a search that was ended.
+/// The sentence on a search that was ended early.
 fn cut_short() -> String {
     "The search was ended before it came to its end: this is the best answer so far, and further causes may be there.".to_owned()
 }
 
-/// Indices of the members to which nothing is objected and that are in no group of twins.
+/// Indices of the members without an objection that are in no group of twins.
 fn undisputed(selection: &Selection, against: &Against) -> Vec<usize> {
     let disputed = |id: EffectId| {
         against.doubts(id) || selection.ambiguous.iter().any(|(of, _)| *of == id) || against.is_geared(id)
@@ -264,7 +264,7 @@ fn geared(judged: &Judgement<'_>, left: &[PieceResidual]) -> Vec<(EffectId, f64)
     members.filter_map(of).collect()
 }
 
-/// The sentence on a tone. The tone may be as loud at rest, where it counts as noise of the measurement.
+/// The sentence on a tone. The tone may have the same amplitude at rest, where it counts as noise of the measurement.
 fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
     let amplitude = tone.amplitude * judged.noise_where_it_counts();
     let amplitude = match judged.setting.campaign.kind.channel {
@@ -278,7 +278,7 @@ fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
     )
 }
 
-/// What was selected and not accepted, where it removes more than half of what is beyond noise.
+/// The selected causes that were not accepted, if they remove more than half of the excess over noise.
 fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Result<Option<Nearest>, DiagnosisError> {
     let selection = &judged.selection;
     let removes = selection.share_explained(judged.setting.loss(), judged.noise.share);

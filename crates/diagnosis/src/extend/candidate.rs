@@ -77,12 +77,12 @@ pub(crate) struct Candidate {
     pub optional: Vec<usize>,
     /// The parameters are cosine and sine of harmonics; each harmonic is added only if it cuts the held-out error.
     pub series: bool,
-    /// What the user suspects, if it is none of the list.
+    /// The law that the user suspects, if the candidate is not one of the list.
     pub own: Option<Suspect>,
 }
 
 impl Candidate {
-    /// The parameters without effect.
+    /// The parameters at which the effect vanishes.
     pub fn neutral(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.neutral).collect()
     }

@@ -7,8 +7,8 @@ use crate::log::facts::Facts;
 use crate::suspect::Suspect;
 use valve_model::{EffectId, Model};
 
-/// Harmonics of a torque over the angle: the highest, and those that are always looked for. Higher ones are looked for where
-/// they stand out of a residual.
+/// Harmonics of a torque over the angle: the highest order, and the highest that is always tried. Orders between them are tried
+/// if they stand out of a residual.
 const POSITION_ORDERS: usize = 128;
 const LOW_ORDERS: usize = 12;
 const FLOW_ORDERS: usize = 6;
@@ -159,19 +159,19 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
             made
         }
         EffectId::FlowTorque => series(id, FLOW_ORDERS, (0.01 * facts.coulomb_nm / pressure, UNBOUNDED)),
-        // Friction beside its mean: no more of it goes than there is.
+        // Friction varies about its mean, and must stay positive.
         EffectId::AngleDependentFriction => series(id, FRICTION_ORDERS, (0.02, 0.95)),
         EffectId::DetentTorque => series(id, 2, (0.01 * facts.motor.map_or(1.0, |motor| motor.0), UNBOUNDED)),
         EffectId::MicrostepError => series(id, 10, (2e-5, 0.1)),
         // Found by its jumps, not fitted: see log::lost_steps.
         EffectId::MissedSteps => return None,
-        // The user's own, not of the list.
+        // A law of the user's own, which is not in the list.
         EffectId::Custom(_) => return None,
     };
     Some(made)
 }
 
-/// Coefficients that nothing bounds.
+/// Coefficients without a bound.
 const UNBOUNDED: f64 = 1e9;
 
 /// A series over the angle, each coefficient with its step and its bound.
@@ -196,7 +196,7 @@ fn series(id: EffectId, orders: usize, (step, most): (f64, f64)) -> Candidate {
     Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true, own: None }
 }
 
-/// Looks for these orders of a series beside the low ones; of other causes than a torque over the angle nothing changes.
+/// Tries these orders of a torque over the angle beside the low ones; other candidates stay as they are.
 pub(crate) fn look_for_orders(candidate: &mut Candidate, orders: &[usize]) {
     let step = candidate.parameters.first().map_or(0.0, |first| first.step);
     if candidate.id != EffectId::PositionTorque {
@@ -210,14 +210,14 @@ pub(crate) fn look_for_orders(candidate: &mut Candidate, orders: &[usize]) {
     }
 }
 
-/// The orders beside the low ones that a torque over the angle may have in such a log: from, and below which one. In an angle log
-/// a motor's teeth bring orders of their own.
+/// The orders above the low ones that are tried in a torque over the angle: the first, and the end (exclusive). In an angle log
+/// the range ends below the motor's number of teeth, where it has orders of its own.
 pub(crate) fn high_orders(facts: &Facts) -> (usize, usize) {
-    let teeth = facts.motor.filter(|_| !facts.kind.motion_is_measured).map(|(_, teeth)| teeth as usize);
+    let teeth = facts.rotor().map(|(_, teeth)| teeth as usize);
     (LOW_ORDERS + 1, teeth.unwrap_or(POSITION_ORDERS + 1))
 }
 
-/// A late sensor: all frequencies alike, or as a low-pass is; how much of it a low-pass is, is freed if that gains.
+/// A late sensor: a pure delay, or the delay of a low-pass filter. The low-pass share is freed only if that cuts the held-out error.
 fn late(facts: &Facts) -> Candidate {
     let delay = parameter("delay_s", Map::Plain, 0.0, (-0.2, 0.2), 0.5 * facts.step_s);
     let share = parameter("low_pass_share", Map::Plain, 0.0, (0.0, 1.0), 0.1);
@@ -326,7 +326,7 @@ fn hysteresis() -> Candidate {
     let spacing = parameter("spacing_exponent", Map::Exp, 0.0, (0.1f64.ln(), 8f64.ln()), 0.1);
     let tail = parameter("tail_exponent", Map::Plain, 0.0, (0.0, 8.0), 0.1);
     let share = parameter("curve_share", Map::Plain, 1.0, (0.0, 1.0), 0.1);
-    // From next to a single spring to a hard edge; the slip torques follow the curve but in the last ones.
+    // From nearly a single spring to a sharp corner. The last number is 1 where the slip torques follow the Stribeck curve.
     let shapes = [
         (5.0, 1.3, 2.0, 0.0, 1.0),
         (2.0, 1.7, 2.5, 0.0, 1.0),
@@ -355,8 +355,7 @@ fn hysteresis() -> Candidate {
     }
 }
 
-/// A compliant coupling. Its damping starts at twice what keeps the spool from squealing, and is freed only if the data
-/// ask for it.
+/// A compliant coupling. Its damping is held at twice what keeps the spool from squealing.
 fn compliance(facts: &Facts) -> Candidate {
     let usual = rigid_enough(facts);
     let compliance = parameter("stiffness_nm_per_rad", Map::Inverse, 0.0, (1e-12, 1.0), 0.02 * usual);
@@ -414,7 +413,7 @@ mod tests {
     use crate::log::kind::LogKind;
     use log_data::Channel;
 
-    /// A fit goes as far as a bound, and the model has to take what it finds there.
+    /// A fit may end at a bound, so the model must accept what it finds there.
     #[test]
     fn the_model_takes_every_number_up_to_its_bounds() {
         let model = fixtures::model(Vec::new());

@@ -1,11 +1,11 @@
-//! A hypothesis: the given model with candidate causes, and the numbers that a fit moves.
+//! A hypothesis: the given model with candidate causes, and the parameters that a fit varies.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::extend::candidate::Candidate;
 use crate::numerics::gram::Gram;
 use valve_model::{Effect, EffectId, EffectValue, Model, ParamError};
 
-/// A cause with its numbers.
+/// A cause with the values of its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Member {
     pub candidate: Candidate,
@@ -36,32 +36,32 @@ impl Member {
     }
 }
 
-/// A number of the given model that is known within a tolerance, and by how much it is corrected: no cause.
+/// The correction of a parameter of the given model within its tolerance; it is no cause.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Correction {
-    /// A factor, or an offset.
+    /// The effect that applies it: a factor or an offset.
     pub id: EffectId,
     pub key: &'static str,
     pub neutral: f64,
     pub value: f64,
-    /// The standard deviation that the tolerance gives it.
+    /// Its prior standard deviation, which follows from the tolerance.
     pub deviation: f64,
-    /// Whether the fit moves it.
+    /// Whether the fit varies it.
     pub free: bool,
 }
 
 impl Correction {
     /// Largest correction, in standard deviations; beyond it the parameter is wrong, which is a cause.
     const MOST: f64 = 2.0;
-    /// The change by which its sensitivity is taken, in deviations.
+    /// Finite-difference step of its sensitivity, in standard deviations.
     const STEP: f64 = 0.5;
 
-    /// Whether a value is within what a correction may be.
+    /// Whether a value is within the bounds of the correction.
     pub fn holds(&self, value: f64) -> bool {
         (value - self.neutral).abs() <= Self::MOST * self.deviation
     }
 
-    /// Whether the tolerance keeps it from going further.
+    /// Whether the correction is at one of its bounds.
     pub fn is_at_bound(&self) -> bool {
         (self.value - self.neutral).abs() >= 0.999 * Self::MOST * self.deviation
     }
@@ -71,7 +71,7 @@ impl Correction {
         self.value = value.clamp(self.neutral - most, self.neutral + most);
     }
 
-    /// The model with it: on top of what the model's own effect of this name says.
+    /// Applies the correction to the model, on top of the model's own effect of this kind if there is one.
     fn apply(&self, model: &mut Model) -> Result<(), ParamError> {
         if self.value == self.neutral {
             return Ok(());
@@ -92,21 +92,21 @@ impl Correction {
     }
 }
 
-/// The factors that scale all torques of the model, where they are the same.
+/// Factors that scale all torques of the model if they are all the same.
 const LEVELS: [EffectId; 4] =
     [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::BristleStiffness, EffectId::LoadInertia];
 
-/// The model, causes, and the angle's zero.
+/// The model's causes and corrections, and the angle's zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Hypothesis {
     pub members: Vec<Member>,
-    /// Of the model's numbers, within their tolerance.
+    /// Corrections of the model's parameters.
     pub corrections: Vec<Correction>,
     /// Offset of the encoder's zero, rad; for angle logs whose runs share a zero.
     pub zero_rad: Option<f64>,
 }
 
-/// A number that the fit moves.
+/// A number that the fit varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Free {
     Zero,
@@ -117,7 +117,7 @@ pub(crate) enum Free {
 }
 
 impl Hypothesis {
-    /// The model with the members' effects: an effect that it has already is replaced.
+    /// The given model with the effects of the members; an effect that it has already is replaced. Then the corrections.
     pub fn model(&self, given: &Model) -> Result<Model, ParamError> {
         let mut model = given.clone();
         for member in &self.members {
@@ -156,15 +156,14 @@ impl Hypothesis {
         self
     }
 
-    /// The same with the corrections of these numbers alone.
+    /// The same with only those corrections that `kept` selects.
     pub fn with_corrections_of(&self, kept: impl Fn(EffectId) -> bool) -> Self {
         let mut hypothesis = self.clone();
         hypothesis.corrections.retain(|of| kept(of.id));
         hypothesis
     }
 
-    /// What the tolerance says of the numbers that are free, as a group of equations without samples: of the first `columns`
-    /// numbers that are free.
+    /// The prior of the free corrections as a group of equations without samples; its columns are the first `columns` free numbers.
     pub fn prior(&self, columns: usize) -> Gram {
         let mut prior = Gram::zero(columns);
         let last = columns;
@@ -182,19 +181,19 @@ impl Hypothesis {
         prior
     }
 
-    /// The sum of squares of the corrections in parts of their tolerances.
+    /// The sum of squares of the corrections, each divided by its tolerance.
     pub fn off_by_tolerance(&self) -> f64 {
         self.corrections.iter().map(|of| ((of.value - of.neutral) / of.deviation).powi(2)).sum()
     }
 
-    /// The standard deviation that a number has by its tolerance; `None` for what has none.
+    /// The prior standard deviation of a number; `None` if it has none.
     pub fn tolerance(&self, free: Free) -> Option<f64> {
         let Free::Correction(index) = free else { return None };
         self.corrections.get(index).map(|of| of.deviation)
     }
 
-    /// The same with the torque's scale, where it is among those that are to be held, passed on to the numbers that all torques of the model
-    /// are in proportion to: it predicts the same, but for their bounds.
+    /// The same with the torque's scale multiplied into the levels, if the scale is free and `holds` selects it. All torques of
+    /// the model are proportional to these levels together, so the prediction stays the same, but for their bounds.
     pub fn with_scale_in_levels(&self, holds: impl Fn(usize) -> bool) -> Self {
         let mut hypothesis = self.clone();
         let scale = self.corrections.iter().enumerate().find(|(_, of)| of.id == EffectId::TorqueGain);
@@ -210,7 +209,7 @@ impl Hypothesis {
         hypothesis
     }
 
-    /// The same with every correction free, or at its neutral value and held there if `holds` says so of its place.
+    /// The same with every correction free, except those that `holds` selects by their index: they are held at their neutral value.
     pub fn with_corrections_free(&self, holds: impl Fn(usize) -> bool) -> Self {
         let mut hypothesis = self.clone();
         for (index, of) in hypothesis.corrections.iter_mut().enumerate() {
@@ -249,7 +248,7 @@ impl Hypothesis {
         }
     }
 
-    /// Whether a number's bounds keep it from going further.
+    /// Whether a number is at one of its bounds.
     pub fn is_at_bound(&self, free: Free) -> bool {
         match free {
             Free::Zero => false,
@@ -278,7 +277,7 @@ impl Hypothesis {
         }
     }
 
-    /// The finite-difference step of a number, away from its upper bound.
+    /// The finite-difference step of a number, with the sign that keeps it within the bounds.
     pub fn step(&self, free: Free) -> f64 {
         if let Free::Correction(index) = free {
             let Some(of) = self.corrections.get(index) else { return 1e-5 };
@@ -296,7 +295,7 @@ impl Hypothesis {
         if at + size > parameter.upper { -size } else { size }
     }
 
-    /// How far a number goes of a change, within its bounds.
+    /// The part of a change that a number's bounds allow.
     pub fn allowed(&self, free: Free, change: f64) -> f64 {
         let mut there = self.clone();
         there.set(free, self.get(free) + change);
@@ -337,11 +336,11 @@ mod tests {
             pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
         };
         let none = scaled.with_corrections_free(|_| true);
-        // The damping of the bristles is no level: it shows in a reversal, by a part of what the scale does.
+        // The bristles' damping is not scaled with the levels: it shows at a reversal, by a fraction of the scale's effect.
         assert!(off(&scaled, &passed) < 0.2 * off(&scaled, &none), "{}", off(&scaled, &passed));
         assert!(passed.model(&given).unwrap().effects.iter().all(|of| of.id() != EffectId::TorqueGain));
         assert!((passed.off_by_tolerance() / scaled.off_by_tolerance() - 4.0).abs() < 1e-9);
-        // Not held, it stays where it is.
+        // A scale that is not selected stays as it is.
         assert_eq!(scaled.with_scale_in_levels(|index| index > 0), scaled);
     }
 

@@ -1,16 +1,16 @@
-//! How many harmonics of a turn a stroke tells apart.
+//! Which harmonics of a turn can be told apart on a stroke.
 
 use crate::log::facts::Facts;
 
-/// Whether a stroke of so many turns tells these orders apart. A function with orders up to k has 2kS + 1 independent values on S
-/// turns (Shannon); n orders have 2n numbers. Beyond that, harmonics make up for each other with amplitudes that mean nothing. One order alone
-/// has none to make up for: on a short stroke it is a slope and a curve.
+/// Whether harmonics of these orders can be told apart on a stroke of this many turns. A function with orders up to k has 2kS + 1
+/// independent values on S turns (Shannon); n orders have 2n coefficients. With more than that, harmonics cancel each other at
+/// amplitudes that mean nothing. A single order has none to cancel it: on a short stroke it is a slope and a curvature.
 pub(crate) fn tells_apart(orders: &[usize], turns: f64) -> bool {
     let highest = orders.iter().max().copied().unwrap_or(0) as f64;
     orders.len() == 1 || orders.len() as f64 <= highest * turns + 0.5
 }
 
-/// The part of a turn, or the turns, that a log spans.
+/// The span of the log's angle, in turns.
 pub(crate) fn turns(facts: &Facts) -> f64 {
     ((facts.angle_rad.1 - facts.angle_rad.0) / std::f64::consts::TAU).max(0.0)
 }

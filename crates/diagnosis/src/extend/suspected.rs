@@ -1,11 +1,11 @@
-//! The candidate of a law that a user suspects.
+//! A law that a user suspects, as a candidate.
 
 use crate::extend::candidate::{Candidate, Map, Parameter, Probe};
 use crate::log::facts::Facts;
 use crate::suspect::{PLACES, Ranges, Suspect};
 use valve_model::{ActsOn, Condition, Covariate};
 
-/// The first step of a fit: what it changes in parts of T_c, of the levels, and of σ2.
+/// Finite-difference step of an amplitude: the change that it makes, as a fraction of T_c, of the levels or of σ2.
 const STEP: f64 = 0.02;
 
 /// The law as a candidate, screened from each of the shapes that it may begin with.
@@ -23,7 +23,7 @@ pub(crate) fn candidate_of(suspect: &Suspect, facts: &Facts) -> Candidate {
 }
 
 fn parameter(suspect: &Suspect, index: usize, facts: &Facts) -> Option<Parameter> {
-    /// The first step of what is no amplitude, in parts of it; and of one that begins at zero.
+    /// Finite-difference step of a parameter that is no amplitude, as a fraction of its start; absolute if that is zero.
     const PART: f64 = 0.05;
     let of = suspect.parameters.get(index)?;
     let neutral = suspect.begin(index);
@@ -35,7 +35,7 @@ fn parameter(suspect: &Suspect, index: usize, facts: &Facts) -> Option<Parameter
     Some(Parameter { key: of.key, slot: None, map: Map::Plain, neutral, lower, upper, step })
 }
 
-/// Why data can't show it.
+/// Why the data can't show it; `None` if they can.
 pub(crate) fn why_not_suspected(suspect: &Suspect, facts: &Facts) -> Option<String> {
     let effect = &suspect.effect;
     if effect.needs(Condition::PressureDrop) && facts.pressure_mpa.is_none() {
@@ -53,7 +53,7 @@ fn adds_torque(suspect: &Suspect) -> bool {
     suspect.effect.custom().is_some_and(|law| law.acts_on == ActsOn::Torque)
 }
 
-/// A change of an amplitude that shows: by how much the law changes within what the data have.
+/// Finite-difference step of an amplitude, from the law's root mean square over the ranges of the data.
 fn amplitude_step(suspect: &Suspect, index: usize, facts: &Facts) -> f64 {
     let Some(of) = suspect.parameters.get(index) else { return 0.0 };
     let unit = match of.start {
@@ -68,7 +68,7 @@ fn amplitude_step(suspect: &Suspect, index: usize, facts: &Facts) -> f64 {
     if size > 0.0 && size.is_finite() { unit * wanted / size } else { 0.01 * unit }
 }
 
-/// What the data have of the covariates, in their order.
+/// The ranges of the covariates in the data, in the covariates' order.
 fn ranges(facts: &Facts) -> Ranges {
     let fastest = facts.fastest_rad_per_s.max(0.1);
     let angle = if facts.angle_rad.0 < facts.angle_rad.1 { facts.angle_rad } else { (-3.0, 3.0) };

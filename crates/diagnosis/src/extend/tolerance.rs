@@ -17,8 +17,8 @@ const FACTORS: [EffectId; 8] = [
     EffectId::TorqueGain,
 ];
 
-/// Corrections of all numbers that these data could show, none made yet; `tolerance` is the standard deviation of a number in
-/// parts of it, of the torque's zero in parts of T_c.
+/// Corrections, all neutral, of the parameters that these data could show. `tolerance` is the standard deviation relative to
+/// the parameter, of the torque's zero relative to T_c.
 pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> Vec<Correction> {
     if tolerance <= 0.0 {
         return Vec::new();

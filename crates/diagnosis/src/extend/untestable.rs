@@ -3,9 +3,9 @@
 use crate::log::facts::Facts;
 use valve_model::{Condition, EffectId};
 
-/// The stiffness beside which a coupling is compared where friction has no bristles, N·m/rad; the softest that is looked for has this
-/// part of it as compliance. Of a load that swings more often than this between two samples the log tells nothing, and its motion
-/// would take thousands of steps.
+/// Stiffness that stands in for the bristles' where friction has none, N·m/rad. The softest coupling that is tried has
+/// `SOFTEST` times the bristles' compliance. If the load on it swings more than `MOST_SWINGS` times between two samples, the
+/// log holds no information about the coupling, and its motion would take thousands of steps.
 const USUAL_STIFFNESS: f64 = 1e3;
 pub(crate) const SOFTEST: f64 = 0.3;
 const MOST_SWINGS: f64 = 16.0;
@@ -31,7 +31,7 @@ pub(crate) fn needs_pressure(id: EffectId) -> bool {
 /// What these data, or the model, lack for an effect; `None` where it can be tested.
 pub(crate) fn why_not(id: EffectId, facts: &Facts) -> Option<String> {
     if id.spec().seen_in == facts.kind.unseen {
-        let reason = if facts.kind.motion_is_measured {
+        let reason = if facts.kind.residual_is_torque() {
             "shows in a log of command and angle only; here the torque is predicted from the angle"
         } else {
             "no torque channel"
@@ -105,7 +105,7 @@ fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
     }
 }
 
-/// Why a coupling can't be seen in a log of such long samples; `None` where it can.
+/// Why a coupling can't be seen at this sampling interval; `None` if it can.
 fn swings_unseen(facts: &Facts) -> Option<String> {
     let swings = swings_between_samples(facts);
     (swings > MOST_SWINGS).then(|| {
@@ -116,8 +116,8 @@ fn swings_unseen(facts: &Facts) -> Option<String> {
     })
 }
 
-/// How often the load on the softest coupling that is looked for would swing from one sample to the next; 0 where the angle is predicted,
-/// from a command that is known between the samples.
+/// How often the load on the softest coupling that is tried would swing within a sampling interval; 0 if the angle is
+/// predicted, from a command that is known between the samples.
 fn swings_between_samples(facts: &Facts) -> f64 {
     let Some(inertia) = facts.load_inertia.filter(|_| facts.kind.motion_is_measured) else { return 0.0 };
     let softest = 1.0 / (SOFTEST * rigid_enough(facts));

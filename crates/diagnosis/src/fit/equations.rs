@@ -14,12 +14,12 @@ use crate::workers::{Workers, map};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use valve_model::{EffectId, Model};
 
-/// Nuisance parameters: they differ from run to run whatever the cause, and are not reported as one.
+/// Nuisance parameters: they differ from run to run, and are not reported as causes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Nuisances {
-    /// Standard deviation of the torque's zero from run to run, N·m; 0 where it has none.
+    /// Standard deviation of the torque's zero from run to run, N·m; 0 if it doesn't vary.
     pub zero_nm: f64,
-    /// Each run has a zero of its own angle.
+    /// True if each run has a zero of its own angle.
     pub angle_zero: bool,
 }
 
@@ -37,7 +37,7 @@ pub(crate) enum Column {
     /// (prediction of this − prediction)/size
     Simulated(Ready, f64),
     Direct(Additive),
-    /// What [`Setting::kept`] has at this place.
+    /// Kept sensitivities, by their place in [`Setting::kept`].
     Kept(usize),
 }
 
@@ -57,7 +57,7 @@ pub(crate) struct Point {
 }
 
 impl Point {
-    /// How a piece begins.
+    /// The initial state of a piece.
     pub fn start(&self, piece: usize) -> InitialState {
         self.starts.get(piece).copied().unwrap_or_default()
     }
@@ -70,7 +70,7 @@ pub(crate) struct Setting<'a> {
     pub given: &'a Model,
     pub nuisances: Nuisances,
     pub workers: &'a dyn Workers,
-    /// Sensitivities to corrections that are taken in place of exact ones.
+    /// Sensitivities to corrections that are used in place of exact ones.
     pub kept: Option<&'a Kept>,
 }
 
@@ -84,11 +84,12 @@ impl<'a> Setting<'a> {
         Self { campaign, given, nuisances, workers, kept: None }
     }
 
-    /// The sensitivities to the corrections at a point, to be kept through the fits from there: of a torque log with bristles, whose
-    /// simulation is what a search costs; `None` for others, where a torque is cheap, or an angle may slip elsewhere.
+    /// The sensitivities to the corrections at a point, to be kept during the fits that follow. Only for torque logs with
+    /// bristles, where simulations are the cost of a search. `None` for others: a torque without bristles is cheap, and an
+    /// angle may slip elsewhere.
     pub fn sensitivities(&self, point: &Point) -> Result<Option<Kept>, DiagnosisError> {
         let campaign = self.campaign;
-        if !campaign.kind.motion_is_measured || campaign.facts.stiffness.is_none() {
+        if !campaign.kind.smooth || campaign.facts.stiffness.is_none() {
             return Ok(None);
         }
         let exact = Setting { kept: None, ..*self };
@@ -113,7 +114,7 @@ impl<'a> Setting<'a> {
         Ok(Some(Kept { ids, by_piece }))
     }
 
-    /// The columns of what the hypothesis leaves free.
+    /// The columns of the hypothesis' free numbers.
     pub fn own_columns(&self, hypothesis: &Hypothesis) -> Result<Vec<Column>, DiagnosisError> {
         hypothesis.free().into_iter().map(|free| self.own_column(hypothesis, free)).collect()
     }
@@ -146,7 +147,7 @@ impl<'a> Setting<'a> {
     pub fn additive(&self, hypothesis: &Hypothesis, id: EffectId, number: usize) -> Option<Additive> {
         let between = EffectId::CouplingCompliance;
         let given = || self.given.effects.iter().any(|effect| effect.id() == between);
-        if !self.campaign.kind.motion_is_measured || hypothesis.has(between) || given() {
+        if !self.campaign.kind.smooth || hypothesis.has(between) || given() {
             return None;
         }
         let harmonic = |times_pressure| Additive::Harmonic(number / 2 + 1, number % 2 == 1, times_pressure);
@@ -184,7 +185,7 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Whether nothing more is to be tried: the caller's time is over, or as much was simulated as may be.
+    /// True if nothing more is to be tried: the caller's time or the number of simulated samples is used up.
     pub fn is_over(&self) -> bool {
         self.workers.is_over() || self.campaign.is_worn_out()
     }
@@ -199,7 +200,7 @@ impl<'a> Setting<'a> {
         self.campaign.ready(&model)
     }
 
-    /// The equations of the pieces that `wanted` picks, in the pieces' order; `None` for the others.
+    /// The equations of the pieces that `wanted` selects, in the pieces' order; `None` for the others.
     pub fn equations(
         &self,
         point: &Point,
@@ -234,7 +235,7 @@ impl<'a> Setting<'a> {
         Ok(map(self.workers, self.campaign.pieces.len(), job))
     }
 
-    /// Predicts the runs that are cut, several at a time: their pieces would wait for each other.
+    /// Predicts the runs that are cut, in parallel and beforehand: otherwise the pieces of a run would wait for each other.
     fn predict_courses(&self, point: &Point, models: &[&Ready]) {
         let pieces = self.campaign.pieces.iter().enumerate();
         let seconds: Vec<usize> = pieces
@@ -270,7 +271,7 @@ impl<'a> Setting<'a> {
             let target = x.column_iter_mut().nth(column);
             if let Some(mut target) = target {
                 for ((slot, value), weight) in target.iter_mut().zip(values).zip(&piece.weights) {
-                    // A weight of zero also covers what isn't finite.
+                    // A value that isn't finite counts as one of zero weight.
                     *slot = if *weight > 0.0 && value.is_finite() { value * weight } else { 0.0 };
                 }
             }
@@ -294,7 +295,7 @@ impl<'a> Setting<'a> {
                     let values = self.kept.map_or(&[][..], |all| all.of(place, *kept));
                     put(offset + index, &mut values.iter().copied());
                 }
-                // What the transducer adds comes after its scale, and is the same late.
+                // The transducer's offset is added after its scale, and a delay doesn't change a constant.
                 Column::Direct(Additive::Constant) => {
                     put(offset + index, &mut std::iter::repeat_n(1.0, piece.len()));
                 }
@@ -328,7 +329,7 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// How a piece's prediction follows a number, by a model in which that is moved by `size`.
+/// The sensitivity of a piece's prediction to a number, from a model in which that is changed by `size`.
 fn sensitivity<'a>(
     piece: &Piece,
     base: &'a [f64],
@@ -368,8 +369,8 @@ fn direct(additive: Additive, piece: &Piece) -> Box<dyn Iterator<Item = f64> + '
     }
 }
 
-/// Equations summed by group, groups without a piece empty; last, in no fold, what the tolerance says. Where a model leaves more
-/// than the noise, its misfit is added to the noise, so that priors aren't overruled by unrelated errors of the model.
+/// Equations summed by group; groups without a piece are empty. The last one, in no fold, is the prior from the tolerance. If the model
+/// leaves more than noise, the prior's weight grows with the misfit, so that unrelated errors of the model don't overrule it.
 pub(crate) fn by_group(
     campaign: &Campaign,
     hypothesis: &Hypothesis,
@@ -389,7 +390,7 @@ pub(crate) fn by_group(
     groups
 }
 
-/// The change of a piece's start when the columns change by β.
+/// The change of a piece's initial state when the columns change by β.
 pub(crate) fn start_change(equations: &PieceEquations, beta: &DVector<f64>) -> f64 {
     let nuisances = &equations.nuisances;
     if nuisances.nrows() == 0 {

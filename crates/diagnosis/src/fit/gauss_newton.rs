@@ -15,13 +15,13 @@ use nalgebra::DVector;
 
 /// Most steps of a fit.
 const STEPS: usize = 12;
-/// A fit has converged if a step gains less than this a sample, in parts of the noise's square ...
+/// A fit has converged if a step reduces the loss by less than this per sample, relative to the noise variance ...
 const ENOUGH: f64 = 2e-5;
-/// ... or less than this share of the residual beyond noise (a wrong model has a rough loss), or if a rejected step had promised
-/// less than the second share of it.
+/// ... or by less than this fraction of the excess over noise (a wrong model has a rough loss), or if a rejected step had
+/// promised less than the second fraction of it.
 const OF_THE_REST: f64 = 1e-3;
 const OF_THE_REST_REFUSED: f64 = 1e-2;
-/// Loss beyond noise, in parts of the noise's, from which on a fit counts as poor: other starts of the pieces are then tried.
+/// A fit is poor if its loss exceeds the noise by this fraction: other initial states of the pieces are then tried.
 pub(crate) const POOR: f64 = 0.2;
 /// A successful step of a poor fit is tried at these multiples of its length.
 const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
@@ -30,7 +30,7 @@ const FARTHER: [f64; 3] = [2.0, 4.0, 8.0];
 const LEAST_DAMPING: f64 = 1.0;
 const MORE_DAMPING: f64 = 10.0;
 const LESS_DAMPING: f64 = 0.1;
-/// A change that goes less than this part of its way meets a bound; rounding takes less.
+/// A change is cut by a bound if less than this fraction of it is allowed; rounding takes less.
 const WHOLE: f64 = 1.0 - 1e-9;
 /// The fit ends at this damping.
 const MOST_DAMPING: f64 = 1e3;
@@ -60,7 +60,7 @@ impl Progress {
 #[derive(Debug, Clone)]
 pub(crate) struct Fitted {
     pub point: Point,
-    /// By group; the columns are what the hypothesis leaves free.
+    /// Normal equations by group; their columns are the hypothesis' free numbers.
     pub groups: Vec<Gram>,
     /// The loss over the fitted pieces.
     pub loss: f64,
@@ -86,8 +86,8 @@ pub(crate) fn fit_on(
     wanted: &(impl Fn(&Piece) -> bool + Sync),
     steps: usize,
 ) -> Result<Fitted, DiagnosisError> {
-    // Torques along a measured motion follow the numbers smoothly, however poor the fit is, unless friction has a memory.
-    let rough = !setting.campaign.kind.motion_is_measured || setting.ready(&begin.hypothesis)?.has_sides();
+    // Friction with a memory makes even a predicted torque jump.
+    let rough = !setting.campaign.kind.smooth || setting.ready(&begin.hypothesis)?.has_sides();
     let mut here = evaluate(setting, begin, wanted)?;
     for _ in 0..steps.min(STEPS) {
         if setting.is_over() {
@@ -116,7 +116,7 @@ pub(crate) fn fit_on(
             Step::Better(there) => {
                 let gain = here.fitted.loss - there.fitted.loss;
                 here = *there;
-                // The step's end has the best starts too.
+                // A step of a poor fit has searched for the best starts at its end too.
                 progress.settled = progress.settled && rest > POOR * count;
                 progress.damping = (progress.damping * LESS_DAMPING).max(1e-7);
                 (true, gain, OF_THE_REST)
@@ -152,7 +152,7 @@ struct Here {
 
 /// The outcome of a step.
 enum Step {
-    /// The model refuses the numbers.
+    /// The model refuses the parameter values.
     Refused,
     Worse,
     Better(Box<Here>),
@@ -224,8 +224,8 @@ pub(crate) fn sum(groups: &[Gram]) -> Gram {
     total
 }
 
-/// The damped step and the gain that it promises, within the bounds of the numbers: one that would leave them goes as far as it may,
-/// and the others make the best of that.
+/// The damped step and the gain that it promises, within the bounds of the numbers. A number that would leave its bounds is
+/// held there, and the step is solved again for the others.
 fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<f64>, f64)> {
     let free = hypothesis.free();
     let mut open: Vec<usize> = (0..free.len()).collect();
@@ -245,7 +245,7 @@ fn step(total: &Gram, hypothesis: &Hypothesis, damping: f64) -> Option<(DVector<
                 free.get(*column).map_or(*wanted, |number| hypothesis.allowed(*number, *wanted)),
             )
         });
-        // The one that may go the least part of its way is held first.
+        // The number whose bounds allow the smallest fraction of its change is held first.
         let part = |(_, wanted, allowed): &(usize, f64, f64)| allowed / wanted;
         let held = allowed.clone().filter(|of| part(of) < WHOLE).min_by(|a, b| part(a).total_cmp(&part(b)));
         if let Some((column, _, allowed)) = held {
@@ -355,7 +355,7 @@ fn each_start(
     let pieces = &setting.campaign.pieces;
     let found = map(setting.workers, pieces.len(), |index| {
         let start = point.start(index);
-        // Others begin as the first piece of a run does, so that it is always wanted.
+        // The first piece of a cut run is always searched, because the others begin as it does.
         let piece =
             pieces.get(index).filter(|piece| !piece.follows() && (wanted(piece) || piece.course.is_some()));
         piece.map_or(start, |piece| new(index, piece, &ready, start))
@@ -376,7 +376,7 @@ mod tests {
     use log_data::{Log, Run};
     use valve_model::{Effect, EffectId, EffectValue};
 
-    /// Swings whose torque falls with acceleration: as if the load's inertia were below zero.
+    /// Swings whose torque falls with acceleration: as if the load's inertia were negative.
     fn swings() -> Log {
         let wave = std::f64::consts::TAU * 8.0;
         let run = |number: usize| {

@@ -1,8 +1,9 @@
 //! Sensitivities to the corrections of the model's numbers, computed once and kept through the fits of a search.
 //!
-//! These numbers move within their tolerance alone, a few per cent, and the prediction follows them nearly in a straight line. A fit
-//! whose steps use the sensitivities of a nearby point comes to the same numbers up to what is left times their change, and each of its
-//! steps costs two simulations instead of one for each correction. What is concluded from is fitted with exact ones.
+//! Corrections stay within their tolerance, a few per cent, so the prediction is nearly linear in them. A fit that uses the
+//! sensitivities of a nearby point converges to the same numbers, up to an error proportional to the residual and to the change
+//! of the sensitivities. Each of its steps costs two simulations instead of one for each correction. Fits that conclusions are
+//! drawn from use exact sensitivities.
 
 use valve_model::EffectId;
 
@@ -15,12 +16,12 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// The place of a correction's sensitivities.
+    /// The index of a correction's sensitivities.
     pub fn place(&self, id: EffectId) -> Option<usize> {
         self.ids.iter().position(|known| *known == id)
     }
 
-    /// A piece's sensitivities to the correction at this place.
+    /// A piece's sensitivities to the correction at this index.
     pub fn of(&self, piece: usize, place: usize) -> &[f64] {
         self.by_piece.get(piece).and_then(|columns| columns.get(place)).map_or(&[], Vec::as_slice)
     }

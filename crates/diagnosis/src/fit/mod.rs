@@ -1,4 +1,4 @@
-//! Fitting a hypothesis to the log: its normal equations, the loss, the starts of the pieces, and how well the numbers are known.
+//! Fitting a hypothesis to the log: its normal equations, the initial states of the pieces, and the numbers' covariance.
 
 pub(crate) mod equations;
 pub(crate) mod gauss_newton;

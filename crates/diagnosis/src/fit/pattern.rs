@@ -55,7 +55,7 @@ pub(crate) fn search(
     Ok((least < fitted.loss).then_some(best))
 }
 
-/// The hypothesis with one number moved by `steps` of its finite-difference step; `None` if it rests on a bound.
+/// The hypothesis with one number moved by `steps` of its finite-difference step; `None` if it is at a bound.
 fn moved(point: &Point, free: Free, steps: f64) -> Option<crate::extend::hypothesis::Hypothesis> {
     let mut there = point.hypothesis.clone();
     let at = there.get(free);

@@ -1,6 +1,5 @@
-//! Covariance of fitted parameters: jackknife over groups (errors shared within a run count once), plus errors of the
-//! measured motion (shared by all runs), plus model selection (how far parameters move if one that was left out is
-//! freed).
+//! Covariance of fitted parameters, a sum of three parts: a jackknife over groups (errors shared within a run count once), errors of the
+//! measured motion (shared by all runs), and model selection (how far parameters move if one that was left out is freed).
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
@@ -20,23 +19,23 @@ pub(crate) struct Spread {
     pub half_width: f64,
 }
 
-/// How often the motion is measured once more.
+/// How many times the motion is measured again.
 const AGAIN: u64 = 2;
 
 impl Spread {
-    /// Adds the effect of errors in the measured motion. Measured and smoothed once more, a motion is about as far from the
-    /// measured one as that is from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat. Assoc. 89, 1994),
-    /// and the numbers follow. Angle logs predict from the command, which has no such errors.
+    /// Adds the effect of errors in the measured motion. If the motion is sampled and smoothed again, it differs from the
+    /// measured one about as much as that differs from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat.
+    /// Assoc. 89, 1994), and the numbers change accordingly. Angle logs predict from the command, which has no such errors.
     pub fn with_motion(
         mut self,
         setting: &Setting<'_>,
         fitted: &Fitted,
         seed: u64,
     ) -> Result<Self, DiagnosisError> {
-        if !setting.campaign.kind.motion_is_measured {
+        if !setting.campaign.kind.motion_errs {
             return Ok(self);
         }
-        // Not the draw that the weights were made from.
+        // Other draws than the one that the weights were estimated from.
         for turn in 1..=AGAIN {
             let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
                 continue;
@@ -48,7 +47,7 @@ impl Spread {
         Ok(self)
     }
 
-    /// The standard deviation of a number if the numbers at `given` are as they were found.
+    /// The conditional standard deviation of a number, given the numbers at `given`.
     pub fn deviation_given(&self, place: usize, given: &[usize]) -> f64 {
         let at = |row: usize, column: usize| self.covariance[(row, column)];
         let own = at(place, place).max(0.0);
@@ -59,9 +58,9 @@ impl Spread {
         (own - shared).clamp(0.0, own).sqrt()
     }
 
-    /// Adds the uncertainty of model selection: where a weak harmonic or an exponent was left out, the other numbers absorb it. The
-    /// square of their change when it is let in is added, with Akaike's weight (Buckland, Burnham and Augustin, Biometrics 53,
-    /// 1997); of several, the largest.
+    /// Adds the uncertainty of model selection: if a weak harmonic or an exponent was left out, the other numbers absorb it.
+    /// The square of their change when it is freed is added, times its Akaike weight (Buckland, Burnham and Augustin,
+    /// Biometrics 53, 1997); of several, the largest.
     pub fn with_choice(mut self, setting: &Setting<'_>, fitted: &Fitted) -> Result<Self, DiagnosisError> {
         let changes = changes_with_more(setting, fitted)?;
         for place in 0..self.covariance.nrows() {
@@ -72,8 +71,7 @@ impl Spread {
     }
 }
 
-/// The change of the fitted numbers when each left-out one is let in, in one Gauss-Newton step within its bounds; with Akaike's
-/// weight.
+/// The change of the fitted numbers when each left-out one is freed, in one Gauss-Newton step within its bounds, and its Akaike weight.
 fn changes_with_more(
     setting: &Setting<'_>,
     fitted: &Fitted,
@@ -213,7 +211,7 @@ mod tests {
     const SECOND_NM: f64 = 0.02;
     const NOISE_NM: f64 = 1e-3;
 
-    /// Turns at the same speed through the same sixth of a turn, whose torque has two harmonics; measured with noise.
+    /// Runs at the same speed over the same 1.2 rad, whose torque has two harmonics; measured with noise.
     fn turns(second_nm: f64) -> Log {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let noise = Normal::new(0.0, NOISE_NM).unwrap();
@@ -235,7 +233,7 @@ mod tests {
         Log { runs: (0..8).map(run).collect(), ..Log::default() }
     }
 
-    /// By how much the first harmonic, fitted alone, is off, and its half width without and with what the choice is worth.
+    /// Error of the first harmonic, fitted alone, and its half width without and with the uncertainty of model selection.
     fn first_alone(second_nm: f64) -> (f64, f64, f64) {
         let given = fixtures::model(Vec::new());
         let mut campaign = Campaign::new(&turns(second_nm), &given, 0, &OneAfterTheOther).unwrap();
@@ -264,11 +262,11 @@ mod tests {
 
     #[test]
     fn a_harmonic_left_out_widens_the_intervals_of_those_that_stand_for_it() {
-        // All runs are wrong alike: what they scatter knows nothing of it.
+        // All runs have the same error, which their scatter therefore doesn't show.
         let (off, narrow, wide) = first_alone(SECOND_NM);
         assert!(off > 2.0 * narrow, "{off} {narrow}");
         assert!((off..10.0 * off).contains(&wide), "{off} {wide}");
-        // One that isn't there is worth little.
+        // A left-out harmonic of amplitude zero widens them only a little.
         let (off, narrow, wide) = first_alone(0.0);
         assert!(off < narrow && wide < 3.0 * narrow, "{off} {narrow} {wide}");
     }

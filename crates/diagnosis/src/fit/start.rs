@@ -1,4 +1,4 @@
-//! The best start of a piece, by a search of its own: the prediction is too nonlinear in it for a linear estimate.
+//! The best initial state of a piece, by a search of its own: the prediction is too nonlinear in it for a linear estimate.
 
 use crate::fit::equations::Setting;
 use crate::log::initial_state::InitialState;
@@ -8,9 +8,9 @@ use crate::log::ready::Ready;
 /// Most Gauss-Newton steps, and most halvings of one that overshoots.
 const STEPS: usize = 4;
 const HALVINGS: usize = 4;
-/// The search ends if a step cuts the sum of squares (in parts of the noise) by less.
+/// The search ends if a step reduces the normalised sum of squares by less.
 const ENOUGH: f64 = 0.5;
-/// If a piece's mean square exceeds this, in parts of the noise's, other starts are tried first.
+/// If a piece's mean square exceeds this multiple of the noise variance, other starts are tried first.
 const UNSETTLED: f64 = 1.2;
 
 /// Sides that are tried then, and the refinements beside the best of them.
@@ -83,7 +83,7 @@ impl Search<'_> {
         }
     }
 
-    /// Downhill along the shift.
+    /// Gauss-Newton steps along the shift.
     fn descend(&mut self) {
         let bound = self.piece.start_bound(self.ready);
         let step = self.piece.start_step(self.ready);
@@ -125,7 +125,7 @@ pub(crate) fn better_start(
     if one == two || left(one) <= left(two) { one } else { two }
 }
 
-/// The residual's sum of squares from a start, in parts of the noise.
+/// The normalised residual's sum of squares from a start.
 pub(crate) fn square_left(
     setting: &Setting<'_>,
     piece: &Piece,
@@ -136,7 +136,7 @@ pub(crate) fn square_left(
     square(&left_from(setting, piece, ready, start, zero_rad))
 }
 
-/// The residual from a start; its last value is the prior that draws a start without influence to zero, as in the fit.
+/// The normalised residual from a start. Its last value is the prior that draws a start without influence to zero, as in the fit.
 fn left_from(
     setting: &Setting<'_>,
     piece: &Piece,
@@ -149,7 +149,7 @@ fn left_from(
     left
 }
 
-/// Measured less predicted in parts of the noise; less their mean where a zero of the run's own is a nuisance.
+/// The normalised residual, less its weighted mean if each run has a zero of its own as a nuisance parameter.
 fn weighted(setting: &Setting<'_>, piece: &Piece, predicted: &[f64], zero_rad: f64) -> Vec<f64> {
     let mut left: Vec<f64> = piece
         .measured

@@ -1,4 +1,4 @@
-//! A log cut into pieces, grouped into what is fitted and what is held out, with the facts that it spans.
+//! A log cut into pieces, with groups that are fitted or held out, and the ranges of its data.
 
 use crate::DiagnosisError;
 use crate::log::classes::Class;
@@ -23,9 +23,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use valve_model::{Model, ParamError};
 
-/// The fewest samples of a run that are of use.
+/// Least number of samples in a run.
 pub(crate) const LEAST_SAMPLES: usize = 50;
-/// An error of the integrator in a sub-step may be this part of the encoder's.
+/// The integrator's tolerance in a sub-step, as a fraction of the encoder's standard deviation.
 const OF_THE_NOISE: f64 = 3e-5;
 /// The log, ready to be fitted.
 pub(crate) struct Campaign {
@@ -38,7 +38,7 @@ pub(crate) struct Campaign {
     pub classes: Vec<Class>,
     /// Name of each group, as it is reported.
     pub groups: Vec<String>,
-    /// The fold of each group; those held out have none that is used.
+    /// The fold of each group; that of a held-out group is not used.
     pub fold_of: Vec<usize>,
     /// Of an angle log: whether the encoder has one zero, or one a run. `None` of a torque log, which has no use for it.
     pub angle_zero: Option<AngleZero>,
@@ -46,11 +46,11 @@ pub(crate) struct Campaign {
     pub has_misfit: bool,
     /// Tones of the mains that were taken out of the measured channel.
     pub hums: Vec<Hum>,
-    /// Ripples with a phase of their own in each run that were taken out of it.
+    /// Ripples with a phase of their own in each run that were taken out of the measured channel.
     pub loose_ripples: Vec<LooseRipple>,
-    /// Samples of the log, chosen or not.
+    /// Samples of the log, fitted or not.
     pub samples: usize,
-    /// What all predictions add to.
+    /// Counts the samples that all predictions simulate.
     work: Arc<Work>,
     /// The error that the integrator may make in a sub-step, rad.
     angle_error_rad: f64,
@@ -99,7 +99,7 @@ impl Campaign {
             piece.mask = masks.get(plan.run)?.get(piece.rows.clone()).unwrap_or_default().to_vec();
             piece.course = courses.get(&plan.run).cloned();
             piece.work = Arc::clone(&work);
-            // Lost steps are seen at once, and taken out of what the other causes are judged by.
+            // Lost steps are found first and added to every prediction, so that they don't disturb the search for other causes.
             piece.jumps.extend(pitch_rad.and_then(|pitch_rad| lost_steps::find(&piece, &ready, pitch_rad)));
             (*chosen.get(index)? || !piece.jumps.is_empty()).then_some(piece)
         };
@@ -117,7 +117,7 @@ impl Campaign {
             classes,
             groups,
             fold_of,
-            angle_zero: (!kind.motion_is_measured).then_some(log.angle_zero),
+            angle_zero: (!kind.residual_is_torque()).then_some(log.angle_zero),
             has_misfit: false,
             hums: Vec::new(),
             loose_ripples: Vec::new(),
@@ -127,31 +127,31 @@ impl Campaign {
         })
     }
 
-    /// Whether as much was simulated as may be by now: the search then concludes from what it has.
+    /// True if the allowed number of simulated samples is used up. The search then concludes from the causes found so far.
     pub fn is_worn_out(&self) -> bool {
         self.work.is_spent()
     }
 
-    /// Whether something was left out since too much had been simulated.
+    /// True if something was left out because that number was used up.
     pub fn was_cut_short(&self) -> bool {
         self.work.was_cut()
     }
 
-    /// Samples simulated so far, and those after which a diagnosis ends.
+    /// Samples simulated so far, and the limit for the whole diagnosis.
     pub fn simulated(&self) -> (u64, u64) {
         (self.work.simulated(), self.kind.most_simulated)
     }
 
-    /// Allows all that a diagnosis may simulate; the first search has a part of it, so that something is left for those after it.
+    /// Raises the limit to that of the whole diagnosis. The first search is limited to a part of it, so that later ones have some left.
     pub fn allow_all(&self) {
         self.work.allow(self.kind.most_simulated);
     }
 
-    /// Takes hum out of what was measured: its tones, and what they are in each piece.
+    /// Subtracts hum from the measured channel: `hums` are the tones, `by_piece` is their sum at each sample of each piece.
     pub fn take_out_hum(&mut self, hums: Vec<Hum>, by_piece: &[Vec<f64>]) {
         self.pieces.iter_mut().zip(by_piece).for_each(|(piece, hum)| piece.take_out_hum(hum));
         for hum in hums {
-            // What is left of a tone that was taken out before adds to it.
+            // A tone close to one that was taken out before is that one's remainder: it isn't listed twice.
             match self.hums.iter_mut().find(|of| (of.hz - hum.hz).abs() < 0.5) {
                 Some(of) => of.amplitude = of.amplitude.max(hum.amplitude),
                 None => self.hums.push(hum),
@@ -159,23 +159,23 @@ impl Campaign {
         }
     }
 
-    /// Takes ripples out of what was measured that have a phase of their own in each run: which, and what they are in each piece.
+    /// Subtracts ripples with a phase of their own in each run from the measured channel: `by_piece` is their sum at each sample.
     pub fn take_out_ripples(&mut self, ripples: Vec<LooseRipple>, by_piece: &[Vec<f64>]) {
         self.pieces.iter_mut().zip(by_piece).for_each(|(piece, own)| piece.take_out_ripple(own));
         self.loose_ripples.extend(ripples);
     }
 
-    /// Refuses a model that can't predict.
+    /// Prepares a model for predictions; an error if its parameters are refused.
     pub fn ready(&self, model: &Model) -> Result<Ready, DiagnosisError> {
         Ready::new(model, self.kind, self.angle_error_rad).map_err(|source| self.refused(source))
     }
 
-    /// A model that is refused is refused for the first run.
+    /// The error for a model that is refused; it names the first run.
     pub fn refused(&self, source: ParamError) -> DiagnosisError {
         refused(self.runs.first().map_or("", |(name, _)| name), source)
     }
 
-    /// Starts by piece, those of pieces that follow another one as that one has it.
+    /// Initial states by piece. Pieces that continue another one get the state of their run's first piece.
     pub fn with_followers(&self, mut starts: Vec<InitialState>) -> Vec<InitialState> {
         let mut head = InitialState::default();
         for (piece, start) in self.pieces.iter().zip(&mut starts) {
@@ -202,9 +202,9 @@ fn refused(run: &str, source: ParamError) -> DiagnosisError {
     DiagnosisError::Model { run: run.to_owned(), source }
 }
 
-/// The angle where it can be predicted from a command: the model has a motor, and every run its command. A command is known
-/// exactly and between the samples too, a motion only as well as its encoder, which stiff bristles turn into torque. Else the
-/// torque where any run has it; the others are then left out.
+/// The channel to predict: the angle if the model has a motor and every run a command, else the torque if any run has it. The
+/// angle is preferred because a command is known exactly, between the samples too. A motion is known only as well as its
+/// encoder, whose errors stiff bristles turn into torque. In a torque log, runs without torque are left out.
 fn channel_of(log: &Log, model: &Model) -> Result<Channel, DiagnosisError> {
     if model.motor.is_some() && log.runs.iter().all(|run| run.angle_command_rad.is_some()) {
         return Ok(Channel::Angle);
@@ -218,12 +218,12 @@ fn channel_of(log: &Log, model: &Model) -> Result<Channel, DiagnosisError> {
     Ok(found)
 }
 
-/// The encoder's deviation in the run in the middle; one that rests on one of its steps shows none.
+/// The median over the runs of the encoder's standard deviation, rad. A run whose encoder stays on one step shows none.
 fn usual_deviation_rad(noises: &[Noise]) -> f64 {
     median(&mut noises.iter().map(|noise| noise.deviation_rad).collect::<Vec<f64>>()).unwrap_or(0.0)
 }
 
-/// What each piece has behind it when it begins.
+/// Sets the state of the contact before each piece, and the log's distance travelled and longest rest.
 fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts: &mut Facts) {
     let mut follower = Follower::new(model);
     for (index, rest_s) in in_order(log) {
@@ -239,7 +239,7 @@ fn follow(log: &Log, model: &Model, noises: &[Noise], plans: &mut [Plan], facts:
     facts.longest_rest_s = follower.longest_rest_s;
 }
 
-/// The runs of an angle log that are cut and looked at as a whole: their pieces follow each other.
+/// The runs of an angle log that are cut but fitted whole: each is predicted as a whole, and its pieces take their rows of that.
 fn courses(
     log: &Log,
     plans: &[Plan],
@@ -287,10 +287,11 @@ fn span(log: &Log, usable: &[bool], pieces: &[Piece], facts: &mut Facts) {
     facts.temperature_c = range(Channel::OilTemperature, false);
     facts.angle_rad = range(Channel::Angle, false).unwrap_or((0.0, 0.0));
     let motions = || pieces.iter().flat_map(|piece| &piece.motions);
-    facts.fastest_rad_per_s = motions().fold(0.0, |most: f64, motion| most.max(motion.speed_rad_per_s.abs()));
-    if !facts.kind.motion_is_measured {
-        facts.fastest_rad_per_s = pieces.iter().map(fastest_command).fold(0.0, f64::max);
-    }
+    facts.fastest_rad_per_s = if facts.kind.motion_is_measured {
+        motions().fold(0.0, |most: f64, motion| most.max(motion.speed_rad_per_s.abs()))
+    } else {
+        pieces.iter().map(fastest_command).fold(0.0, f64::max)
+    };
     let mut steps: Vec<f64> = pieces
         .iter()
         .flat_map(|piece| piece.driven.time_s().windows(2).take(50))
@@ -326,7 +327,7 @@ mod tests {
         Model { motor: Some(motor), ..fixtures::model(Vec::new()) }
     }
 
-    /// More angles than are fitted, of a rotor that turns evenly; in the last run but one it jumps.
+    /// More angles than are fitted, of a rotor at constant speed that jumps in the last run but one.
     fn long(jump_rad: f64) -> Log {
         let run = |number: usize| {
             let time_s: Vec<f64> = (0..LENGTH).map(|k| 20.0 * number as f64 + 2e-3 * k as f64).collect();

@@ -1,20 +1,20 @@
-//! Runs that move alike, by their motion alone: the name of a run's kind says nothing that the motion doesn't.
+//! Runs that move alike, judged by the measured motion alone: the name of a run's kind adds nothing to it.
 
 use log_data::Run;
 
 /// Speeds that differ by less than about this factor are alike.
 const SPEEDS: f64 = 4.0;
-/// A reversal counts after so much of the run's span.
+/// A reversal counts if the swing after it exceeds this fraction of the run's span.
 const TURN: f64 = 0.1;
-/// Up to so many reversals a run has few of them.
+/// Up to this many reversals are few.
 const FEW: usize = 4;
 
 /// What two runs that move alike have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) struct Class {
-    /// The logarithm of the mean speed.
+    /// The mean speed's logarithm to the base `SPEEDS`, rounded.
     speed: i32,
-    /// The logarithm of the span.
+    /// The span's logarithm, likewise.
     span: i32,
     /// None, few or many reversals.
     reversals: u8,
@@ -29,7 +29,7 @@ impl Class {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| (least.min(*at), most.max(*at)));
         let span = most - least;
         let duration_s = (run.end_s() - run.start_s()).max(f64::MIN_POSITIVE);
-        // The way between reversals: an encoder's flicker is no motion.
+        // The distance is summed between reversals, so that encoder noise doesn't add to it.
         let (travelled, reversals) = swings(angles, TURN * span);
         let logarithm = |value: f64| (value.max(1e-9).ln() / SPEEDS.ln()).round() as i32;
         let reversals = match reversals {
@@ -41,7 +41,7 @@ impl Class {
     }
 }
 
-/// The way travelled in swings of at least `least`, and how many times it reverses.
+/// The distance travelled in swings of at least `least`, and the number of reversals.
 fn swings(angles: &[f64], least: f64) -> (f64, usize) {
     let Some(&first) = angles.first() else { return (0.0, 0) };
     let (mut low, mut high, mut turned_at, mut way) = (first, first, first, 0.0);

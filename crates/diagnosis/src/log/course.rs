@@ -16,7 +16,7 @@ pub(crate) struct WholeRun {
     pub run: usize,
     pub driven: Driven,
     pub first: MotionSample,
-    /// Before the run.
+    /// The state of the contact before the run.
     pub past: Before,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct RunCache {
     found: Mutex<BTreeMap<Key, Arc<OnceLock<Vec<f64>>>>>,
 }
 
-/// Run, and the start's shift and side by their bits.
+/// Run, and the initial state's shift and side as bits.
 type Key = (usize, u64, Option<u64>);
 
 impl RunCache {
@@ -51,7 +51,7 @@ impl RunCache {
     }
 }
 
-/// The angles that the command leads to, from the driven signals' first sample on, rad; the lead's too.
+/// The angles predicted from the command, rad, from the first sample of `driven` on, its lead included.
 pub(crate) fn angle_rad(
     driven: &Driven,
     first: MotionSample,

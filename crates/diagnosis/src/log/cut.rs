@@ -1,4 +1,4 @@
-//! How a log is cut: runs into pieces, pieces into groups, and groups into those that are fitted, fold by fold, and those held out.
+//! How a log is cut: runs into pieces, pieces into groups, groups into folds and those held out.
 
 use crate::log::classes::Class;
 use crate::log::driven::lead_of;
@@ -16,34 +16,34 @@ use std::ops::Range;
 /// `PIECES_OF_A_RUN` from each run.
 const LONGEST: usize = 20_000;
 const PIECES_OF_A_RUN: usize = 2;
-/// Samples of an angle's piece that make up for those before it, from which its prediction begins.
+/// Least length of such a short piece, samples: long enough to justify the simulation of its lead.
 const LEAST_PIECE: usize = 1000;
-/// So many runs that move alike are held out whole; runs with fewer like them are cut into so many blocks.
+/// Where this many runs move alike, whole runs are fitted or held out; runs with fewer alike are cut into `BLOCKS` blocks.
 const RUNS_ALIKE: usize = 4;
 const BLOCKS: usize = 4;
-/// A log of fewer runs is cut into so many blocks in all: with six groups the between-group standard error is uncertain by half (Student's
-/// t is 2.6), with three it is useless (4.3).
+/// A log of fewer runs is cut into `BLOCKS_IN_ALL` blocks: with six groups the between-group standard error is uncertain by
+/// half (Student's t is 2.6), with three it is useless (4.3).
 const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
-/// A block has at least so many samples.
+/// Least samples of a block.
 const LEAST_BLOCK: usize = 400;
-/// One group in so many is held out.
+/// One group in this many is held out.
 const HOLD_OUT: usize = 4;
 const FOLDS: usize = 5;
 
-/// A piece before it is made.
+/// A piece before its data are prepared.
 pub(crate) struct Plan {
     pub run: usize,
     pub rows: Range<usize>,
     /// Where its prediction begins.
     pub lead_row: usize,
     pub group: usize,
-    /// Before its lead.
+    /// The state of the contact before its lead.
     pub past: Before,
 }
 
-/// The longest piece: of an angle log of which not all is fitted one so short that each run keeps some; runs of no more than a
-/// piece are kept whole or not at all.
+/// Samples of the longest piece. If an angle log is not fitted whole, pieces are short enough that some of each run are fitted.
+/// A run no longer than one piece is fitted whole or not at all.
 pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
@@ -54,7 +54,7 @@ pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
 }
 
-/// Cuts the runs: whole ones where enough move alike, blocks otherwise.
+/// Cuts the runs: into groups of whole runs where enough move alike, into blocks otherwise.
 pub(crate) fn plan(
     log: &Log,
     (usable, classes): (&[bool], &[Class]),
@@ -82,7 +82,7 @@ pub(crate) fn plan(
                 groups.push(name);
             }
             let past = Before::default();
-            // A torque's motion is measured throughout; an angle's state is guessed where its prediction begins.
+            // A torque log's motion is measured at every sample. An angle log's state is estimated where the prediction begins.
             let lead_row = if kind.motion_is_measured { rows.start } else { lead_of(run, rows.start) };
             plans.push(Plan { run: index, rows, lead_row, group: own, past });
         }
@@ -95,7 +95,7 @@ fn block_name(run: &Run, rows: &Range<usize>) -> String {
     format!("{}@{:.3}..{:.3}", run.name, at(rows.start), at(rows.end - 1))
 }
 
-/// Of more samples than are fitted, pieces evenly over the runs, and anywhere within each of them.
+/// Chooses the pieces that are fitted: all, or of a log with too many samples some of each run in proportion, at random within the run.
 pub(crate) fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
     let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
     let part = kind.fitted_samples(total) as f64 / total as f64;
@@ -115,7 +115,7 @@ pub(crate) fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
     chosen
 }
 
-/// Deals groups to folds and to those held out: neighbours in motion, direction and pressure go different ways.
+/// Assigns groups to the folds or to those held out. Groups alike in motion, direction and pressure are spread over all of them.
 pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Vec<usize>) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut keys: Vec<(Class, i8, i64, u32, usize)> = Vec::new();
@@ -134,7 +134,7 @@ pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64
         offset.shuffle(&mut random);
         let offset = offset.first().copied().unwrap_or(0);
         for (place, key) in same.iter().enumerate() {
-            // The last, incomplete round of a class gives none away.
+            // None is held out of a class's last `HOLD_OUT` groups if they are incomplete.
             let complete = place / HOLD_OUT * HOLD_OUT + HOLD_OUT <= same.len();
             if let Some(held) = hold_out.get_mut(key.4) {
                 *held = complete && place % HOLD_OUT == offset;

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// decays within it.
 const LEAD_S: f64 = 0.3;
 
-/// The channels, the lead's samples first. A channel that the run has not is empty.
+/// The channels, the lead's samples first. A channel that the run doesn't have is empty.
 #[derive(Debug, Clone)]
 pub(crate) struct Driven {
     lead: usize,
@@ -75,7 +75,8 @@ impl Driven {
         self.command_rad.get(index).copied().unwrap_or(f64::NAN)
     }
 
-    /// Pressure drop, Pa, and oil temperature, °C, between the sample before and this one, counted from the lead's first.
+    /// Pressure drop, Pa, and oil temperature, °C: the mean of the sample before and this one. `index` counts from the lead's
+    /// first sample.
     pub fn conditions(&self, index: usize) -> (f64, f64) {
         let middle = |values: &[f64], default: f64| {
             let here = values.get(index).copied().unwrap_or(default);

@@ -12,9 +12,8 @@ use std::ops::Range;
 /// Terms of the rounding error's series: the third is below a thousandth of the first wherever noise matters.
 const TERMS: u32 = 3;
 
-/// The variance, rad², of an encoder's mean error over a rest, whose noise moves the reading from step to step: the
-/// rounding error's Fourier series over the angle, each term damped by the noise (Widrow and Kollár, Quantization Noise,
-/// 2008).
+/// The variance, rad², of an encoder's mean error over a rest in which noise moves the reading from step to step. It is the
+/// rounding error's Fourier series over the angle, each term damped by the noise (Widrow and Kollár, Quantization Noise, 2008).
 pub(crate) fn rest_variance(noise: Noise) -> f64 {
     let step = noise.step_rad;
     if step <= 0.0 {
@@ -46,7 +45,8 @@ pub(crate) fn stretches(angles: impl Iterator<Item = f64>, reach_rad: f64) -> Ve
     found
 }
 
-/// What a sample counts for of `count` that share an error of variance `shared` beside their own.
+/// The part of an independent sample that each of `count` samples counts as. They share an error of variance `shared`, and each
+/// has one of variance `own` of its own.
 pub(crate) fn information(shared: f64, own: f64, count: usize) -> f64 {
     let all = shared + own;
     if all > 0.0 { all / (count as f64 * shared + own) } else { 1.0 }

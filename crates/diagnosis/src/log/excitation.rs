@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 
 /// A swing up to this multiple of the break-away deflection counts as presliding.
 const WITHIN: f64 = 6.0;
-/// Least swing between reversals, in parts of the break-away deflection, and of the noise.
+/// Least swing between reversals: this part of the break-away deflection, and this multiple of the angle's noise.
 const TURN: f64 = 0.1;
 const TURN_NOISE: f64 = 5.0;
-/// One in so many moving samples goes the other way where a log moves both ways.
+/// A log moves both ways if at least one in this many moving samples goes the rarer way.
 const BOTH_WAYS: f64 = 20.0;
 /// Window for a frequency, samples.
 const WINDOW: usize = 64;
@@ -26,7 +26,7 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
     let mut ringing = 0.0;
     let mut ways = (0, 0);
     for piece in &campaign.pieces {
-        let course = Course::of(piece, facts);
+        let course = DrivingMotion::of(piece, facts);
         let angle_noise_rad = if facts.kind.motion_is_measured {
             ringing += ringing_of(&course, facts, noise);
             rates.extend(rate_of(&course, facts, noise));
@@ -50,13 +50,13 @@ pub(crate) fn excitation(campaign: &Campaign, noise: f64) -> Excitation {
 }
 
 /// The motion that drives a piece: measured in a torque log, commanded in an angle log.
-struct Course {
+struct DrivingMotion {
     angle_rad: Vec<f64>,
     speed: Vec<f64>,
     acceleration: Vec<f64>,
 }
 
-impl Course {
+impl DrivingMotion {
     fn of(piece: &Piece, facts: &Facts) -> Self {
         if facts.kind.motion_is_measured {
             return Self {
@@ -119,22 +119,22 @@ fn swing(speed: &[f64], acceleration: &[f64]) -> (f64, f64) {
 
 /// Squared signal-to-noise ratio of the torque that a spring as stiff as the bristles would add to the inertia's,
 /// summed over samples.
-fn ringing_of(course: &Course, facts: &Facts, noise_nm: f64) -> f64 {
+fn ringing_of(course: &DrivingMotion, facts: &Facts, noise_nm: f64) -> f64 {
     let (Some(inertia), Some(stiffness)) = (facts.load_inertia, facts.stiffness) else { return 0.0 };
     let windows = course.speed.chunks(WINDOW).zip(course.acceleration.chunks(WINDOW));
     windows
         .map(|(speed, acceleration)| {
             let (acceleration, rate) = swing(speed, acceleration);
             let torque_nm = inertia * acceleration;
-            // What is no more than the noise may be the encoder's.
+            // An inertia torque within the noise may be the encoder's error.
             let part = if torque_nm > noise_nm { rate * rate * inertia / stiffness } else { 0.0 };
             speed.len() as f64 * (part * torque_nm / noise_nm).powi(2)
         })
         .sum()
 }
 
-/// The rate at which a piece swings, where its inertia shows.
-fn rate_of(course: &Course, facts: &Facts, noise_nm: f64) -> Option<f64> {
+/// The rate, rad/s, at which a piece swings; `None` if the inertia's torque is within the noise.
+fn rate_of(course: &DrivingMotion, facts: &Facts, noise_nm: f64) -> Option<f64> {
     let (acceleration, rate) = swing(&course.speed, &course.acceleration);
     (facts.load_inertia? * acceleration * (course.speed.len() as f64).sqrt() > 5.0 * noise_nm).then_some(rate)
 }
@@ -154,7 +154,7 @@ fn distinct(mut rates: Vec<f64>) -> usize {
 
 /// Counts samples in windows whose command moves at more than a third of the motor's resonance, with an amplitude above
 /// noise.
-fn near_resonance(course: &Course, facts: &Facts, noise_rad: f64) -> usize {
+fn near_resonance(course: &DrivingMotion, facts: &Facts, noise_rad: f64) -> usize {
     let Some((holding_nm, teeth)) = facts.motor else { return 0 };
     let inertia = facts.load_inertia.unwrap_or(0.0) + facts.rotor_inertia;
     let resonance = (holding_nm * teeth / inertia).sqrt();

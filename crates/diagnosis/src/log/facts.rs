@@ -1,10 +1,10 @@
-//! Facts of a campaign: sizes of the model, which set finite-difference steps, and spans of the data, which decide what
-//! is testable.
+//! Facts of a campaign: the model's magnitudes, which set finite-difference steps, and the ranges of the data, which decide
+//! what can be tested.
 
 use crate::log::kind::LogKind;
 use valve_model::{FrictionParams, Model};
 
-/// Sizes of the model and spans of the data.
+/// Magnitudes of the model and ranges of the data.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Facts {
     pub kind: LogKind,
@@ -17,7 +17,7 @@ pub(crate) struct Facts {
     pub load_inertia: Option<f64>,
     /// Damping below which a spool behind a spring squeals at the worst speed, N·m·s/rad.
     pub squeal: f64,
-    /// T_hold and rotor teeth.
+    /// Holding torque, N·m, and rotor teeth.
     pub motor: Option<(f64, f64)>,
     pub fastest_rad_per_s: f64,
     pub travel_rad: f64,
@@ -41,18 +41,17 @@ pub(crate) struct Facts {
 /// What the motion excites.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Excitation {
-    /// Swings between turns that stay within the bristles' reach.
+    /// Swings between reversals that stay in the presliding range.
     pub small_swings: usize,
-    /// Whether it moves either way, for a twentieth of its moving samples at least.
+    /// True if it moves both ways, the rarer way for at least a twentieth of the moving samples.
     pub both_ways: bool,
-    /// Turns in all, after a swing beyond that reach too.
+    /// Reversals in all, those of larger swings included.
     pub turns: usize,
-    /// How far the part of the inertia's torque that a spring as stiff as the bristles would add stands out of the noise,
-    /// in standard deviations.
+    /// The signal-to-noise ratio of the torque that a spring as stiff as the bristles would add to the inertia's.
     pub ringing: f64,
     /// Frequencies at which inertia shows, in torque logs.
     pub frequencies: usize,
-    /// Samples whose command moves near the motor's resonance and shows, in angle logs.
+    /// Samples whose command moves near the motor's resonance with an amplitude above noise, in angle logs.
     pub near_resonance: usize,
     /// Correlation of the distance travelled with pressure and with temperature from run to run.
     pub drift_with_pressure: f64,
@@ -60,7 +59,7 @@ pub(crate) struct Excitation {
 }
 
 impl Facts {
-    /// The model's part of it; the data's is still empty.
+    /// The facts that follow from the model; those of the data are still empty.
     pub fn of_model(model: &Model, kind: LogKind) -> Self {
         let (coulomb_nm, static_nm, stiffness, viscous) = match &model.friction {
             FrictionParams::Stribeck(p) => {
@@ -107,7 +106,7 @@ impl Facts {
         }
     }
 
-    /// Whether pressure takes two values that can be told apart.
+    /// Whether the pressure varies enough for its effects to be told apart from others.
     pub fn pressure_varies(&self) -> bool {
         self.pressure_mpa.is_some_and(|(least, most)| most - least > 0.1 * most && most - least > 0.02)
     }
@@ -116,7 +115,7 @@ impl Facts {
         self.temperature_c.is_some_and(|(least, most)| most - least > 3.0)
     }
 
-    /// Holding torque and teeth of the motor, where the rotor's place on its teeth is predicted.
+    /// Holding torque and teeth of the motor in an angle log, in which the rotor's position on its teeth is predicted.
     pub fn rotor(&self) -> Option<(f64, f64)> {
         self.motor.filter(|_| !self.kind.motion_is_measured)
     }
@@ -126,8 +125,8 @@ impl Facts {
     }
 }
 
-/// Damping that LuGre's falling Stribeck curve takes away, N·m·s/rad: −σ1·ω·g'(ω)/g(ω) near the Stribeck velocity,
-/// its largest. 0 for the other laws.
+/// The largest negative damping of LuGre's law on the falling Stribeck curve, N·m·s/rad: −σ1·ω·g'(ω)/g(ω) near the Stribeck
+/// velocity. 0 for the other laws.
 fn drive_of_a_squeal(friction: &FrictionParams) -> f64 {
     let FrictionParams::LuGre(p) = friction else { return 0.0 };
     let fall_nm = (p.static_torque_nm - p.coulomb_torque_nm) * (-1.0f64).exp();

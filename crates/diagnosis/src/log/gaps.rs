@@ -1,4 +1,4 @@
-//! Missing samples: bridged so that a motion goes on, and masked so that they count for nothing.
+//! Missing samples: interpolated so that the motion goes on, and masked so that they have no weight.
 
 use log_data::{Channel, Log, MOST_MISSING, Run, lacking};
 use std::borrow::Cow;
@@ -6,8 +6,8 @@ use std::borrow::Cow;
 const CHANNELS: [Channel; 5] =
     [Channel::Angle, Channel::AngleCommand, Channel::Torque, Channel::PressureDrop, Channel::OilTemperature];
 
-/// The log without gaps, and for each run the samples that were bridged in a channel that a prediction follows at once or is
-/// held against: angle, command, torque. A channel that lacks too much is left as it is.
+/// The log with its gaps interpolated, and for each run the samples that were interpolated in angle, command or torque: a
+/// prediction follows these directly, or is compared with them. A channel with too many samples missing is left as it is.
 pub fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
     let lacks = |run: &Run| CHANNELS.iter().any(|channel| lacking(run, *channel) > 0);
     if !log.runs.iter().any(lacks) {
@@ -36,7 +36,7 @@ fn bridge(run: &mut Run) -> Vec<bool> {
     mask
 }
 
-/// Straight lines over the gaps; at the ends the nearest value.
+/// Interpolates linearly over the gaps; at the ends takes the nearest value.
 fn fill(time_s: &[f64], values: &mut [f64]) {
     let known: Vec<(usize, f64)> =
         values.iter().copied().enumerate().filter(|(_, value)| !value.is_nan()).collect();

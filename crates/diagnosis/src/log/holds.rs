@@ -1,15 +1,15 @@
-//! The measurement's noise from repeated holds: while the valve rests, what is measured differs by noise alone. Unlike
+//! The measurement's noise from repeated holds: while the valve rests, the measured values differ by noise alone. Unlike
 //! differences between neighbours, a hold also shows noise that is slower than the sampling.
 
 use crate::log::kind::LogKind;
 use crate::log::piece::Piece;
 use log_data::median;
 
-/// Samples of a hold that are taken together, and how many holds it takes for their median to say anything.
+/// Samples of one hold, and the least number of holds for a median.
 const LENGTH: usize = 64;
 const REPEATED: usize = 8;
 
-/// The variance of what is measured in each hold of a piece, a straight line taken off.
+/// The variance of the residual in each hold of a piece, a straight line subtracted.
 pub(crate) fn variances(piece: &Piece, residual: &[f64], kind: LogKind) -> Vec<f64> {
     let count = residual.len() / LENGTH;
     (0..count)
@@ -19,8 +19,8 @@ pub(crate) fn variances(piece: &Piece, residual: &[f64], kind: LogKind) -> Vec<f
         .collect()
 }
 
-/// Whether the valve rests: of a torque log the angle stays within what the encoder can't tell apart, of an angle log the
-/// command stays where it is, now and for as long before.
+/// Whether the valve rests. In a torque log the angle stays within the encoder's resolution. In an angle log the command is
+/// constant, in the hold and for as long before it.
 fn rests(piece: &Piece, from: usize, kind: LogKind) -> bool {
     let still = |from: usize, most_rad: f64, angle: &dyn Fn(usize) -> f64| {
         let angles = (from..from + LENGTH).map(angle);
@@ -52,7 +52,7 @@ fn about_a_line(values: &[f64]) -> f64 {
     left.sum::<f64>() / (count - 2.0)
 }
 
-/// What the holds say, where there are enough of them.
+/// The median variance of the holds; `None` if there are too few.
 pub(crate) fn pooled(mut variances: Vec<f64>) -> Option<f64> {
     if variances.len() < REPEATED {
         return None;

@@ -4,6 +4,6 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hum {
     pub hz: f64,
-    /// Root of the mean square of its amplitude, in the channel's unit.
+    /// Its root-mean-square amplitude, in the channel's unit.
     pub amplitude: f64,
 }

@@ -5,14 +5,14 @@ use crate::log::piece::Piece;
 use crate::log::ready::Ready;
 use log_data::median;
 
-/// A jump of at least this part of a tooth pitch is one, if it lasts to the piece's end.
+/// A sample is after the jump if its residual is within this fraction of the jump from it. The jump must last to the piece's end.
 const LEAST: f64 = 0.6;
-/// How far from whole pitches the rest may lie, in pitches.
+/// How far the residual at the end may be from whole pitches, in pitches.
 const WHOLE: f64 = 0.2;
-/// Samples that must follow.
+/// Least number of samples after the jump.
 const AFTER: usize = 20;
 
-/// The sample and the jump, rad, of a piece that loses steps.
+/// The sample at which a piece loses steps, and the jump, rad; `None` if it loses none.
 pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usize, f64)> {
     let predicted = piece.predict(ready, InitialState::default());
     let residual: Vec<f64> =
@@ -24,7 +24,7 @@ pub(crate) fn find(piece: &Piece, ready: &Ready, pitch_rad: f64) -> Option<(usiz
         return None;
     }
     let jump = teeth * pitch_rad;
-    // The last sample before which it was not there.
+    // The last sample that doesn't show the jump.
     let last = residual.iter().rposition(|value| (value - jump).abs() > LEAST * jump.abs());
     let from = last.map_or(0, |last| last + 1);
     (residual.len() - from >= AFTER).then_some((from, jump))

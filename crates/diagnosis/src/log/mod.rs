@@ -1,4 +1,4 @@
-//! The log made ready: cut into pieces, its noise estimated, and what its motion excites.
+//! The log prepared for fits: cut into pieces, its noise estimated, its excitation determined.
 
 pub(crate) mod campaign;
 pub(crate) mod classes;

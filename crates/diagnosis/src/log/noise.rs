@@ -1,8 +1,8 @@
-//! What the measurement scatters by itself: the transducer's noise, and what the encoder makes of the prediction.
+//! The measurement's noise: the transducer's, and the encoder's propagated to the prediction.
 //!
-//! The transducer's noise from fourth differences of the residual (motion hardly shows in them) and from repeated holds,
-//! whichever is more: noise that is slower than the sampling shows in holds alone. The encoder's share by measuring the
-//! smoothed motion, or the first angle, once more and predicting again. Samples are weighted by both.
+//! The transducer's noise is the larger of two estimates, from fourth differences of the residual (motion hardly shows in them)
+//! and from repeated holds (which alone show noise slower than the sampling). The encoder's part is found by a second
+//! prediction, from the smoothed motion or the first angle measured once more. Samples are weighted by both.
 
 use crate::Options;
 use crate::log::campaign::Campaign;
@@ -16,9 +16,9 @@ use log_data::median;
 
 /// Variance of white noise's fourth difference over that of the noise: 1 + 16 + 36 + 16 + 1.
 const FOURTH: f64 = 70.0;
-/// Samples whose noise is taken together.
+/// Samples of a block of the noise estimate.
 const BLOCK: usize = 128;
-/// Blocks on either side over which the encoder's share is compared with what is seen.
+/// Blocks on either side over which the encoder's part is compared with the residual.
 const BLOCKS_AROUND: usize = 2;
 /// If the residual's fourth differences in a block of a torque log exceed the estimated variance by this factor,
 /// their variance is used: in fast motion the smoother passes more encoder noise.
@@ -33,40 +33,38 @@ const WITHOUT_JUMPS: f64 = 0.623;
 /// `JUMPING`: the residual there depends on when the reversal happens, hardly on the friction's size.
 const AROUND: usize = 16;
 const JUMPING: f64 = 2.5;
-/// The error estimate from every other sample is used only where its variance is this multiple of the other errors' (the motion between
-/// samples matters there): it holds the encoder's noise too, which is known already.
+/// The error estimate from every other sample is used only where its variance is this multiple of the other errors' (the motion
+/// between samples matters there): it contains the encoder's noise too, which is counted already.
 const COARSE: f64 = 4.0;
-/// No angle is known better than this, rad: the finest encoders' own errors; a simulation's angle is read as exact.
-const FINEST_RAD: f64 = 1e-7;
-/// Halvings that find the variance of a misfit.
+/// Bisection steps that find the variance of a misfit.
 const HALVINGS: usize = 60;
-/// Samples on either side over which the encoder's share is averaged.
+/// Samples on either side over which the encoder's part is averaged.
 const REACH: usize = 50;
 
 /// The measurement's noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NoiseLevel {
-    /// Of the measured channel alone.
+    /// Standard deviation of the measured channel alone.
     pub channel: f64,
-    /// With what the encoder makes of the prediction; root mean square over all samples.
+    /// With the encoder's part of the prediction's error; root mean square over all samples.
     pub total: f64,
-    /// How many neighbours are worth one sample; 1: white noise.
+    /// Autocorrelated samples that count as one independent sample; 1 for white noise.
     pub per_independent: f64,
-    /// The noise's share of what counts as the error of a sample; the rest is misfit. 1: noise alone.
+    /// The noise's mean share of a sample's variance; the rest is misfit. 1 without misfit.
     pub share: f64,
-    /// The user gave it: it is not estimated.
+    /// True if the user gave it; it is then not estimated.
     pub given: bool,
 }
 
 impl NoiseLevel {
-    /// The noise to report beside a residual of so much: the estimate, but never above the residual, of which it is a part (the encoder's part
-    /// is overestimated where its readings are filtered). A noise that the user gave is reported as given.
+    /// The noise to report beside a residual of RMS `left`. It is the estimate, but at most the residual, which contains the noise (the
+    /// encoder's part is overestimated where its readings are filtered). A noise that the user gave is reported as given.
     pub fn told(&self, left: f64) -> f64 {
         if self.given { self.total } else { self.total.min(left) }
     }
 }
 
-/// Estimates the noise where it isn't known, and sets the pieces' weights.
+/// Estimates the noise where the user gave none, and sets the pieces' weights.
 pub(crate) fn estimate(
     campaign: &mut Campaign,
     ready: &Ready,
@@ -86,8 +84,7 @@ pub(crate) fn estimate(
     let fast = pool(&mut found.iter().flat_map(|of| of.fast.iter().copied()));
     let fast_of_motion = pool(&mut found.iter().flat_map(|of| of.fast_of_motion.iter().copied()));
     let steps = pieces.iter().map(|piece| piece.noise.step_rad).fold(0.0, f64::max);
-    let least =
-        if kind.motion_is_measured { 1e-9 } else { (steps * steps / 12.0).max(FINEST_RAD * FINEST_RAD) };
+    let least = kind.least_variance(steps);
     let of_holds = holds::pooled(found.iter().flat_map(|of| of.holds.iter().copied()).collect());
     let estimated = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
     let channel = options.noise.map_or(estimated, |known| known * known);
@@ -110,7 +107,7 @@ pub(crate) fn estimate(
         for (weight, _) in piece.weights.iter_mut().zip(&piece.mask).filter(|(_, missing)| **missing) {
             *weight = 0.0;
         }
-        // The first sample begins the prediction; it tells nothing.
+        // The prediction starts from the first sample, which therefore gets no weight.
         if let Some(first) = piece.weights.first_mut() {
             *first = 0.0;
         }
@@ -124,8 +121,8 @@ pub(crate) fn estimate(
     }
 }
 
-/// Adds to the noise of the channel what makes it as large as the residual: differences between neighbours underestimate
-/// autocorrelated noise, of which so many neighbours are worth one. `left` is the residual of each piece.
+/// Increases the channel's noise until it equals the residual: differences between neighbours underestimate autocorrelated
+/// noise. `per_independent` of its samples count as one independent sample. `left` is the residual of each piece.
 pub(crate) fn with_colour(
     campaign: &mut Campaign,
     noise: NoiseLevel,
@@ -143,8 +140,9 @@ pub(crate) fn with_colour(
     }
 }
 
-/// What the causes found leave beyond the noise counts as an error of every sample, of which so many neighbours are worth one: else
-/// the quietest samples, which tell of the same misfit, would decide the fit for all. `left` is the residual of each piece.
+/// Counts the misfit of the accepted causes as an error of every sample, with `per_independent` samples as one independent
+/// sample. Otherwise the samples with the least noise would decide the fit for all, though they share the same misfit. `left`
+/// is the residual of each piece.
 pub(crate) fn with_misfit(
     campaign: &mut Campaign,
     noise: NoiseLevel,
@@ -156,7 +154,7 @@ pub(crate) fn with_misfit(
     NoiseLevel { share: add_to_all(campaign, misfit, per_independent), ..noise }
 }
 
-/// Adds a variance to that of every sample, and counts so many neighbours as one; the share that was there before.
+/// Adds a variance to every sample's and counts `per_independent` samples as one. Returns the earlier variance's mean share of the sum.
 fn add_to_all(campaign: &mut Campaign, more: f64, per_independent: f64) -> f64 {
     let (mut own, mut all) = (0.0, 0.0);
     for piece in &mut campaign.pieces {
@@ -173,7 +171,7 @@ fn add_to_all(campaign: &mut Campaign, more: f64, per_independent: f64) -> f64 {
     if all > 0.0 { own / all } else { 1.0 }
 }
 
-/// The variance that, added to every sample's, makes the residual as large as the error in the mean.
+/// The variance that, added to every sample's, makes the weighted mean square of the normalised residual 1.
 fn extra_variance(campaign: &Campaign, left: &[Vec<f64>]) -> f64 {
     let samples: Vec<(f64, f64, f64)> = campaign
         .pieces
@@ -201,22 +199,22 @@ fn extra_variance(campaign: &Campaign, left: &[Vec<f64>]) -> f64 {
 
 #[derive(Default)]
 struct PieceVariances {
-    /// Variance by block, of the residual and of what the encoder makes of the prediction.
+    /// Noise variance by block, of the residual and of the encoder's part of the prediction's error.
     fast: Vec<f64>,
     fast_of_motion: Vec<f64>,
-    /// Of what was measured in holds, one by one.
+    /// The residual's variance in each hold.
     holds: Vec<f64>,
-    /// The residual's by block, jumps left out, and by sample with them; empty of an angle log, whose slips are no noise.
+    /// The residual's noise variance by block without jumps, and by sample with them; empty for an angle log, whose slips are no noise.
     steady: Vec<f64>,
     around: Vec<f64>,
-    /// The encoder's share by sample.
+    /// Variance of the encoder's part, by sample.
     of_motion: Vec<f64>,
-    /// What the motion between samples may make of it, by sample.
+    /// Variance of the error due to the unknown motion between samples, by sample.
     of_sampling: Vec<f64>,
 }
 
 impl PieceVariances {
-    /// The variance at a sample: what is known of it, or what is seen where that is clearly more.
+    /// The variance of a sample: the known one, or the observed one where that is clearly larger.
     fn with_what_is_louder(&self, index: usize, known: f64) -> f64 {
         let more = |seen: Option<&f64>, factor: f64| seen.copied().filter(|seen| *seen > factor * known);
         let steady = more(self.steady.get(index / BLOCK), LOUDER);
@@ -230,16 +228,16 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     let predicted = piece.predict(ready, start);
     let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
+    let mut error = piece.error_of_motion(ready, start, seed);
     let (mut steady, mut about) = Default::default();
-    if kind.motion_is_measured {
+    let fast;
+    if kind.motion_errs {
         (steady, about) = (blocks(&residual, without_jumps), around(&residual));
+        fast = blocks(&residual, mean);
+        no_more_than_seen(&mut error, &fast);
     } else {
         leave_out_rests(piece, &mut residual);
-    }
-    let mut error = piece.error_of_motion(ready, start, seed);
-    let fast = blocks(&residual, mean);
-    if kind.motion_is_measured {
-        no_more_than_seen(&mut error, &fast);
+        fast = blocks(&residual, mean);
     }
     let [one, other] = piece.error_of_sampling(ready, start).map(|error| local_mean_square(&error, REACH));
     PieceVariances {
@@ -253,7 +251,7 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     }
 }
 
-/// The encoder's share can't be more than the residual, which contains it: where its fast part is, it is scaled down to that.
+/// The encoder's part can't exceed the residual, which contains it: where its fast part does, it is scaled down to the residual's.
 fn no_more_than_seen(error: &mut [f64], fast: &[f64]) {
     let fast_of_motion = blocks(error, mean);
     let around = |values: &[f64], block: usize| -> f64 {
@@ -269,7 +267,7 @@ fn no_more_than_seen(error: &mut [f64], fast: &[f64]) {
     }
 }
 
-/// Where an encoder goes through a few of its steps only, its rounding is no noise: such blocks say nothing.
+/// Leaves out blocks in which an encoder passes few of its steps: its rounding error is not white there.
 fn leave_out_rests(piece: &Piece, residual: &mut [f64]) {
     for (angles, residual) in piece.measured.chunks(BLOCK).zip(residual.chunks_mut(BLOCK)) {
         if !prediction::goes_through_steps(angles, piece.noise.step_rad) {
@@ -278,7 +276,7 @@ fn leave_out_rests(piece: &Piece, residual: &mut [f64]) {
     }
 }
 
-/// The variance of each block's noise, from a mean of its fourth differences' squares.
+/// The noise variance of each block, from a mean of its squared fourth differences.
 fn blocks(values: &[f64], mean: fn(&mut [f64]) -> f64) -> Vec<f64> {
     let variance = |block: &[f64]| {
         let mut squares: Vec<f64> = block.windows(5).map(|five| fourth_difference(five).powi(2)).collect();
@@ -287,7 +285,7 @@ fn blocks(values: &[f64], mean: fn(&mut [f64]) -> f64) -> Vec<f64> {
     values.chunks(BLOCK).map(variance).collect()
 }
 
-/// The noise's variance about each sample.
+/// The noise variance around each sample.
 fn around(values: &[f64]) -> Vec<f64> {
     let inner = values.windows(5).map(|five| fourth_difference(five) / FOURTH.sqrt());
     let differences: Vec<f64> = [0.0; 2].into_iter().chain(inner).chain([0.0; 2]).collect();

@@ -1,16 +1,16 @@
-//! How long the contact had rested, how far it had travelled and from where it came, before each piece: from the angles alone.
+//! State of the contact before each piece: time at rest, distance travelled, and the side it came from. From the angles alone.
 //!
-//! A bristle that saturates at the break-away deflection (Prandtl's element) tells slip from presliding.
+//! A bristle that saturates at the break-away deflection (Prandtl's element) separates slip from presliding.
 
 use log_data::{Log, Run};
 use prediction::Noise;
 use valve_model::{ContactPast, FrictionLaw, Model};
 
-/// What was before a piece.
+/// The state of the contact before a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Before {
     pub contact: ContactPast,
-    /// The bristles' deflection in parts of the break-away deflection, −1 to 1.
+    /// The bristles' deflection as a fraction of the break-away deflection, −1 to 1.
     pub side: f64,
 }
 
@@ -45,7 +45,7 @@ impl Follower {
         self.longest_rest_s = self.longest_rest_s.max(self.rest_s);
     }
 
-    /// Goes through a run; gives what was before each of the `rows`, which are in order.
+    /// Follows a run. Returns the state before each of the `rows`, which must be in ascending order.
     pub fn run(&mut self, run: &Run, noise: Noise, rows: &[usize]) -> Vec<Before> {
         let play_rad = 3.0 * noise.beyond_quantisation_rad() + 0.5 * noise.step_rad;
         let mut drawn = run.angle_rad.first().copied().unwrap_or(0.0);
@@ -85,7 +85,7 @@ impl Follower {
     }
 }
 
-/// The log's runs in the order of time, with the rest before each; zero where each has a clock of its own.
+/// The log's runs in order of time, each with the rest before it, s; zero if the runs have clocks of their own.
 pub(crate) fn in_order(log: &Log) -> Vec<(usize, f64)> {
     let one_clock = log.is_on_one_clock();
     let mut order: Vec<usize> = (0..log.runs.len()).collect();

@@ -1,4 +1,4 @@
-//! A stretch of a run made ready for many predictions: its motion smoothed once, its conditions beside it.
+//! A stretch of a run prepared for many predictions: its motion is smoothed once, and its inputs are stored with it.
 
 use crate::DiagnosisError;
 use crate::log::course::WholeRun;
@@ -18,9 +18,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use valve_model::MotionSample;
 
-/// Samples beyond a piece's ends that its smoothing sees.
+/// Samples beyond a piece's ends that its smoothing uses.
 const MARGIN: usize = 2048;
-/// As good as one sample, up to rounding.
+/// Information that counts as one independent sample, with a margin for rounding.
 const WHOLE: f64 = 0.999;
 
 /// A stretch of a run.
@@ -33,33 +33,33 @@ pub(crate) struct Piece {
     pub group: usize,
     pub hold_out: bool,
     pub driven: Driven,
-    /// The motion of each sample; of an angle log that of the lead's first alone.
+    /// The motion of each sample; in an angle log only that of the lead's first sample.
     pub motions: Vec<MotionSample>,
-    /// What the model is to predict, less hum and loose ripples.
+    /// The channel that the model predicts, less hum and loose ripples.
     pub measured: Vec<f64>,
-    /// Hum of the mains that was taken out of it; none where it is empty.
+    /// Mains hum that was subtracted from it; empty if there was none.
     pub hum: Vec<f64>,
-    /// Ripples over the angle with a phase of their own in each run that were taken out of it; none where it is empty.
+    /// Ripples over the angle with a phase of their own in each run that were subtracted from it; empty if there were none.
     pub ripple: Vec<f64>,
-    /// Before its lead.
+    /// The state of the contact before its lead.
     pub past: Before,
     /// √information / σ, σ the standard deviation of measured minus predicted; 0 for a sample that is left out.
     pub weights: Vec<f64>,
-    /// The samples that were missing; none where it is empty.
+    /// The samples that were missing; empty if none were.
     pub mask: Vec<bool>,
-    /// What each sample counts for: less than one where it shares its error with its neighbours.
+    /// The part of an independent sample that each sample counts as: less than 1 where it shares its error with its neighbours.
     pub information: Vec<f64>,
     /// Where the rotor lost steps: sample and angle, rad.
     pub jumps: Vec<(usize, f64)>,
     pub noise: Noise,
-    /// Of an angle log whose runs are cut, the whole run.
+    /// The whole run, in an angle log whose runs are cut.
     pub course: Option<Arc<WholeRun>>,
-    /// What its predictions add to.
+    /// Counts the samples that its predictions simulate.
     pub work: Arc<Work>,
 }
 
 impl Piece {
-    /// Takes rows of a run that has been checked, predicted from `lead_row` on.
+    /// A piece of a run that has been checked; its prediction begins at `lead_row`.
     pub fn new(
         run: &Run,
         index: usize,
@@ -108,17 +108,17 @@ impl Piece {
         self.measured.len()
     }
 
-    /// Takes more hum out of what was measured.
+    /// Subtracts more hum from the measured channel.
     pub fn take_out_hum(&mut self, hum: &[f64]) {
         take_out(hum, &mut self.measured, &mut self.hum);
     }
 
-    /// Takes more of a loose ripple out of what was measured.
+    /// Subtracts more of a loose ripple from the measured channel.
     pub fn take_out_ripple(&mut self, ripple: &[f64]) {
         take_out(ripple, &mut self.measured, &mut self.ripple);
     }
 
-    /// Values of the channel as it was recorded: with hum and ripples.
+    /// Values of the channel as it was recorded: with hum and ripples added again.
     pub fn as_recorded(&self, values: &[f64]) -> Vec<f64> {
         let of = |taken: &[f64], index: usize| taken.get(index).copied().unwrap_or(0.0);
         let with = |(index, value): (usize, &f64)| value + of(&self.hum, index) + of(&self.ripple, index);
@@ -130,19 +130,20 @@ impl Piece {
         self.counted().map(|(_, information)| information).sum()
     }
 
-    /// Weight of each sample that counts, and what it counts for.
+    /// Weight and information of each sample of non-zero weight.
     pub fn counted(&self) -> impl Iterator<Item = (f64, f64)> {
         let samples = self.weights.iter().copied().zip(self.information.iter().copied());
         samples.filter(|(weight, _)| *weight > 0.0)
     }
 
-    /// What is left of each sample in parts of its standard deviation; 0 where a sample doesn't count.
+    /// The residual of each sample divided by its standard deviation; 0 for a sample of zero weight.
     pub fn in_deviations(&self, residual: &[f64]) -> Vec<f64> {
         let samples = residual.iter().zip(&self.weights).zip(&self.information);
         samples.map(|((value, weight), information)| value * weight / information.sqrt()).collect()
     }
 
-    /// What is left in parts of its standard deviation, samples that share an error put together until they count as one.
+    /// The residual divided by its standard deviation. Samples that share an error are combined until they count as one
+    /// independent sample.
     pub fn together(&self, residual: &[f64]) -> Vec<f64> {
         let (mut found, mut sum, mut count) = (Vec::new(), 0.0, 0.0);
         for ((value, weight), information) in residual.iter().zip(&self.weights).zip(&self.information) {
@@ -158,8 +159,8 @@ impl Piece {
         found
     }
 
-    /// The torque measured at the start, N·m, as far as friction can hold it (torque logs); 0 for angle logs, whose start is
-    /// a shift of the angle.
+    /// The torque measured at the start, N·m, limited to what friction can hold (torque logs); 0 for angle logs, whose initial
+    /// state is a shift of the angle.
     pub fn first_start(&self, ready: &Ready) -> InitialState {
         let Some(most_nm) = ready.static_torque_nm(&self.driven) else { return InitialState::default() };
         if !self.depends_on_its_start(ready) {
@@ -170,12 +171,13 @@ impl Piece {
         InitialState::at(if measured_nm.is_finite() { measured_nm.clamp(-most_nm, most_nm) } else { 0.0 })
     }
 
-    /// Whether anything depends on how the piece begins; static friction has neither bristles nor a memory.
+    /// Whether the prediction depends on the initial state; it doesn't for a static friction law, which has neither bristles
+    /// nor a memory.
     pub fn depends_on_its_start(&self, ready: &Ready) -> bool {
         !ready.starts_with_a_torque() || ready.has_sides() || self.start_bound(ready) > 0.0
     }
 
-    /// Most that the start may be.
+    /// Bound of the initial state's shift.
     pub fn start_bound(&self, ready: &Ready) -> f64 {
         if self.follows() { 0.0 } else { ready.start_bound(&self.driven) }
     }
@@ -186,7 +188,7 @@ impl Piece {
         if ready.starts_with_a_torque() {
             return part;
         }
-        // Beyond the encoder's noise a resting rotor may break away.
+        // A step beyond the encoder's noise could let a resting rotor break away.
         self.noise.deviation_rad.clamp(1e-3 * part, part)
     }
 
@@ -199,13 +201,13 @@ impl Piece {
         predicted
     }
 
-    /// What its prediction follows from, with these motions.
+    /// The inputs of its prediction, with these motions.
     fn inputs<'a>(&'a self, motions: &'a [MotionSample]) -> Inputs<'a> {
         let whole_run = self.course.as_ref().filter(|_| self.follows()).map(|course| (course, &self.rows));
         Inputs { driven: &self.driven, motions, past: self.past, whole_run, work: &self.work }
     }
 
-    /// Angle, speed and acceleration at a sample; of the command where that is all there is.
+    /// Angle, speed and acceleration at a sample; those of the command in an angle log.
     pub fn kinematics(&self, index: usize) -> (f64, f64, f64) {
         if self.motions.len() == self.len() {
             let none =
@@ -228,13 +230,14 @@ impl Piece {
         }
     }
 
-    /// Whether it goes on from where the piece before it in its run ends, and begins as the run does.
+    /// True if the piece continues the one before it in its run: its prediction begins where the run does.
     pub fn follows(&self) -> bool {
         self.course.is_some() && self.rows.start > 0
     }
 
-    /// The encoder's error propagated to the prediction. Of a torque: its prediction minus that from the motion sampled anew; of an angle:
-    /// minus that from a start that is off as the mean of a few samples is. A rotor that sticks and slips amplifies that.
+    /// The encoder's error propagated to the prediction: how much the prediction changes. In a torque log, if the motion is
+    /// sampled again with the encoder's noise. In an angle log, if the start is off by the standard error of the mean of a few
+    /// samples; a rotor that sticks and slips amplifies that.
     pub fn error_of_motion(&self, ready: &Ready, start: InitialState, seed: u64) -> Vec<f64> {
         let once = ready.predict(&self.inputs(&self.motions), start);
         let twice = if ready.starts_with_a_torque() {
@@ -246,9 +249,10 @@ impl Piece {
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
 
-    /// What the motion between the samples may make of the prediction, as far as samples twice as far apart tell: the prediction from a motion
-    /// of which every second angle is interpolated, less the one from all. A spool that stops within a sample or two keeps the torque
-    /// that its bristles had then, for as long as it rests. Empty where nothing depends on that.
+    /// The prediction's error due to the unknown motion between samples, estimated with samples twice as far apart: the
+    /// prediction from a motion of which every second angle is interpolated (once the even, once the odd), minus the one from
+    /// all. A spool that stops within a sample or two keeps the torque that its bristles had then, for as long as it rests.
+    /// Empty if the prediction doesn't depend on it.
     pub fn error_of_sampling(&self, ready: &Ready, start: InitialState) -> [Vec<f64>; 2] {
         if !ready.starts_with_a_torque() || ready.start_bound(&self.driven) == 0.0 {
             return Default::default();
@@ -260,7 +264,7 @@ impl Piece {
         })
     }
 
-    /// The motion with every second angle, from `first` on, put where its neighbours' cubic is.
+    /// The motion with every second angle, from `first` on, replaced by the cubic through its neighbours.
     fn thinned(&self, first: usize) -> Vec<MotionSample> {
         let mut angles: Vec<f64> = self.motions.iter().map(|motion| motion.angle_rad).collect();
         for index in (first + 4..angles.len().saturating_sub(3)).step_by(2) {
@@ -273,9 +277,9 @@ impl Piece {
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
     }
 
-    /// Information per sample from the variances of measured minus predicted: while the encoder stays within one step
-    /// samples share an error. Angle log: the quantisation. Torque log: what that does to the prediction, the
-    /// variance beyond `own_variance`, the transducer's.
+    /// Information per sample, given the variances of measured minus predicted: while the encoder stays within one step,
+    /// samples share an error. In an angle log that is the quantisation error. In a torque log it is that error propagated to
+    /// the prediction: the variance beyond `own_variance`, which is the transducer's.
     pub fn information_of(&self, kind: LogKind, variances: &[f64], own_variance: f64) -> Vec<f64> {
         let mut found = vec![1.0; self.len()];
         let (stretches, own, most) = if kind.motion_is_measured {
@@ -301,7 +305,7 @@ impl Piece {
         found
     }
 
-    /// The piece as if its motion had been measured once more; of a torque log.
+    /// A piece of a torque log as if its motion had been measured again.
     pub fn again(&self, seed: u64) -> Self {
         Self { motions: self.measured_again(seed), ..self.clone() }
     }
@@ -323,7 +327,7 @@ impl Piece {
     }
 }
 
-/// Takes values out of what was measured, and adds them to what was taken out.
+/// Subtracts values from the measured channel, and adds them to those taken out before.
 fn take_out(values: &[f64], measured: &mut [f64], taken: &mut Vec<f64>) {
     taken.resize(measured.len(), 0.0);
     for ((measured, taken), value) in measured.iter_mut().zip(taken).zip(values) {
@@ -350,7 +354,7 @@ fn smoothed(
     motions
 }
 
-/// Checks what every run must bring along.
+/// Checks that a run is long enough and that no sample of a channel that is used is missing.
 pub(crate) fn check(run: &Run, kind: LogKind, least_samples: usize) -> Result<(), DiagnosisError> {
     if run.len() < least_samples {
         let (run, found) = (run.name.clone(), run.len());
@@ -374,8 +378,8 @@ pub(crate) fn check(run: &Run, kind: LogKind, least_samples: usize) -> Result<()
     Ok(())
 }
 
-/// Refuses a log in which nothing moves: it shows no friction. A rest among runs that move is welcome. A rotor may stay where it
-/// is though its command moves: that is to be explained.
+/// Refuses a log in which nothing moves, because it shows no friction. Runs at rest are accepted beside runs that move. A rotor
+/// that rests though its command moves is accepted too: that is to be explained.
 pub(crate) fn check_motion<'a>(
     runs: impl Iterator<Item = &'a Run>,
     kind: LogKind,

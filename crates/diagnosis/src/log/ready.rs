@@ -1,4 +1,4 @@
-//! A model made ready to predict torque or angle: all in which the two predictions differ.
+//! A model prepared to predict torque or angle: everything in which the two predictions differ.
 
 use crate::log::course::{RunCache, WholeRun, angle_rad};
 use crate::log::driven::Driven;
@@ -11,27 +11,27 @@ use std::ops::Range;
 use std::sync::Arc;
 use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
 
-/// A start may carry so many times the static torque: the model's own levels may be too low.
+/// The initial friction torque may be up to this multiple of the static torque: the model's own levels may be too low.
 const BEYOND_STATIC: f64 = 1.2;
-/// The cost of a sample of bristles' torque in those of a torque without, and of a piece of one behind a spring.
+/// The simulation cost of a torque sample with bristles, and of a sub-step behind a spring, relative to a static friction law.
 const BRISTLES: usize = 4;
 const SPRING: usize = 20;
 /// Most that the first angle may be off, rad.
 const FIRST_ANGLE_RAD: f64 = 0.01;
 
-/// A model made ready to predict one of the channels.
+/// A model prepared to predict one of the channels.
 pub(crate) enum Ready {
     Torque(Box<MotionParams>),
     Angle(Box<ValveParams>, RunCache),
 }
 
-/// What the prediction of a piece follows from.
+/// The inputs of a piece's prediction.
 pub(crate) struct Inputs<'a> {
     pub driven: &'a Driven,
-    /// Of a torque log the motion of each sample, of an angle log that of the first.
+    /// The motion of each sample in a torque log, of the first in an angle log.
     pub motions: &'a [MotionSample],
     pub past: Before,
-    /// The run that the piece is cut out of, and the piece's rows, where it is predicted as a whole.
+    /// The piece's run and its rows in it, if the run is predicted as a whole.
     pub whole_run: Option<(&'a Arc<WholeRun>, &'a Range<usize>)>,
     pub work: &'a Work,
 }
@@ -48,7 +48,7 @@ fn cost(params: &MotionParams, time_s: &[f64]) -> usize {
 }
 
 impl Ready {
-    /// The integrator of angles may make errors up to `angle_error_rad` in a sub-step.
+    /// The integrator of angles may err by `angle_error_rad` in a sub-step.
     pub fn new(model: &Model, kind: LogKind, angle_error_rad: f64) -> Result<Self, ParamError> {
         if kind.motion_is_measured {
             return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
@@ -70,7 +70,7 @@ impl Ready {
         }
     }
 
-    /// Most that a start may be, N·m or rad; 0 where the law has no bristles that could carry anything.
+    /// Bound of the initial state's shift, N·m or rad; 0 if the law has no bristles that could hold a torque.
     pub fn start_bound(&self, driven: &Driven) -> f64 {
         match self {
             Self::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
@@ -79,7 +79,7 @@ impl Ready {
         }
     }
 
-    /// What the transducer makes of a torque that acts, sample by sample: its scale, and how late it is.
+    /// A torque as the transducer measures it: scaled and delayed. Unchanged in an angle log.
     pub fn as_measured(&self, driven: &Driven, mut values: Vec<f64>) -> Vec<f64> {
         if let Self::Torque(params) = self {
             values.iter_mut().for_each(|value| *value *= params.torque_gain());
@@ -88,7 +88,7 @@ impl Ready {
         values
     }
 
-    /// Whether it matters from which side the piece began: the encoder's shaft has play, or the bristles a memory.
+    /// True if the prediction depends on the side from which the piece began: the encoder's shaft has play, or the bristles a memory.
     pub fn has_sides(&self) -> bool {
         match self {
             Self::Torque(params) => params.friction_law().has_memory(),

@@ -6,7 +6,7 @@ use crate::log::past::Before;
 use prediction::sharper;
 use valve_model::{ContactPast, MotionInput, MotionParams, MotionSample, motion_step};
 
-/// After how long the torque of the first sample is taken, s: as good as none.
+/// The first sample's torque is taken after this time, s: practically at once.
 const MOMENT_S: f64 = 1e-9;
 
 /// The most that friction carries at rest under the conditions of a piece's first sample, N·m: the levels of the model with its
@@ -48,7 +48,7 @@ pub(crate) fn torque_nm(
     torque
 }
 
-/// A sample's motion with a sharper speed; `None` at the ends.
+/// A sample's motion with its speed corrected by the third derivative of the angle; `None` at the ends.
 fn sharper_at(motions: &[MotionSample], time_s: &[f64], index: usize) -> Option<MotionSample> {
     let first = index.checked_sub(1)?;
     let (&[from_s, _, to_s], [before, at, after]) =

@@ -1,33 +1,33 @@
-//! How much has been simulated: what bounds a diagnosis, whatever is in the log, and whatever machine it runs on.
+//! The number of samples simulated. It bounds a diagnosis, whatever the log contains and whatever machine it runs on.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// A counter that predictions add to, and what it may come to.
+/// Counter of the simulated samples, and their limit.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
     samples: AtomicU64,
     allowed: AtomicU64,
-    /// Something was left out for it.
+    /// True if something was left out because the limit was reached.
     was_cut: AtomicBool,
 }
 
 impl Work {
-    /// So many samples were simulated.
+    /// Adds simulated samples.
     pub fn add(&self, samples: usize) {
         self.samples.fetch_add(samples as u64, Ordering::Relaxed);
     }
 
-    /// How many were.
+    /// Samples simulated so far.
     pub fn simulated(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
     }
 
-    /// So many may be simulated from now on.
+    /// Sets the limit of the samples simulated in all.
     pub fn allow(&self, samples: u64) {
         self.allowed.store(samples, Ordering::Relaxed);
     }
 
-    /// Whether as many were simulated as may be: whoever asks leaves out the rest.
+    /// True if more than the limit was simulated; the caller then leaves out the rest, which is noted.
     pub fn is_spent(&self) -> bool {
         let spent = self.simulated() > self.allowed.load(Ordering::Relaxed);
         if spent {
@@ -36,7 +36,7 @@ impl Work {
         spent
     }
 
-    /// Whether anything was left out, then or now.
+    /// Whether anything was left out so far.
     pub fn was_cut(&self) -> bool {
         self.was_cut.load(Ordering::Relaxed)
     }

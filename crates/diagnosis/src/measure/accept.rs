@@ -14,12 +14,13 @@ use crate::show::residual::{PieceResidual, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId};
 
-/// A cause is harmful if removing it lowers the held-out error by this share.
+/// A cause is harmful if removing it lowers the held-out error by more than this share.
 const HARMFUL: f64 = -0.02;
 
-/// A number of the model without which the error of a refit on held-out runs is larger by this part is off, however wide the interval of its
-/// size: numbers that make up for each other have wide ones. Without it there is its correction within the tolerance, which would have to do.
-/// Another cause is none where its interval holds none: any curve over the angle cuts the error of a log whose pressure was not recorded.
+/// A cause that is a parameter of the model stays accepted if a refit without it has a held-out error larger by this share,
+/// however wide its interval: parameters that compensate each other have wide intervals. If it were dropped, its correction
+/// within the tolerance would have to do. Any other cause is dropped if its interval contains zero effect: any curve over the
+/// angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
 
 /// The accepted part of a selection.
@@ -31,21 +32,21 @@ pub(crate) struct Accepted {
     /// Numbers of the model corrected within their tolerance.
     pub corrected: Vec<Corrected>,
     pub covariance: Covariance,
-    /// Those that were harmful.
+    /// Causes that were dropped as harmful.
     pub harmful: Vec<EffectId>,
-    /// Those whose numbers are all within their own errors.
+    /// Causes that were dropped because none of their amplitudes differs significantly from zero effect.
     pub unclear: Vec<EffectId>,
 }
 
-/// A cause with its share of the held-out error.
+/// A cause with its gain in held-out error.
 struct Weighed {
     cause: Cause,
-    /// The share of the held-out error without it (as the loss counts it) that it removes.
+    /// The share of the held-out error without it, by the loss of the fit, that it removes.
     worth: f64,
 }
 
-/// Fits the members with these indices, dropping any that is harmful beside the others, and any that is not significantly different from
-/// none; `all` is the whole selection's point and residual.
+/// Fits the members with these indices. Drops any that is harmful beside the others, or not significantly different from zero
+/// effect. `all` is the whole selection's point and residual.
 pub(crate) fn accept(
     judged: &Judgement<'_>,
     mut members: Vec<usize>,
@@ -88,18 +89,18 @@ fn is_indispensable(judged: &Judgement<'_>, of: &Weighed) -> bool {
     of.worth > INDISPENSABLE && judged.corrections.iter().any(|correction| correction.id == of.cause.id)
 }
 
-/// Factors that the torque follows in proportion.
+/// Factors in which the torque is linear.
 const IN_PROPORTION: [EffectId; 4] =
     [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::LoadInertia, EffectId::TorqueGain];
 
 /// True if all linear amplitudes of a member (torques and levels of a torque log, harmonics) are within their 95 % interval of zero effect.
 /// Other parameters may have wide intervals however large the effect is.
 ///
-/// The error is that at the member's own shape (exponent, time constant) as it was found: whether something is there is another question
-/// than how an amplitude and a shape that make up for each other share it.
+/// The interval is conditional on the member's fitted shape (exponent, time constant). Whether an effect exists is another
+/// question than how it is divided between an amplitude and a shape that compensate each other.
 fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: usize) -> bool {
     let Some(member) = kept.point.hypothesis.members.get(index) else { return false };
-    let in_proportion = judged.setting.campaign.kind.motion_is_measured || member.candidate.series;
+    let in_proportion = judged.setting.campaign.kind.smooth || member.candidate.series;
     let Some(spread) = errors.spread.as_ref() else { return false };
     if !in_proportion || member.candidate.id == EffectId::EncoderEccentricity {
         return false;
@@ -127,7 +128,8 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
     amplitudes.peek().is_some() && amplitudes.all(within)
 }
 
-/// Groups of causes that can't be told apart whose best is within its own errors: nothing says that any of them is there.
+/// The best of each ambiguous group, if it doesn't differ significantly from zero effect: there is then no evidence for any
+/// cause of the group.
 pub(crate) fn groups_within_errors(judged: &Judgement<'_>) -> Result<Vec<EffectId>, DiagnosisError> {
     let selection = &judged.selection;
     if selection.ambiguous.is_empty() {
@@ -150,11 +152,11 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     let members: Vec<Member> =
         accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
     let mut hypothesis = Hypothesis { members, ..judged.without_causes() };
-    // A number of the model that isn't off by more is known within its tolerance all the same.
+    // A parameter of the model that is dropped as a cause is corrected within its tolerance again.
     let dropped = |id: EffectId| fitted.point.hypothesis.has(id) && !hypothesis.has(id);
     let again = judged.corrections.iter().filter(|of| dropped(of.id)).cloned().collect::<Vec<_>>();
     hypothesis.corrections.extend(again);
-    // Beside causes that aren't taken, corrections would stand in for them.
+    // Without any cause, corrections would stand in for the causes that are not accepted.
     if hypothesis.members.is_empty() {
         hypothesis.corrections.clear();
     }
@@ -208,7 +210,7 @@ pub(crate) fn best_of_groups(judged: &Judgement<'_>) -> Result<Vec<(Effect, Para
     Ok(judged.selection.ambiguous.iter().filter_map(of).collect())
 }
 
-/// All selected causes with their parameters, by their places.
+/// All selected causes with their parameters, by their indices.
 pub(crate) fn members_with_numbers(
     judged: &Judgement<'_>,
 ) -> Result<Vec<(usize, Effect, Parameters)>, DiagnosisError> {
@@ -220,7 +222,7 @@ pub(crate) fn members_with_numbers(
     Ok(errors.hypothesis.members.iter().enumerate().filter_map(of).collect())
 }
 
-/// How well the numbers of a fit are known, every correction taken as uncertain, moved or not.
+/// The uncertainty of a fit's numbers. Every correction counts as uncertain, whether it was moved or not.
 pub(crate) struct Errors {
     pub hypothesis: Hypothesis,
     pub spread: Option<Spread>,
@@ -250,7 +252,7 @@ pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Error
 const CLEAR: f64 = 2.0;
 const MOVED: f64 = 1.0 / 3.0;
 
-/// The model's numbers that are clearly off within their tolerance.
+/// The corrections that are large enough to be reported.
 fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
     let free = hypothesis.free().into_iter().enumerate();
     let each = free.filter_map(|(place, free)| {
@@ -341,7 +343,7 @@ fn parameter(
     let of = member.candidate.parameters.get(number)?;
     let u = member.numbers.get(number).copied()?;
     let value = of.map.value(u);
-    // Beyond its bounds a number is none that the data were asked about.
+    // The interval ends at the parameter's bounds: values beyond them were not tried.
     let end = |u: f64| of.map.value(u.clamp(of.lower, of.upper));
     let (one, two) = (end(u - half_width * deviation), end(u + half_width * deviation));
     let found = ParameterFound {

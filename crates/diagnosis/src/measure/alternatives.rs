@@ -1,4 +1,4 @@
-//! Every cause of a group that these data can't tell apart, fitted in the place of the one that stands for the group.
+//! Every cause of a group that these data can't tell apart, fitted in place of the group's representative.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -11,10 +11,10 @@ use crate::measure::judgement::Judgement;
 use crate::outcome::RivalFit;
 use valve_model::{Effect, EffectId};
 
-/// Steps of a fit: a rival was fitted when it was compared.
+/// Steps of a fit. Few are enough, because a rival was fitted already when it was compared.
 const STEPS: usize = 6;
 
-/// The rivals of the group that `best` stands for, itself first, with their effects; fewer where the search was ended.
+/// The rivals of the group that `best` represents, itself first, with their effects; fewer if the search was ended early.
 pub(crate) fn rivals(
     judged: &Judgement<'_>,
     best: EffectId,
@@ -38,7 +38,7 @@ pub(crate) fn rivals(
     Ok(found)
 }
 
-/// The selected causes with another one in this place, fitted.
+/// The fit of the selected causes with another one in this place.
 fn in_place_of(judged: &Judgement<'_>, place: usize, member: &Member) -> Result<Fitted, DiagnosisError> {
     let fitted = &judged.selection.fitted;
     let mut point: Point = fitted.point.clone();

@@ -35,7 +35,7 @@ pub(crate) fn covariates(id: EffectId) -> &'static [&'static str] {
         | EffectId::EncoderEccentricity => &["angle"],
         EffectId::FlowTorque => &["angle", "pressure"],
         EffectId::MissedSteps => &["run"],
-        // A user's law may go by any of them.
+        // A user's law may depend on any of them.
         EffectId::Custom(_) => &[
             "speed",
             "acceleration",
@@ -48,7 +48,7 @@ pub(crate) fn covariates(id: EffectId) -> &'static [&'static str] {
     }
 }
 
-/// Whether an effect is a function of this covariate; an order of the angle is the angle.
+/// Whether an effect is a function of this covariate; an order of the angle counts as the angle.
 pub(crate) fn goes_by(id: EffectId, on: &str) -> bool {
     covariates(id).iter().any(|own| on == *own || *own == "angle" && on.starts_with("angle"))
 }

@@ -1,4 +1,4 @@
-//! Doubt: whether the selected causes leave so much that they may stand in for one that is not on the list.
+//! Doubt: whether the selected causes leave so large a residual that they may stand in for a cause that is not on the list.
 
 use crate::DiagnosisError;
 use crate::extend::hypothesis::Member;
@@ -14,19 +14,19 @@ use crate::show::residual::{PieceResidual, rms_as_fitted};
 use crate::show::structure::{Structure, structure};
 use valve_model::EffectId;
 
-/// The residual counts as noise up to this RMS, in parts of the noise, if no covariate explains more than this share of
-/// it.
+/// The residual counts as noise up to this RMS, relative to the noise, plus `DEVIATIONS` of its standard deviations, if no covariate
+/// explains more than `SHARE_LEFT` of it.
 const RMS_LEFT: f64 = 1.1;
 const DEVIATIONS: f64 = 3.0;
-/// The share of the residual beyond noise that one cause, or several together, must explain to be accepted. Several
-/// have more free numbers, so more is asked of them.
+/// The share of the excess over noise that one cause, or several together, must explain to be accepted. Several have more free
+/// parameters, so they must explain more.
 const EXPLAINED: f64 = 0.5;
 const EXPLAINED_TOGETHER: f64 = 0.7;
 /// If the residual exceeds the misfit of the causes' forms, one covariate that explains this share of it points to a
 /// further cause.
 const ANOTHER: f64 = 0.15;
-/// Causes whose form is general: they take any function of what they depend on. Alone, their residual is at most
-/// `LITTLE` of what they explain.
+/// Causes of a general form: they can follow any function of the variable that they depend on. If only such causes are
+/// selected, their residual must be at most `LITTLE` of what they explain.
 const GENERAL: [EffectId; 5] = [
     EffectId::TorqueOffset,
     EffectId::TorqueGain,
@@ -35,30 +35,30 @@ const GENERAL: [EffectId; 5] = [
     EffectId::FlowTorque,
 ];
 const LITTLE: f64 = 0.1;
-/// A single cause of another form is the largest part of what is wrong where its residual is at most this part of what it explains,
-/// whatever that goes by: real friction differs a little from run to run besides. Several causes can imitate an unmodelled one more
-/// easily, so they have no such allowance.
+/// A single cause of another form counts as the largest part of the discrepancy if its residual is at most this fraction of
+/// what it explains, whatever the residual depends on: real friction also differs a little from run to run. Several causes can
+/// imitate an unmodelled one more easily, so they have no such allowance.
 const OF_ONE: f64 = 0.05;
-/// Covariates that other covariates hide behind: they differ between runs, or grow with time, whatever the cause.
+/// Covariates that are confounded with others: they differ between runs, or grow with time, whatever the cause.
 const BY_RUN: [&str; 4] = ["run", "motion", "time since rest", "distance travelled"];
-/// Steps of the fit of those causes alone that nothing speaks against.
+/// Steps of the fit of only those causes that there is no evidence against.
 const STEPS: usize = 8;
-/// A residual so many times the noise is a misfit of the model.
+/// A residual of more than this many times the noise is a misfit of the model.
 const MISFITS: f64 = 2.0;
 
 /// A residual that is a misfit of the model.
 pub(crate) struct Misfit {
     /// By piece.
     pub left: Vec<Vec<f64>>,
-    /// How many neighbours of it are worth one sample.
+    /// Autocorrelated samples of it that count as one independent sample.
     pub per_independent: f64,
 }
 
-/// What the selected causes leave where that is a misfit: more than `MISFITS` times the noise of a torque log, and nothing speaks
-/// against the causes.
+/// The residual after the selected causes if it is a misfit of the model: more than `MISFITS` times the noise of a torque log,
+/// while the causes are not doubtful.
 pub(crate) fn misfit(judged: &Judgement<'_>) -> Result<Option<Misfit>, DiagnosisError> {
     let selected = !judged.selection.fitted.point.hypothesis.members.is_empty();
-    if !selected || !judged.setting.campaign.kind.motion_is_measured {
+    if !selected || !judged.setting.campaign.kind.motion_errs {
         return Ok(None);
     }
     let (_, left) = judged.everywhere(&judged.selection.fitted)?;
@@ -79,15 +79,16 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
     let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
     let too_little = || {
         selection.share_explained(loss, judged.noise.share) < least_share(selection.fitted.point.hypothesis.members.len())
-            // A search that was cut short had no time for the other cause.
+            // If the search was cut short, it had no time for the other cause.
             || judged.noise.share == 1.0 && !judged.setting.is_over() && another_cause(judged, structure)
             || on_held_out > loss.hardly_less()
     };
     no_better || !(is_noise(structure) && judged.noise.share == 1.0) && too_little()
 }
 
-/// Those doubtful causes with no evidence against them, by their places: the residual shows no structure over their own covariates, and
-/// they remove at least as much as a free function of any covariate that is not theirs. What is left then belongs to a further cause.
+/// Indices of those doubtful causes that there is no evidence against: the residual shows no structure over their own
+/// covariates, and they remove at least as much as a free function of any covariate that is not theirs. The residual then
+/// belongs to a further cause.
 pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Vec<usize>, DiagnosisError> {
     let members = &judged.selection.fitted.point.hypothesis.members;
     let right = |(_, member): &(usize, &Member)| has_right_form(member, structure);
@@ -112,20 +113,21 @@ pub(crate) fn spared(judged: &Judgement<'_>, structure: &Structure) -> Result<Ve
     let removed = (before - after) / (before - 1.0).max(f64::MIN_POSITIVE);
     let largest = removed > least_share(ids.len())
         && part_left_on_held_out(judged, &left_alone) < judged.setting.loss().hardly_less();
-    // A form that takes any function of its variable would have fitted its own cause.
+    // A cause that can follow any function of its variable would have fitted its own effect.
     let general = ids.iter().all(|id| GENERAL.contains(id)) && after - 1.0 > LITTLE * (before - after);
     let best = !general && 1.0 - after / before >= best_of_others(&judged.structure_before, &ids);
     Ok(if largest && best { places } else { Vec::new() })
 }
 
-/// Whether what is left does not go by a covariate that the cause is a function of.
+/// Whether the residual is independent of every covariate that the cause is a function of.
 fn has_right_form(member: &Member, structure: &Structure) -> bool {
     let own = structure.dependences.iter().filter(|of| of.p_value < CHANCE);
     let own = own.filter(|of| goes_by(member.candidate.id, &of.on)).map(|of| of.share).fold(0.0, f64::max);
     own * structure.rms.powi(2) <= ANOTHER * (structure.rms.powi(2) - 1.0)
 }
 
-/// The largest share of the given model's residual that a free function of a covariate explains which none of these causes goes by.
+/// The largest share of the given model's residual that a free function of one covariate explains, of those that none of these
+/// causes depends on.
 fn best_of_others(before: &Structure, ids: &[EffectId]) -> f64 {
     let other = |of: &&Dependence| {
         of.p_value < CHANCE && !BY_RUN.contains(&of.on.as_str()) && !ids.iter().any(|id| goes_by(*id, &of.on))
@@ -173,8 +175,7 @@ fn is_of_another(ids: &[EffectId], on: &str) -> bool {
 
 /// Whether a residual is no more than noise.
 pub(crate) fn is_noise(structure: &Structure) -> bool {
-    // Below the noise, shares count in parts of the noise's variance, so a large share of a small residual is not
-    // significant.
+    // Below the noise, shares are relative to the noise variance, so that a large share of a small residual is not significant.
     let square = structure.rms.powi(2).min(1.0);
     let depends =
         structure.dependences.iter().any(|of| of.share * square > SHARE_LEFT && of.p_value < CHANCE);

@@ -18,7 +18,7 @@ use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
-/// The encoder's share of the noise's deviation from which on it is said to colour it.
+/// The encoder is named as the origin of coloured noise if its part of the noise's standard deviation exceeds this.
 const MUCH: f64 = 0.3;
 
 /// Everything that the conclusion rests on.
@@ -26,7 +26,7 @@ pub(crate) struct Judgement<'a> {
     pub setting: Setting<'a>,
     pub noise: NoiseLevel,
     pub selection: Selection,
-    /// The corrections that the model's tolerance allows, none made yet.
+    /// The corrections that the model's tolerance allows, all neutral.
     pub corrections: Vec<Correction>,
     pub before: Vec<PieceResidual>,
     pub structure_before: Structure,
@@ -35,18 +35,18 @@ pub(crate) struct Judgement<'a> {
 }
 
 impl Judgement<'_> {
-    /// A hypothesis on all pieces, with what is left of them.
+    /// A fitted hypothesis settled on all pieces, and its residual.
     pub fn everywhere(&self, fitted: &Fitted) -> Result<(Point, Vec<PieceResidual>), DiagnosisError> {
         let point = settled(&self.setting, &fitted.point, &|_: &Piece| true)?;
         let left = left(&self.setting, &point)?;
         Ok((point, left))
     }
 
-    /// Whether the selected causes leave less than this part of the noise, in a log whose noise depends on the model: a torque's
-    /// by what the encoder makes of it.
+    /// Whether the selected causes leave less than this fraction of the noise, in a log whose noise depends on the model: in a
+    /// torque log the encoder's errors are propagated through it.
     pub fn leaves_less_than(&self, part: f64) -> Result<bool, DiagnosisError> {
         let selected = !self.selection.fitted.point.hypothesis.members.is_empty();
-        if !selected || !self.setting.campaign.kind.motion_is_measured {
+        if !selected || !self.setting.campaign.kind.motion_errs {
             return Ok(false);
         }
         let (_, left) = self.everywhere(&self.selection.fitted)?;
@@ -57,11 +57,11 @@ impl Judgement<'_> {
         gain(&self.setting, &self.before, after, self.seed)
     }
 
-    /// Standard deviation of the torque's zero from run to run that is left; 0 where it is no more than noise, or where these runs
-    /// can't show a zero: friction too differs between runs that move one way and differently.
+    /// Standard deviation of the torque's zero from run to run in the residual. 0 if it is no more than noise, or if these runs
+    /// can't show a zero: between different runs in one direction, friction differs too.
     pub fn zero_from_run_to_run(&self, fitted: &Fitted) -> Result<f64, DiagnosisError> {
         let campaign = self.setting.campaign;
-        if !campaign.kind.motion_is_measured || self.setting.nuisances.zero_nm > 0.0 {
+        if !campaign.kind.residual_is_torque() || self.setting.nuisances.zero_nm > 0.0 {
             return Ok(0.0);
         }
         let (_, left) = self.everywhere(fitted)?;
@@ -73,7 +73,8 @@ impl Judgement<'_> {
             .find(|of| of.on != "run" && of.share > SHARE_LEFT && of.p_value < CHANCE);
         let share = by_run.filter(|of| of.p_value < CHANCE).map_or(0.0, |of| of.share);
         let of_others = within.map_or(0.0, |of| of.share);
-        // Zeros explain nothing that a covariate within the runs explains better, nor the misfit of a large cause.
+        // A dependence on the run is no zero if a covariate within the runs explains it better, or if it is within the misfit
+        // of a large cause.
         let explained = self.selection.explained();
         let of_a_cause = share * structure.rms.powi(2) < MISFIT * explained;
         if share < 0.05 || of_others > 0.8 * share || of_a_cause || !shows_zeros(campaign) {
@@ -98,7 +99,7 @@ impl Judgement<'_> {
         Ok(colour(&self.setting, &left))
     }
 
-    /// What differs from run to run by itself.
+    /// The nuisances, in words: what differs from run to run or disturbs the measurement, without being a cause.
     pub fn nuisances(&self) -> Vec<String> {
         let nuisances = self.setting.nuisances;
         let mut found = Vec::new();
@@ -174,7 +175,7 @@ impl Judgement<'_> {
         Some(Cause { id: EffectId::MissedSteps, parameters, evidence, rms_gain })
     }
 
-    /// The error of the given model beside the noise, which is a part of what the accepted causes leave.
+    /// The residual of the given model, and the noise, which is at most the residual after the accepted causes.
     pub fn residual(&self, after: &[PieceResidual]) -> Residual {
         let channel = self.setting.campaign.kind.channel;
         let left = rms_left(&self.setting, after, &|_: &Piece| true);

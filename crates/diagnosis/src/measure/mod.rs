@@ -1,4 +1,4 @@
-//! What the accepted causes are worth on held-out runs, with their numbers and intervals.
+//! The gain of the accepted causes in held-out error, with their parameters and intervals.
 
 pub(crate) mod accept;
 pub(crate) mod alternatives;

@@ -1,7 +1,7 @@
 //! Final fit of an angle log with small finite-difference steps, as small as the numbers' own uncertainty.
 //!
-//! A stick-slip rotor answers a change of some percent with slips at other moments, which gives no usable slope. Far from the
-//! optimum such a slope is the only one there is; near it the fit would stop beside the minimum.
+//! If a parameter changes by some per cent, a stick-slip rotor slips at other moments, and a difference over such a step is a
+//! poor slope. Far from the optimum there is no better one; near it the fit would stop beside the minimum.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
@@ -14,7 +14,7 @@ use crate::name::threshold::hysteresis_keeps_shrinking;
 use crate::name::tried::Tried;
 use crate::numerics::loss::Loss;
 
-/// Largest change of the prediction by a finite-difference step, as the root of the sum of squares in parts of the noise.
+/// Largest change of the prediction by a finite-difference step, as the root of the normalised sum of squares.
 const REACH: f64 = 5.0;
 /// Steps of the fit.
 const STEPS: usize = 12;

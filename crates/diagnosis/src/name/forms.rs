@@ -1,5 +1,5 @@
-//! How much misfit the functional forms of the accepted causes may leave. A form is never exactly the real one; what it leaves
-//! is no further cause.
+//! How much misfit the functional forms of the accepted causes may leave. A form is never exactly the real one; its misfit is
+//! no further cause.
 
 use valve_model::EffectId;
 
@@ -11,14 +11,14 @@ pub(crate) const MISFIT: f64 = 0.02;
 /// The cause whose form fits worst: no bank of Maxwell elements is exactly a real contact.
 pub(crate) const HYSTERESIS: EffectId = EffectId::PreslidingHysteresis;
 
-/// Mean squares explained by the accepted causes, in parts of the noise's; their misfit is judged against these.
+/// Mean squares explained by the accepted causes, relative to the noise variance; their misfit is judged against these.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Forms {
     /// Explained by causes with an inexact form, as the loss counts it.
     pub inexact: f64,
-    /// The same of the plain sum of squares.
+    /// The same by the plain sum of squares.
     pub inexact_of_squares: f64,
-    /// Explained by presliding-hysteresis, of the plain sum of squares.
+    /// Explained by presliding-hysteresis, by the plain sum of squares.
     pub hysteresis: f64,
 }
 

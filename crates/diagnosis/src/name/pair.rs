@@ -51,7 +51,7 @@ pub(crate) fn hidden_pair(
     Ok(Some(state))
 }
 
-/// True if `rms` has at most half of the mean square beyond noise that `other` has; both in parts of the noise.
+/// True if `rms` has at most half of the excess over noise that `other` has; both relative to the noise.
 pub(crate) fn leaves_less(rms: f64, other: f64) -> bool {
     other > 1.0 && rms.powi(2) - 1.0 <= HALF * (other.powi(2) - 1.0)
 }

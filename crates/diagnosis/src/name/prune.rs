@@ -10,8 +10,8 @@ use crate::name::threshold::{FLOOR, hysteresis_keeps_shrinking, reaches_threshol
 use crate::name::tried::{NEARLY, Tried};
 use valve_model::EffectId;
 
-/// Where the residual is far above noise, fits each earlier cause again by a pattern search: what an early end of its fit leaves
-/// would be attributed to a cause that is not there.
+/// Where the residual is far above noise, fits each earlier cause again by a pattern search: if its fit ended too early, its
+/// residual would be attributed to a cause that doesn't exist.
 pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
     for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
         if setting.is_over() {

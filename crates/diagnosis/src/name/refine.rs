@@ -20,7 +20,7 @@ use valve_model::EffectId;
 /// Steps of a fit with another shape, and after how many it is given up without gain where steps are expensive.
 const STEPS: usize = 6;
 const FIRST_STEPS: usize = 2;
-/// A shape parameter is freed if that cuts the held-out RMS by this, in parts of the noise.
+/// A shape parameter is freed if that cuts the held-out RMS by this, relative to the noise.
 const REFINED: f64 = 0.003;
 /// χ² with two degrees of freedom at p = 0.05: a harmonic below it is no more than its own error.
 const CLEAR: f64 = 6.0;
@@ -183,7 +183,7 @@ pub(crate) fn fewer_orders(
             *value = of.neutral;
         }
     }
-    // Where more than noise is left, no smaller part of that counts.
+    // Where the residual exceeds noise, the tolerance grows with it.
     take_if(setting, state, fewer, |now, then| then < now + REFINED * now.max(1.0))
 }
 
@@ -193,7 +193,7 @@ fn drop_series(setting: &Setting<'_>, state: &mut Selection, index: usize) -> Re
     let Some(id) = hypothesis.members.get(index).map(|member| member.candidate.id) else { return Ok(()) };
     let begin = Point { hypothesis: hypothesis.without(index), starts: state.fitted.point.starts.clone() };
     let tried = if_possible(Tried::from(setting, begin, STEPS))?;
-    // Where runs differ by a misfit, their scatter says little: a series that removes much stays.
+    // If misfit differs between runs, the standard errors say little: a series that removes much of the residual stays.
     let Some(tried) = tried.filter(|tried| tried.rms <= HARDLY_WORSE * state.rms) else { return Ok(()) };
     state.take(tried);
     state.refuse(id, "none of its harmonics is larger than its own standard error");

@@ -1,7 +1,7 @@
-//! Repeated levels: where a log comes back to a pressure and a temperature, friction that wears can't come back with them.
+//! Repeated levels: if a log returns to a pressure and a temperature, friction that has changed by wear doesn't return to its level.
 //!
-//! Of each run the mean friction that the causes so far leave, and what a cause that grows with time would add to it, are compared
-//! among runs under the same conditions. Over those the one must follow the other, whatever else depends on the conditions.
+//! Two numbers of each run are compared: the mean friction in the residual of the causes so far, and the friction that a cause that grows
+//! with time would add. Among runs under the same conditions the first must follow the second, whatever else depends on the conditions.
 
 use crate::DiagnosisError;
 use crate::fit::equations::{Point, Setting};
@@ -16,15 +16,15 @@ use valve_model::EffectId;
 const SAME_MPA: f64 = 0.02;
 const SAME_PART: f64 = 0.1;
 const SAME_K: f64 = 3.0;
-/// Runs beyond one for each condition that it takes.
+/// Least number of repeated runs: those beyond the first under each condition.
 const LEAST_REPEATS: usize = 3;
-/// The trend has to span this part among repeated runs of what it spans among all.
+/// Among repeated runs the trend must vary by at least this fraction of its variation among all runs.
 const SPANS: f64 = 0.3;
-/// Significance level at which the runs contradict a trend, and the part of it that they must show at least.
+/// Significance level at which the runs contradict a trend, and the least fraction of it that they must show.
 const CHANCE: f64 = 0.05;
 const LEAST_PART: f64 = 0.5;
 
-/// A run: what it leaves as friction, and what the trend would add to it.
+/// A run: the friction in its residual, and what the trend would add to it.
 #[derive(Debug, Clone, Copy)]
 struct Level {
     left_nm: f64,
@@ -33,7 +33,7 @@ struct Level {
 
 type Condition = (Class, i8, i64, i64);
 
-/// True if runs under repeated conditions contradict a cause that goes with the distance travelled alone.
+/// True if runs under repeated conditions contradict a cause that depends on the distance travelled alone.
 pub(crate) fn contradict(
     setting: &Setting<'_>,
     id: EffectId,
@@ -62,7 +62,7 @@ pub(crate) fn contradict(
     Ok(is_contradicted(&runs.iter().filter_map(level).collect::<Vec<_>>()))
 }
 
-/// Weighted sums over a piece's moving samples: friction left, friction added, weight.
+/// Weighted sums over a piece's moving samples: residual friction, added friction, weight.
 fn sums(piece: &Piece, before: &[f64], after: &[f64]) -> [f64; 3] {
     let mut sums = [0.0; 3];
     let samples = piece.measured.iter().zip(before).zip(after).zip(&piece.weights).enumerate();
@@ -79,7 +79,7 @@ fn sums(piece: &Piece, before: &[f64], after: &[f64]) -> [f64; 3] {
     sums
 }
 
-/// What runs have in common that are under the same conditions.
+/// The conditions of a run: class of motion, direction, pressure and temperature.
 fn condition(setting: &Setting<'_>, run: usize) -> Condition {
     let campaign = setting.campaign;
     let pieces = || campaign.pieces.iter().filter(|piece| piece.run == run);

@@ -24,7 +24,7 @@ const PROMISING: f64 = 0.3;
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
-/// Where one leaves no more than this, in parts of the noise, `CLOSELY` stands for `BEHIND`: no other can be as good.
+/// If the best rival's RMS is below this (1 is noise), `CLOSELY` replaces `BEHIND`: no other can be as good.
 const AT_NOISE: f64 = 1.05;
 const CLOSELY: f64 = 1.15;
 /// Two fits whose RMS differ by less than `NEARLY` count as equal if their mean difference over the groups is within
@@ -37,7 +37,7 @@ pub(crate) struct Rival {
     pub id: EffectId,
     pub fitted: Fitted,
     pub held_out: HeldOut,
-    /// Held-out RMS in parts of the noise.
+    /// Held-out RMS relative to the noise.
     pub rms: f64,
 }
 
@@ -113,7 +113,7 @@ pub(crate) fn as_good(best: &Rival, other: &Rival) -> bool {
     as_good_within(best, other, NEARLY)
 }
 
-/// The same within `nearly`, where that is more than [`NEARLY`].
+/// The same with `nearly` in place of [`NEARLY`].
 pub(crate) fn as_good_within(best: &Rival, other: &Rival, nearly: f64) -> bool {
     let difference = other.rms - best.rms;
     if difference <= EQUAL {

@@ -17,7 +17,7 @@ use crate::show::residual::left;
 use nalgebra::DVector;
 use valve_model::EffectId;
 
-/// Least cut of the held-out RMS by a harmonic, in parts of the noise.
+/// Least cut of the held-out RMS by a harmonic, relative to the noise.
 pub(crate) const ORDER_FLOOR: f64 = 0.004;
 
 /// Where the residual of an angle log exceeds the noise by this factor, the model slips at other moments than the rotor, and a
@@ -29,13 +29,13 @@ const SECANTS: [f64; 4] = [1.0, -5.0, 5.0, 15.0];
 const FINE: f64 = 0.1;
 const FACTORS: [f64; 9] = [0.35, 0.5, 0.7, 0.87, 1.15, 1.45, 1.9, 2.4, 3.0];
 
-/// Of a long log the screening looks at these folds alone: they hold every kind of run, and it is the fit that decides.
+/// In a long log the screening uses only these folds: they contain every kind of run, and the fit decides.
 const LOOKED_AT: [usize; 2] = [0, 2];
 
-/// A candidate as the screening sees it.
+/// A candidate as ranked by the screening.
 #[derive(Debug, Clone)]
 pub(crate) struct Screened {
-    /// Cut of the held-out RMS, in parts of the noise, linearised.
+    /// Cut of the held-out RMS, relative to the noise, linearised.
     pub gain: f64,
     pub member: Member,
 }
@@ -107,10 +107,6 @@ pub(crate) fn screen<'a>(
     Ok(Screening { candidates, ranked, tally, places })
 }
 
-/// High orders of a torque over the angle that are looked for at once.
-const MOST_HIGH: usize = 12;
-const MOST_HIGH_IN_ANGLES: usize = 4;
-
 /// The candidates, a torque over the angle with the orders that stand out of the residual at `point`.
 fn with_orders(
     setting: &Setting<'_>,
@@ -126,11 +122,10 @@ fn with_orders(
 /// The high orders that stand out of the residual at a point.
 pub(crate) fn orders_left(setting: &Setting<'_>, point: &Point) -> Result<Vec<usize>, DiagnosisError> {
     let facts = &setting.campaign.facts;
-    let most = if facts.kind.motion_is_measured { MOST_HIGH } else { MOST_HIGH_IN_ANGLES };
-    Ok(standing_out(setting, &left(setting, point)?, high_orders(facts), most))
+    Ok(standing_out(setting, &left(setting, point)?, high_orders(facts), facts.kind.most_high_orders))
 }
 
-/// The pieces that the screening looks at.
+/// The pieces that the screening uses.
 fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
     let fitted = campaign.pieces.iter().filter(|piece| piece.is_fitted());
     let samples: usize = fitted.map(Piece::len).sum();
@@ -145,7 +140,7 @@ fn looked_at(campaign: &Campaign) -> impl Fn(&Piece) -> bool + Sync + '_ {
 fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<f64> {
     let total = sum(&state.groups);
     let far = total.square() > FAR * FAR * total.count;
-    if !far || setting.campaign.kind.motion_is_measured || candidate.series {
+    if !far || setting.campaign.kind.smooth || candidate.series {
         return vec![1.0];
     }
     match candidate.parameters.as_slice() {
@@ -157,7 +152,7 @@ fn secants(setting: &Setting<'_>, candidate: &Candidate, state: &Fitted) -> Vec<
     }
 }
 
-/// Whether a secant leads anywhere: false if the parameter's neutral value is its bound on that side.
+/// Whether a secant moves the parameters: false if a neutral value is the bound on that side.
 fn may_go(candidate: &Candidate, probe: &Probe, part: f64) -> bool {
     let bound = |(parameter, step): &(usize, f64)| {
         let of = candidate.parameters.get(*parameter);
@@ -194,14 +189,14 @@ fn probe_column(
 pub(crate) struct Tally<'a> {
     loss: Loss,
     groups: Vec<Gram>,
-    /// As a fit takes the groups.
+    /// The groups as a fit weights them.
     weighted: Vec<Gram>,
-    /// All of those together.
+    /// Their sum.
     pub total: Gram,
     folds: &'a [usize],
-    /// The columns of what is in already.
+    /// The columns of the numbers that are free already.
     pub own: Vec<usize>,
-    /// RMS with those alone, in parts of the noise.
+    /// Held-out RMS with those alone, relative to the noise.
     pub base: f64,
 }
 
@@ -215,13 +210,13 @@ impl<'a> Tally<'a> {
         tally
     }
 
-    /// Held-out RMS with these columns, in parts of the noise.
+    /// Held-out RMS with these columns, relative to the noise.
     pub fn left(&self, columns: &[usize]) -> Option<f64> {
         leave_out(&self.weighted, &self.groups, self.folds, columns)
             .map(|held| self.loss.rms(held.each(&self.groups)))
     }
 
-    /// RMS once the columns change by `beta`, in parts of the noise.
+    /// RMS once the columns change by `beta`, relative to the noise.
     fn after(&self, columns: &[usize], beta: &DVector<f64>) -> f64 {
         let squares = self.groups.iter().map(|group| group.square_after(columns, beta)).collect();
         self.loss.rms(HeldOut { squares }.each(&self.groups))
@@ -281,7 +276,7 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
     best
 }
 
-/// The shape with the least residual as it stands, if any gains: a jump is not linearised.
+/// The shape with the least residual, if it is below the present one. The shape is taken as it is, because a jump is not linearised.
 fn best_jump(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
     let whole = DVector::from_element(1, 1.0);
     let mut best: Option<(f64, &Probe)> = None;
@@ -302,7 +297,7 @@ fn at_most(wanted: f64, lower: f64, upper: f64, step: f64) -> bool {
     wanted > lower - 0.5 * step && wanted < upper + step.max(0.5 * upper.abs())
 }
 
-/// Adds harmonics one at a time while each gains; of the angle those that a stroke of so many turns tells apart.
+/// Adds harmonics one at a time while each gains; those of the angle only if they can be told apart on a stroke of `turns` turns.
 fn screen_series(
     candidate: &Candidate,
     places: &[&Place],

@@ -64,13 +64,13 @@ pub(crate) fn select(
     Ok(state)
 }
 
-/// Whether nothing is left to search a cause for: the residual is white, and of a misfit no covariate explains a part either.
+/// Whether no further cause is to be searched for: the residual is white and, if a misfit counts as error, depends on no covariate.
 fn is_explained(setting: &Setting<'_>, state: &Selection) -> Result<bool, DiagnosisError> {
     let left = left(setting, &state.fitted.point)?;
     Ok(is_white(setting, &left) && !(setting.campaign.has_misfit && depends(&structure(setting, &left))))
 }
 
-/// No cause yet.
+/// The state before any cause is accepted.
 pub(crate) fn nothing_yet(setting: &Setting<'_>, begin: Fitted) -> Selection {
     let held_out = judge(setting, &begin);
     let rms_first = setting.loss().rms(held_out.each(&begin.groups));

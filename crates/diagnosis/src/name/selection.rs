@@ -8,7 +8,7 @@ use crate::numerics::gram::HeldOut;
 use crate::numerics::loss::Loss;
 use valve_model::EffectId;
 
-/// The accepted causes, fitted, and how the search came to them.
+/// The accepted causes, fitted, and how the search found them.
 #[derive(Debug, Clone)]
 pub(crate) struct Selection {
     pub fitted: Fitted,
@@ -21,7 +21,7 @@ pub(crate) struct Selection {
     pub rounds: Vec<Round>,
     /// Groups of effects that these data can't tell apart: the one that is fitted as the group's representative, and the others.
     pub ambiguous: Vec<(EffectId, Vec<EffectId>)>,
-    /// The others of those groups as they were fitted in the representative's place, which stands first.
+    /// The others of those groups, fitted in place of their representative, whose id is the first element.
     pub alternatives: Vec<(EffectId, Member)>,
     /// For each such pair, the angle between the changes that the two make to the prediction, degrees.
     pub angles: Vec<(EffectId, EffectId, f64)>,
@@ -36,7 +36,7 @@ impl Selection {
         (self.fitted, self.held_out, self.rms) = (tried.fitted, tried.held_out, tried.rms);
     }
 
-    /// Notes why a candidate is none, whatever it gains.
+    /// Notes why a candidate is refused, whatever it gains.
     pub fn refuse(&mut self, id: EffectId, reason: &str) {
         if !self.dropped.iter().any(|(of, _)| *of == id) {
             self.dropped.push((id, reason.to_owned()));
@@ -62,7 +62,7 @@ impl Selection {
         self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)
     }
 
-    /// The held-out mean square that the causes explain, in parts of the noise's.
+    /// The held-out mean square that the causes explain, relative to the noise variance.
     pub fn explained(&self) -> f64 {
         (self.held_out_first.total() - self.held_out.total()) / self.samples()
     }

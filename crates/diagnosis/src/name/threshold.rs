@@ -9,7 +9,7 @@ use crate::numerics::gram::HeldOut;
 use crate::numerics::loss::Loss;
 use valve_model::EffectId;
 
-/// Least cut of the held-out RMS, in parts of the noise.
+/// Least cut of the held-out RMS, relative to the noise.
 pub(crate) const FLOOR: f64 = 0.01;
 /// What presliding-hysteresis may leave as its misfit, as a share of the sum of squares that it explains. It is more in an angle
 /// log, where a small misfit makes the rotor slip at other moments.
@@ -28,7 +28,7 @@ pub(crate) fn hysteresis_keeps_shrinking(state: &Selection, loss: Loss) -> bool 
     loss == Loss::OwnNoise && state.fitted.point.hypothesis.has(HYSTERESIS)
 }
 
-/// How much a candidate cuts the held-out mean square, in parts of the noise's.
+/// How much a candidate cuts the held-out mean square, relative to the noise variance.
 pub(crate) fn cut_of_squares(state: &Selection, held_out: &HeldOut) -> f64 {
     (state.held_out.total() - held_out.total()) / state.samples()
 }
@@ -45,7 +45,7 @@ pub(crate) fn reaches_threshold(
         && cut_of_squares(state, held_out) >= part * squares_threshold(state, id, loss)
 }
 
-/// Threshold on the cut of the held-out RMS, in parts of the noise.
+/// Threshold on the cut of the held-out RMS, relative to the noise.
 pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
     let square = state.rms.powi(2);
     let causes = state.fitted.point.hypothesis.members.len();

@@ -10,7 +10,7 @@ use crate::numerics::gram::{Gram, HeldOut, leave_out};
 
 /// Steps of a fit through the model.
 pub(crate) const STEPS: usize = 8;
-/// Held-out RMS within `EQUAL` (in parts of the noise) counts as equal; within `NEARLY` where the groups disagree.
+/// Held-out RMS within `EQUAL` (relative to the noise) counts as equal; within `NEARLY` where the groups disagree.
 pub(crate) const EQUAL: f64 = 0.003;
 pub(crate) const NEARLY: f64 = 0.01;
 
@@ -18,12 +18,12 @@ pub(crate) const NEARLY: f64 = 0.01;
 pub(crate) struct Tried {
     pub fitted: Fitted,
     pub held_out: HeldOut,
-    /// Held-out RMS in parts of the noise.
+    /// Held-out RMS relative to the noise.
     pub rms: f64,
 }
 
 impl Tried {
-    /// Fits from `begin` on, in so many steps at most.
+    /// Fits from `begin` on, in at most `steps` steps.
     pub fn from(setting: &Setting<'_>, begin: Point, steps: usize) -> Result<Self, DiagnosisError> {
         Ok(Self::judged(setting, fit(setting, begin, &Piece::is_fitted, steps)?))
     }

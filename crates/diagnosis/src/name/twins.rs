@@ -2,7 +2,7 @@
 
 use crate::log::facts::Facts;
 use crate::log::kind::LogKind;
-use valve_model::EffectId;
+use valve_model::{EffectId, SeenIn};
 
 /// Least number of presliding swings.
 const SWINGS: usize = 12;
@@ -66,49 +66,156 @@ impl Apart {
     }
 }
 
-/// Effects that act alike, and data any of which tells them apart.
-type Twins = (&'static [EffectId], &'static [Apart]);
+/// Groups of effects that act alike, in the order in which missing data are reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Twins {
+    /// Over the angle, in what the encoder reads: its own error, or torques.
+    OverTheAngle,
+    /// What makes the spool late.
+    Lateness,
+    /// What keeps the spool from following small motions.
+    SmallMotion,
+    /// What sets how far the rotor is off the command.
+    Deflection,
+    /// What leaves the spool behind on both sides.
+    Play,
+    /// A torque that is there in one direction.
+    OneWay,
+    /// A torque that doesn't depend on speed.
+    Constant,
+    /// A spring behind the load.
+    Spring,
+    /// A torque over the angle: with pressure or without.
+    TorqueOverAngle,
+    /// A constant torque: with pressure or without.
+    PressureOrZero,
+    /// A difference between directions: with pressure or without.
+    PressureOrDirection,
+    /// A level of friction: with pressure or without.
+    PressureOrLevel,
+    /// Stiction that grows in rest: with pressure or without.
+    GrowsInRest,
+    /// Friction that changes through the log: by wear or warmth.
+    WearOrWarmth,
+    /// Friction that changes through the log: by wear or pressure.
+    WearOrPressure,
+    /// A torque that follows the acceleration.
+    WithAcceleration,
+    /// A viscous level: with temperature or without.
+    WarmthOrViscosity,
+}
 
-const TORQUE: [Twins; 12] = [
-    (&[EffectId::CoulombLevel, EffectId::DirectionAsymmetry, EffectId::TorqueOffset], &[Apart::BothWays]),
-    (&[EffectId::DirectionAsymmetry, EffectId::TorqueOffset], &[Apart::Presliding]),
-    (&[EffectId::CouplingCompliance, EffectId::BristleStiffness], &[Apart::Ringing]),
-    (&[EffectId::FlowTorque, EffectId::PositionTorque], &[Apart::TwoPressures]),
-    (&[EffectId::PressureTorque, EffectId::TorqueOffset], &[Apart::TwoPressures]),
-    (&[EffectId::PressureTorque, EffectId::DirectionAsymmetry], &[Apart::TwoPressures, Apart::Presliding]),
-    (&[EffectId::PressureDependentFriction, EffectId::CoulombLevel], &[Apart::TwoPressures]),
-    (&[EffectId::DwellStiction, EffectId::HydraulicLock], &[Apart::TwoPressures]),
-    (&[EffectId::WearDrift, EffectId::TemperatureDependentFriction], &[Apart::TemperatureOutOfOrder]),
-    (&[EffectId::WearDrift, EffectId::PressureDependentFriction], &[Apart::PressureOutOfOrder]),
-    (&[EffectId::LoadInertia, EffectId::SensorDelay, EffectId::FrictionLag], &[Apart::ThreeFrequencies]),
-    (&[EffectId::TemperatureDependentViscosity, EffectId::ViscousLevel], &[Apart::TwoTemperatures]),
-];
-const ANGLE: [Twins; 10] = [
-    (&[EffectId::EncoderEccentricity, EffectId::PositionTorque, EffectId::FlowTorque], &[Apart::Turns]),
-    (&[EffectId::ViscousLevel, EffectId::SensorDelay], &[Apart::NearResonance]),
-    (&[EffectId::CoulombLevel, EffectId::Backlash], &[Apart::Presliding]),
-    (&[EffectId::CoulombLevel, EffectId::HoldingTorqueLevel], &[Apart::NearResonance]),
-    (&[EffectId::Backlash, EffectId::HoldingTorqueLevel], &[Apart::Presliding]),
-    (&[EffectId::PressureDependentFriction, EffectId::CoulombLevel], &[Apart::TwoPressures]),
-    (&[EffectId::FlowTorque, EffectId::PositionTorque], &[Apart::TwoPressures]),
-    (&[EffectId::DwellStiction, EffectId::HydraulicLock], &[Apart::TwoPressures]),
-    (&[EffectId::WearDrift, EffectId::TemperatureDependentFriction], &[Apart::TemperatureOutOfOrder]),
-    (&[EffectId::WearDrift, EffectId::PressureDependentFriction], &[Apart::PressureOutOfOrder]),
-];
+impl Twins {
+    /// In order.
+    const ALL: [Self; 17] = [
+        Self::OverTheAngle,
+        Self::Lateness,
+        Self::SmallMotion,
+        Self::Deflection,
+        Self::Play,
+        Self::OneWay,
+        Self::Constant,
+        Self::Spring,
+        Self::TorqueOverAngle,
+        Self::PressureOrZero,
+        Self::PressureOrDirection,
+        Self::PressureOrLevel,
+        Self::GrowsInRest,
+        Self::WearOrWarmth,
+        Self::WearOrPressure,
+        Self::WithAcceleration,
+        Self::WarmthOrViscosity,
+    ];
+
+    /// Data any of which tells them apart; the first is what a report asks for.
+    fn told_apart_by(self) -> &'static [Apart] {
+        match self {
+            Self::OverTheAngle => &[Apart::Turns],
+            Self::Lateness | Self::Deflection => &[Apart::NearResonance],
+            Self::SmallMotion | Self::Play | Self::Constant => &[Apart::Presliding],
+            Self::OneWay => &[Apart::BothWays],
+            Self::Spring => &[Apart::Ringing],
+            Self::TorqueOverAngle | Self::PressureOrZero | Self::PressureOrLevel | Self::GrowsInRest => {
+                &[Apart::TwoPressures]
+            }
+            Self::PressureOrDirection => &[Apart::TwoPressures, Apart::Presliding],
+            Self::WearOrWarmth => &[Apart::TemperatureOutOfOrder],
+            Self::WearOrPressure => &[Apart::PressureOutOfOrder],
+            Self::WithAcceleration => &[Apart::ThreeFrequencies],
+            Self::WarmthOrViscosity => &[Apart::TwoTemperatures],
+        }
+    }
+
+    /// The logs in which they act alike.
+    fn in_logs(self) -> SeenIn {
+        match self {
+            Self::OverTheAngle | Self::Lateness | Self::SmallMotion | Self::Deflection | Self::Play => {
+                SeenIn::AngleLogs
+            }
+            Self::OneWay
+            | Self::Constant
+            | Self::Spring
+            | Self::PressureOrZero
+            | Self::PressureOrDirection
+            | Self::WithAcceleration
+            | Self::WarmthOrViscosity => SeenIn::TorqueLogs,
+            Self::TorqueOverAngle
+            | Self::PressureOrLevel
+            | Self::GrowsInRest
+            | Self::WearOrWarmth
+            | Self::WearOrPressure => SeenIn::AnyLog,
+        }
+    }
+}
+
+/// The groups that an effect belongs to.
+fn of(id: EffectId) -> &'static [Twins] {
+    use Twins::*;
+    match id {
+        EffectId::CoulombLevel => &[OneWay, PressureOrLevel, SmallMotion, Deflection],
+        EffectId::DirectionAsymmetry => &[OneWay, Constant, PressureOrDirection],
+        EffectId::TorqueOffset => &[OneWay, Constant, PressureOrZero],
+        EffectId::CouplingCompliance | EffectId::BristleStiffness => &[Spring],
+        EffectId::FlowTorque | EffectId::PositionTorque => &[TorqueOverAngle, OverTheAngle],
+        EffectId::EncoderEccentricity => &[OverTheAngle],
+        EffectId::PressureTorque => &[PressureOrZero, PressureOrDirection],
+        EffectId::PressureDependentFriction => &[PressureOrLevel, WearOrPressure],
+        EffectId::DwellStiction | EffectId::HydraulicLock => &[GrowsInRest],
+        EffectId::WearDrift => &[WearOrWarmth, WearOrPressure],
+        EffectId::TemperatureDependentFriction => &[WearOrWarmth],
+        EffectId::LoadInertia | EffectId::FrictionLag => &[WithAcceleration],
+        EffectId::SensorDelay => &[WithAcceleration, Lateness],
+        EffectId::TemperatureDependentViscosity => &[WarmthOrViscosity],
+        EffectId::ViscousLevel => &[WarmthOrViscosity, Lateness],
+        EffectId::Backlash => &[SmallMotion, Play],
+        EffectId::HoldingTorqueLevel => &[Deflection, Play],
+        EffectId::StaticLevel
+        | EffectId::StribeckVelocity
+        | EffectId::AngleDependentFriction
+        | EffectId::PreslidingHysteresis
+        | EffectId::DetentTorque
+        | EffectId::MicrostepError
+        | EffectId::MissedSteps
+        | EffectId::TorqueGain
+        | EffectId::Custom(_) => &[],
+    }
+}
+
+/// The groups in which two effects are twins in logs of this kind.
+fn shared(a: EffectId, b: EffectId, kind: LogKind) -> impl Iterator<Item = Twins> {
+    let both = move |twins: &Twins| a != b && of(a).contains(twins) && of(b).contains(twins);
+    Twins::ALL.into_iter().filter(move |twins| twins.in_logs() != kind.unseen && both(twins))
+}
 
 /// True if two effects are twins in logs of this kind.
 pub(crate) fn are_twins(a: EffectId, b: EffectId, kind: LogKind) -> bool {
-    lists(kind).iter().any(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b))
+    shared(a, b, kind).next().is_some()
 }
 
 /// What these data lack to tell two twins apart; `None` if they are no twins, or the data suffice.
 pub(crate) fn missing(a: EffectId, b: EffectId, facts: &Facts) -> Option<&'static str> {
-    let pairs = lists(facts.kind).iter();
-    let mut own = pairs.filter(|(ids, _)| a != b && ids.contains(&a) && ids.contains(&b));
-    let lacking = own.find(|(_, apart)| !apart.iter().any(|apart| apart.is_in(facts)))?;
-    lacking.1.first().map(|apart| apart.missing())
-}
-
-fn lists(kind: LogKind) -> &'static [Twins] {
-    if kind.motion_is_measured { &TORQUE } else { &ANGLE }
+    let is_in = |apart: &Apart| apart.is_in(facts);
+    let lacking =
+        shared(a, b, facts.kind).map(Twins::told_apart_by).find(|apart| !apart.iter().any(is_in))?;
+    lacking.first().map(|apart| apart.missing())
 }

@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 #[derive(Debug, Clone)]
 pub(crate) struct Gram {
     pub matrix: DMatrix<f64>,
-    /// Samples that count.
+    /// Effective number of independent samples.
     pub count: f64,
 }
 
@@ -19,13 +19,14 @@ impl Gram {
         Self { matrix: DMatrix::zeros(columns + 1, columns + 1), count: 0.0 }
     }
 
-    /// Takes nuisance columns out: they are the first `ridges.len()` columns of `all`; a ridge is their prior's 1/variance.
+    /// Eliminates the nuisance columns, the first `ridges.len()` of `all` (Schur complement). A ridge is the 1/variance of a
+    /// column's prior.
     pub fn without_nuisances(all: &DMatrix<f64>, ridges: &[f64], count: f64) -> Self {
         let nuisances = ridges.len();
         let kept = all.nrows() - nuisances;
         let mut inner = all.view((0, 0), (nuisances, nuisances)).into_owned();
         for (index, ridge) in ridges.iter().enumerate() {
-            // A column of nothing must not spoil the rest.
+            // Keeps the matrix invertible if a nuisance column is zero.
             inner[(index, index)] += ridge + 1e-12 * inner[(index, index)] + f64::MIN_POSITIVE.sqrt();
         }
         let cross = all.view((0, nuisances), (nuisances, kept)).into_owned();
@@ -43,18 +44,18 @@ impl Gram {
         self.count += other.count;
     }
 
-    /// All products, as if of so many samples for each.
+    /// All products times a weight; the count stays.
     pub fn times(&self, weight: f64) -> Self {
         Self { matrix: weight * &self.matrix, count: self.count }
     }
 
-    /// Sum of squares of the residual as it is.
+    /// Sum of squares of the residual before any column is fitted.
     pub fn square(&self) -> f64 {
         let last = self.matrix.nrows() - 1;
         self.matrix[(last, last)].max(0.0)
     }
 
-    /// The part for some columns: A and b of A·β = b.
+    /// The normal equations of some columns: A and b of A·β = b.
     pub fn part(&self, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
         let last = self.matrix.nrows() - 1;
         let count = columns.len();
@@ -64,7 +65,7 @@ impl Gram {
         (a, b)
     }
 
-    /// Sum of squares of the residual less the columns times β.
+    /// Sum of squares of the residual minus the columns times β.
     pub fn square_after(&self, columns: &[usize], beta: &DVector<f64>) -> f64 {
         let (a, b) = self.part(columns);
         (self.square() - 2.0 * beta.dot(&b) + beta.dot(&(a * beta))).max(0.0)
@@ -77,7 +78,8 @@ pub(crate) fn solve(gram: &Gram, columns: &[usize]) -> Option<(DVector<f64>, DMa
     invert(a).map(|inverse| (&inverse * b, inverse))
 }
 
-/// The inverse of a symmetric positive matrix, scaled first; nearly dependent columns share.
+/// The inverse of a symmetric positive definite matrix, scaled to a unit diagonal first. A small ridge shares the effect of
+/// nearly dependent columns among them.
 pub(crate) fn invert(mut a: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let scale = DVector::from_fn(a.nrows(), |i, _| {
         let size = a[(i, i)];
@@ -116,8 +118,8 @@ impl HeldOut {
     }
 }
 
-/// Cross-validation: for each fold, β from the `fitted` equations of the other folds, and the squares of `groups` in it. `fold_of`
-/// gives each group's fold; `None` if a system can't be solved.
+/// Cross-validation: for each fold, β is fitted to the `fitted` equations of the other folds, and the sums of squares of the
+/// fold's `groups` are taken at that β. `fold_of` gives each group's fold; `None` if a system can't be solved.
 pub(crate) fn leave_out(
     fitted: &[Gram],
     groups: &[Gram],
@@ -140,7 +142,7 @@ pub(crate) fn leave_out(
             a -= own_a;
             b -= own_b;
         }
-        // A column that only this fold determines stays near zero.
+        // The ridge keeps a column near zero that only the left-out fold determines.
         for i in 0..a.nrows() {
             a[(i, i)] += 1e-6 * a_all[(i, i)];
         }

@@ -10,13 +10,13 @@ pub(crate) struct Weighted {
     pub y: f64,
 }
 
-/// The line that is nearest in y.
+/// The least-squares line of y on x.
 pub(crate) struct Line {
     mean: (f64, f64),
     slope: f64,
-    /// The share of y's variance that it accounts for.
+    /// The share of y's variance that it explains (R²).
     pub accounts: f64,
-    /// The probability of such a slope by chance, with as many degrees of freedom as there are points.
+    /// The p-value of the slope, by Student's t with n − 2 degrees of freedom for n points.
     pub p_value: f64,
 }
 

@@ -2,11 +2,11 @@
 //!
 //! A rotor that slips a moment earlier or later than the model leaves a group with many times its noise, and such groups would
 //! dominate a sum of squares. With an unknown variance s of at least the noise's for each group, the likelihood is largest at
-//! s = max(1, u), where u is the group's mean square in parts of the noise; its loss is n·(1 + ln u) for u > 1, else n·u.
+//! s = max(1, u), where u is the group's mean square relative to the noise; its loss is n·(1 + ln u) for u > 1, else n·u.
 
 use crate::numerics::gram::Gram;
 
-/// A group whose mean square is below this, in parts of the noise's, had no misfit to explain.
+/// A group counts as misfitted if its mean square exceeds the noise variance by this factor.
 const WRONG: f64 = 1.21;
 
 /// How the groups of samples count in a fit.
@@ -22,8 +22,8 @@ impl Loss {
         groups.iter().map(|group| self.of_group(group.square(), group.count)).sum()
     }
 
-    /// The root of the mean loss a sample, in parts of the noise, of groups given by square and count: an RMS in which a group far
-    /// off counts less.
+    /// The root of the mean loss per sample, for groups given by sum of squares and count. In angle logs it is an RMS in which
+    /// badly fitted groups count less.
     pub fn rms(self, groups: impl Iterator<Item = (f64, f64)>) -> f64 {
         let (total, all) = groups.fold((0.0, 0.0), |(total, all), (square, count)| {
             (total + self.of_group(square, count), all + count)
@@ -31,15 +31,16 @@ impl Loss {
         f64::sqrt(total / f64::max(all, 1.0))
     }
 
-    /// Least share of the residual beyond noise that a cause must explain beside `causes` accepted ones; less may be
-    /// their misfit. Under the logarithmic loss the first of two equal causes explains only a sixth (half of the
-    /// squares), so the first two need a tenth; a third cause competes with the misfit of two.
+    /// Least share of the excess over noise that a further cause must explain beside `causes` accepted ones: a smaller gain may
+    /// only fit their misfit. With the logarithmic loss the first of two equal causes explains a sixth of the excess (half with
+    /// squares), so the first two need a tenth. A third cause competes with the misfit of two.
     pub fn least_part(self, causes: usize) -> f64 {
         if self == Self::OwnNoise && causes < 2 { 0.1 } else { 0.25 }
     }
 
-    /// The share of the residual beyond noise that is explained, of groups given by first square, present square and count: over
-    /// all groups, or in the median group if that is more (for angle logs, where few groups may dominate the sum).
+    /// The share of the excess over noise that is explained, for groups given by their first sum of squares, their present one
+    /// and their count. It is taken over all groups. In angle logs, where few groups may dominate the sum, it is that of the
+    /// median misfitted group if that is larger.
     pub fn share_explained(self, groups: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
         let groups: Vec<(f64, f64, f64)> = groups.filter(|(_, _, count)| *count > 0.0).collect();
         let [first, now, count] = groups
@@ -61,7 +62,7 @@ impl Loss {
         middle.map_or(of_all, |(share, _)| of_all.max(*share))
     }
 
-    /// The ratio of residuals from which on a change counts as no improvement.
+    /// A change counts as an improvement only if the ratio of the residuals, after to before, is at most this.
     pub fn hardly_less(self) -> f64 {
         match self {
             Self::Squares => 0.95,
@@ -95,13 +96,13 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    /// A residual of `residual` against a column of ones times `column`, over so many samples.
+    /// A residual of `residual` against a column of ones times `column`, over `count` samples.
     fn group(count: f64, residual: f64, column: f64) -> Gram {
         let products = [column * column, column * residual, column * residual, residual * residual];
         Gram { matrix: count * DMatrix::from_row_slice(2, 2, &products), count }
     }
 
-    /// Where steps of the loss's own weights end, from 0 on, in a model that is a constant.
+    /// Where iteratively reweighted steps from 0 converge, for a model that is a constant.
     fn settle(loss: Loss, residuals: &[f64]) -> f64 {
         let mut at = 0.0;
         for _ in 0..50 {

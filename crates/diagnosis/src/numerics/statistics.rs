@@ -1,13 +1,13 @@
 //! What counts as significant, and probabilities corrected for the number of tests.
 
-/// Significance level, corrected for the number of tests.
+/// Significance level of p-values that are corrected for the number of tests.
 pub(crate) const CHANCE: f64 = 0.01;
 /// A covariate that explains less of a residual than this share does not count, however significant: with many samples every
 /// test is.
 pub(crate) const SHARE_LEFT: f64 = 0.02;
 
-/// Corrects probabilities for the number of tests by Holm's method (Scand. J. Stat. 6, 1979), so that any false one is as rare as
-/// a single test's would be.
+/// Corrects p-values for the number of tests by Holm's method (Scand. J. Stat. 6, 1979): the probability of any false rejection
+/// is then at most that of a single test.
 pub(crate) fn holm<'a>(p_values: impl Iterator<Item = &'a mut f64>) {
     let mut sorted: Vec<&mut f64> = p_values.collect();
     sorted.sort_by(|a, b| a.total_cmp(b));

@@ -1,4 +1,4 @@
-//! Whether a residual is coloured noise: correlated from sample to sample, but with nothing that was recorded.
+//! Whether a residual is coloured noise: autocorrelated, but dependent on no recorded covariate.
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
@@ -7,15 +7,15 @@ use crate::show::structure::{Structure, depends, structure};
 use crate::show::tone::tone;
 use crate::show::whiteness::is_white;
 
-/// A residual counts as coloured noise if `ALIKE` to `MOST_ALIKE` samples carry the information of one (more is a
-/// drift) and its RMS is below `LOUDEST` times the noise; below `LOUDEST_STEADY` if it is as loud in every motion. A larger one may
-/// be an unmodelled effect, which hardly ever is.
+/// A residual counts as coloured noise if `ALIKE` to `MOST_ALIKE` samples count as one independent sample (more is a drift) and
+/// its RMS is below `LOUDEST` times the noise, or below `LOUDEST_STEADY` times if it is as large in every motion. A larger one
+/// may be an unmodelled effect, which hardly ever is as large in every motion.
 const ALIKE: f64 = 1.2;
 const MOST_ALIKE: f64 = 400.0;
 const LOUDEST: f64 = 1.5;
 const LOUDEST_STEADY: f64 = 6.0;
-/// Classes of speed, and of acceleration, in which it is compared; and the ratio of variances that is no difference, beside what
-/// chance does (three of its standard deviations).
+/// Classes of speed, and of acceleration, whose variances are compared. They count as equal up to this ratio, times what chance
+/// allows (three standard deviations).
 const CLASSES: usize = 4;
 const RATIO: f64 = 1.3;
 const DEVIATIONS: f64 = 3.0;
@@ -25,7 +25,7 @@ const DEVIATIONS: f64 = 3.0;
 pub(crate) struct Colour {
     /// The residual, by piece.
     pub left: Vec<Vec<f64>>,
-    /// How many samples carry the information of one.
+    /// Samples that count as one independent sample.
     pub per_independent: f64,
 }
 
@@ -48,7 +48,7 @@ pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structu
     alike && !depends(structure) && (quiet || steady()) && tone(setting, left).is_none()
 }
 
-/// Whether a residual is as loud in all classes of speed and of acceleration.
+/// Whether a residual has the same variance in all classes of speed and of acceleration.
 fn is_steady(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> bool {
     let by = |covariate: fn(&Piece, usize) -> f64| -> Vec<(f64, f64)> {
         let pieces = setting.campaign.pieces.iter().zip(left);
@@ -63,7 +63,7 @@ fn is_steady(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64
     is_even(by(speed), per_independent) && is_even(by(acceleration), per_independent)
 }
 
-/// Whether values, by classes of a covariate with as many samples each, have one variance.
+/// Whether values have the same variance in all classes of a covariate; each class has as many samples.
 fn is_even(mut samples: Vec<(f64, f64)>, per_independent: f64) -> bool {
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     let size = samples.len().div_ceil(CLASSES).max(1);

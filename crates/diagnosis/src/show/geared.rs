@@ -1,4 +1,4 @@
-//! Detects a torque with a period over the angle that is no whole part of a turn, as of a gear. Harmonics of a turn can
+//! Detects a torque whose period over the angle is no whole fraction of a turn, as that of a gear. Harmonics of a turn can
 //! imitate it within the angles visited, but no effect of the list is its cause.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
@@ -12,9 +12,8 @@ use valve_model::EffectId;
 /// Series over the spool's angle.
 const OVER_THE_ANGLE: [EffectId; 3] =
     [EffectId::PositionTorque, EffectId::FlowTorque, EffectId::AngleDependentFriction];
-/// A series stands in for a gear if one sine of non-integer order has a residual variance of at most `LEFT` (in parts
-/// of the series' variance, beyond the series' own residual), and the best integer order at least `TIMES` as much and
-/// at least `LEFT_BY_WHOLE`.
+/// A series stands in for a gear if one sine of non-integer order leaves at most `LEFT` of the series' variance (beyond the
+/// series' own residual), and the best integer order leaves at least `TIMES` as much and at least `LEFT_BY_WHOLE`.
 const LEFT: f64 = 0.04;
 const TIMES: f64 = 4.0;
 const LEFT_BY_WHOLE: f64 = 0.03;
@@ -25,11 +24,11 @@ const PERIODS: f64 = 1.5;
 /// Orders tried.
 const ORDER_STEP: f64 = 0.02;
 const MOST_ORDER: f64 = 16.0;
-/// Samples used, about.
+/// Samples used, approximately.
 const SAMPLES: usize = 3000;
 
-/// A sample: its angle, the series there, and the residual; in an angle log the residual is no torque and counts as
-/// zero.
+/// A sample: its angle, the series there, and the residual. The residual counts as zero unless it is the same kind of torque, a
+/// `position-torque` in a torque log.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     angle_rad: f64,
@@ -74,7 +73,7 @@ fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
 
 fn samples(campaign: &Campaign, member: &Member, left: &[PieceResidual]) -> Vec<Sample> {
     let count: usize = campaign.pieces.iter().map(Piece::len).sum();
-    let is_torque = campaign.kind.motion_is_measured && member.candidate.id == EffectId::PositionTorque;
+    let is_torque = campaign.kind.residual_is_torque() && member.candidate.id == EffectId::PositionTorque;
     let of_piece = |(piece, left): (&Piece, &PieceResidual)| -> Vec<Sample> {
         let residuals = left.residual.iter().zip(&piece.weights).enumerate();
         residuals
@@ -127,7 +126,7 @@ mod tests {
         order_beside_whole_ones(&angles(turns).into_iter().map(sample).collect::<Vec<_>>())
     }
 
-    /// As in a torque log, where harmonics follow a torque as well as two of them can.
+    /// As in a torque log, where a fit of two harmonics leaves a residual.
     fn found_by_harmonics(turns: f64, torque: impl Fn(f64) -> f64) -> Option<f64> {
         let angles_rad = angles(turns);
         let row = |angle: &f64| [1, 2].map(|half| (f64::from(half + 1) * angle).sin_cos());
@@ -152,11 +151,11 @@ mod tests {
         assert_eq!(found(0.8, |angle| (2.0 * angle).sin()), None);
         assert_eq!(found(0.8, |angle| (2.0 * angle).sin() + 0.4 * (3.0 * angle + 1.0).sin()), None);
         assert_eq!(found(1.1, |angle| (angle.cos() - 1.0).exp()), None);
-        // Harmonics that follow it badly, in a torque log.
+        // The harmonics fit it badly, in a torque log.
         let order = found_by_harmonics(1.3, |angle| (2.45 * angle).sin()).unwrap();
         assert!((order - 2.45).abs() < 0.03, "{order}");
         assert_eq!(found_by_harmonics(1.3, |angle| (2.0 * angle).sin() + 0.3 * (4.0 * angle).sin()), None);
-        // Too little of a turn to tell.
+        // Too small a part of a turn to decide.
         assert_eq!(found(0.4, |angle| (2.45 * angle).sin()), None);
     }
 }

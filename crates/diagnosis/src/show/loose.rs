@@ -1,7 +1,7 @@
 //! Ripples over the angle with a phase of their own in each run: found in a residual, and fitted run by run.
 //!
-//! Where runs have no common zero of the angle, or something geared or elastic lies between, no function of the angle holds for two runs.
-//! What such ripples are in a run says nothing of another; left in, they hide every cause that is smaller.
+//! If runs have no common zero of the angle, or a gear or a spring lies between, no function of the angle holds for two runs.
+//! The ripples of one run then say nothing about another's. Left in the residual, they hide every smaller cause.
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::fit::equations::Setting;
@@ -11,17 +11,17 @@ use crate::show::orders::{Ripple, ripples_by_run, turns_enough};
 use crate::show::residual::PieceResidual;
 use nalgebra::{DMatrix, DVector};
 
-/// A ripple is clear from so many of its standard errors on.
+/// A ripple counts if its amplitude exceeds this many standard errors.
 const CLEAR: f64 = 4.0;
-/// Ripples that are less than this part of the residual's square hide nothing.
+/// Ripples with less than this share of the residual's sum of squares are left in it.
 const LEAST_SHARE: f64 = 0.05;
-/// What a run's friction may be off by is fitted beside its ripples: a mean, and the direction. Speed and acceleration are not: where a
-/// drive gives way to a ripple they swing with it, and would take a part of it.
+/// Columns that are fitted beside a run's ripples, for errors of its friction: a constant and the direction. Speed and
+/// acceleration are not among them: where a drive yields to a ripple they oscillate with it, and would absorb a part of it.
 const BESIDE: usize = 2;
-/// Keeps columns apart that are alike in a run: one that moves one way has a mean and no direction.
+/// Keeps the equations solvable if columns are collinear: in a run in one direction, constant and direction are the same.
 const RIDGE: f64 = 1e-9;
 
-/// Loose ripples, and what they are in each piece, sample by sample.
+/// Loose ripples, and their sum at each sample of each piece.
 pub(crate) struct Loose {
     pub ripples: Vec<LooseRipple>,
     pub by_piece: Vec<Vec<f64>>,
@@ -29,7 +29,7 @@ pub(crate) struct Loose {
 
 /// The loose ripples of a torque log's residual; `None` where there are none, or they are small.
 pub(crate) fn loose(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Loose> {
-    if !setting.campaign.kind.motion_is_measured {
+    if !setting.campaign.kind.residual_is_torque() {
         return None;
     }
     let clear = |of: &Ripple| !of.in_phase && of.amplitude > CLEAR * of.std_error;
@@ -56,7 +56,7 @@ pub(crate) fn loose(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Loo
     (taken > LEAST_SHARE * all).then(|| Loose { ripples: found.into_iter().map(told).collect(), by_piece })
 }
 
-/// Fits the orders to a run's residual, and writes what they are into its pieces.
+/// Fits the orders to a run's residual, and writes the sum of the waves into its pieces.
 fn of_run(
     setting: &Setting<'_>,
     left: &[PieceResidual],
@@ -97,7 +97,7 @@ fn of_run(
     }
 }
 
-/// What a sample's torque is a sum of.
+/// A sample's regressors: constant, direction, and cosine and sine of each order.
 fn row(piece: &Piece, index: usize, orders: &[usize]) -> DVector<f64> {
     let (angle_rad, speed, _) = piece.kinematics(index);
     let direction = if speed == 0.0 { 0.0 } else { speed.signum() };

@@ -1,8 +1,8 @@
-//! Mains hum: tones of 50 or 60 Hz and their harmonics in what was measured, found in a residual.
+//! Mains hum: tones of 50 or 60 Hz and their harmonics in the measured channel, found in a residual.
 //!
-//! A tone is fitted to stretches of at most [`STRETCH_S`], each with an amplitude and a phase of its own, since the mains' frequency
-//! wanders. It is hum if its power stands out of that of the frequencies beside it, and if the motion has no line there: a sine of
-//! 10 Hz makes friction swing at 50 Hz, and a ripple five times a turn does at 10 turns a second.
+//! A tone is fitted to stretches of at most [`STRETCH_S`], each with an amplitude and a phase of its own, because the mains'
+//! frequency wanders. It is hum if its power stands out of that of the frequencies beside it, and if the motion has no line
+//! there: a sine of 10 Hz makes friction oscillate at 50 Hz, and so does a ripple five times a turn at 10 turns a second.
 #![allow(clippy::indexing_slicing, reason = "arrays of fixed size")]
 
 use crate::fit::equations::Setting;
@@ -13,35 +13,35 @@ use crate::workers::map;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::f64::consts::TAU;
 
-/// The mains of the world, and how many harmonics are looked for.
+/// The mains frequencies in use, and the number of harmonics that are tested.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const HARMONICS: u32 = 5;
-/// The longest stretch with one phase, and the fewest periods of a stretch that tell anything.
+/// The longest stretch that is fitted with one phase, and the least number of periods in a stretch.
 const STRETCH_S: f64 = 4.0;
 const PERIODS: f64 = 8.0;
-/// Frequencies beside a tone, in parts of a stretch's resolution (1/length).
+/// Frequencies beside a tone, in multiples of a stretch's resolution (1/length).
 const BESIDE: [f64; 8] = [-4.5, -3.5, -2.5, -1.6, 1.6, 2.5, 3.5, 4.5];
-/// Significance level for each of the frequencies looked at, and the least part of the noise's variance that a tone has.
+/// Significance level for each tested frequency, and the least power of a tone relative to the noise variance.
 const CHANCE: f64 = 1e-4;
 const LEAST: f64 = 0.01;
-/// Where the mains' frequency is looked for about its nominal one, Hz, and in which steps.
+/// How far from its nominal value the mains' frequency is searched for, Hz, and in which steps.
 const OFF_HZ: f64 = 0.2;
 const STEP_HZ: f64 = 0.02;
-/// A tone is steady if the least quarter of its squares in parts of this length is at least so much of their mean; of noise alone it is
-/// 0.29, and so many parts tell that.
+/// A tone is steady if the lower quartile of its squared amplitudes over parts of this length is at least this fraction of
+/// their mean; noise alone has 0.29. It takes at least this many parts.
 const PART_S: f64 = 0.5;
 const STEADY: f64 = 0.15;
 const LEAST_PARTS: usize = 4;
-/// A ripple goes with a tone where their phases agree so far.
+/// A ripple is locked to a tone if their phase difference has a mean phasor longer than this.
 const LOCKED: f64 = 0.5;
 
-/// The tones of the mains in a residual, and what they are in each piece, sample by sample.
+/// The tones of the mains in a residual, and their sum at each sample of each piece.
 pub(crate) struct Mains {
     pub hums: Vec<Hum>,
     pub by_piece: Vec<Vec<f64>>,
 }
 
-/// Samples of a piece that lie together: times, residual, weights, and the motion.
+/// Consecutive samples of a piece: times, residual, weights, and the motion.
 struct Stretch {
     piece: usize,
     first: usize,
@@ -52,11 +52,11 @@ struct Stretch {
     angle_rad: Vec<f64>,
 }
 
-/// Which values of a stretch are looked at.
+/// Selects values of a stretch.
 type Values = fn(&Stretch) -> &[f64];
 
 impl Stretch {
-    /// Parts of half a second.
+    /// The stretch in parts of half a second.
     fn cut_short(&self) -> Vec<Self> {
         let count = ((self.length_s() / PART_S) as usize).max(1);
         let rows = |part: usize| self.time_s.len() * part / count..self.time_s.len() * (part + 1) / count;
@@ -79,7 +79,7 @@ impl Stretch {
     }
 }
 
-/// Finds the hum of the mains in a residual; none without.
+/// Finds the mains hum in a residual; `None` if there is none.
 pub(crate) fn mains(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Mains> {
     let pieces = &setting.campaign.pieces;
     let mut stretches: Vec<Stretch> =
@@ -105,7 +105,7 @@ pub(crate) fn mains(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Mai
     (!hums.is_empty()).then_some(Mains { hums, by_piece })
 }
 
-/// Whether a tone, sampled at this rate, is neither seen at rest nor at half the rate.
+/// Whether a tone, sampled at this rate, is aliased to a frequency apart from zero and from half the rate.
 fn is_apart(hz: f64, rate_hz: f64) -> bool {
     let folded = (hz / rate_hz).rem_euclid(1.0);
     let seen_hz = folded.min(1.0 - folded) * rate_hz;
@@ -153,7 +153,7 @@ fn fitted(stretch: &Stretch, values: &[f64], hz: f64) -> Option<[f64; 2]> {
     Some([found[1], found[2]])
 }
 
-/// Mean over the stretches of a tone's weighted power in values, and how many stretches tell of it.
+/// Sum over the stretches of a tone's weighted power in values, and the number of stretches that are long enough.
 fn power(
     setting: &Setting<'_>,
     stretches: &[Stretch],
@@ -169,7 +169,7 @@ fn power(
     each.into_iter().flatten().fold((0.0, 0.0), |(sum, count), power| (sum + power, count + 1.0))
 }
 
-/// Whether a tone's power stands out of what lies beside it in the residual, and not in the motion.
+/// Whether a tone is steady in the residual and its power stands out of its neighbours', but not in the motion.
 fn stands_out(setting: &Setting<'_>, stretches: &[Stretch], hz: f64) -> bool {
     let (ratio, count, at) = ratio(setting, stretches, hz, |of| &of.residual);
     let samples = stretches.iter().flat_map(|of| &of.weight).filter(|weight| **weight > 0.0).count() as f64;
@@ -184,7 +184,7 @@ fn stands_out(setting: &Setting<'_>, stretches: &[Stretch], hz: f64) -> bool {
     by_chance(of_motion, count) > CHANCE && 2 * locked < stretches.len()
 }
 
-/// Whether a tone is there at all times: a ripple of the angle passes a frequency only while the speed is right.
+/// Whether a tone is there at all times: a ripple over the angle passes a frequency only while the speed is right.
 fn is_steady(stretches: &[Stretch], hz: f64) -> bool {
     let parts = stretches.iter().flat_map(|of| of.cut_short());
     let mut squares: Vec<f64> = parts
@@ -199,13 +199,13 @@ fn is_steady(stretches: &[Stretch], hz: f64) -> bool {
     squares.get(squares.len() / 4).is_some_and(|quarter| *quarter > STEADY * mean)
 }
 
-/// The probability that a tone in so many stretches has so many times the power beside it by chance.
+/// The probability by chance that a tone in this many stretches has `ratio` times the power of its neighbours (F test).
 fn by_chance(ratio: f64, stretches: f64) -> f64 {
     let freedom = (2.0 * stretches).max(1.0);
     FisherSnedecor::new(freedom, freedom * BESIDE.len() as f64).map_or(1.0, |f| 1.0 - f.cdf(ratio))
 }
 
-/// A tone's power over the mean of those beside it, the stretches that tell of it, and the power itself.
+/// A tone's power over the mean of its neighbours', the number of stretches, and the power itself.
 fn ratio(setting: &Setting<'_>, stretches: &[Stretch], hz: f64, values: Values) -> (f64, f64, f64) {
     let (at, count) = power(setting, stretches, |_| hz, values);
     let beside: f64 = BESIDE
@@ -219,7 +219,7 @@ fn ratio(setting: &Setting<'_>, stretches: &[Stretch], hz: f64, values: Values) 
     (if beside > 0.0 { at / beside } else { 0.0 }, count, at)
 }
 
-/// Whether some order of the angle keeps step with a tone over a stretch.
+/// Whether some order of the angle is phase-locked to a tone over a stretch.
 fn is_locked(stretch: &Stretch, hz: f64) -> bool {
     let turned = stretch.angle_rad.first().zip(stretch.angle_rad.last()).map_or(0.0, |(a, b)| b - a);
     let order = (TAU * hz * stretch.length_s() / turned).round();
@@ -234,7 +234,7 @@ fn is_locked(stretch: &Stretch, hz: f64) -> bool {
     f64::hypot(cos, sin) > LOCKED * stretch.time_s.len() as f64
 }
 
-/// The frequency about the nominal one that has the most power.
+/// The frequency near the nominal one that has the most power.
 fn refined(setting: &Setting<'_>, stretches: &[Stretch], nominal_hz: f64, harmonic: f64) -> f64 {
     let steps = (OFF_HZ / STEP_HZ) as i32;
     let at = |step: i32| nominal_hz + harmonic * STEP_HZ * f64::from(step);
@@ -243,7 +243,7 @@ fn refined(setting: &Setting<'_>, stretches: &[Stretch], nominal_hz: f64, harmon
     powers.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(nominal_hz, |(_, step)| at(step))
 }
 
-/// Takes a tone out of the stretches and puts it into the pieces' hum; its amplitude.
+/// Subtracts a tone from the stretches' residual and adds it to the pieces' hum. Returns its root-mean-square amplitude.
 fn take_out(stretches: &mut [Stretch], hz: f64, by_piece: &mut [Vec<f64>]) -> f64 {
     let (mut square, mut count) = (0.0, 0.0);
     for stretch in stretches {
@@ -269,7 +269,7 @@ mod tests {
 
     fn stretch(amplitude: impl Fn(f64) -> f64) -> Stretch {
         let time_s: Vec<f64> = (0..4000).map(|k| 1e-3 * f64::from(k)).collect();
-        // Next to white: the fractional parts of multiples of the golden ratio, squared.
+        // Nearly white: the fractional parts of multiples of the golden ratio, squared.
         let noise = |k: f64| (k * k * 0.618_033_988_75).fract() - 0.5;
         let value = |time: &f64| amplitude(*time) * (TAU * 50.0 * time).sin() + 0.1 * noise(1e3 * time);
         Stretch {

@@ -18,7 +18,7 @@ const CHANGE: f64 = 0.15;
 const CHANCE: f64 = 1e-3;
 const ACCOUNTS: f64 = 0.8;
 
-/// Samples either way that make a run one of both ways, and so many of those show how zeros differ.
+/// Least samples in each direction for a run that moves both ways, and least number of such runs for zeros to be told from friction.
 const BOTH_WAYS: usize = 50;
 const LEAST_ZEROS: usize = 2;
 
@@ -31,7 +31,7 @@ struct Stroke {
 /// Sentences on speed that follows pressure, for each direction. The commanded speed of a run has no reason to follow
 /// the pressure, so the drive causes it.
 pub(crate) fn speed_with_pressure(campaign: &Campaign) -> Vec<String> {
-    if !campaign.kind.motion_is_measured {
+    if !campaign.kind.residual_is_torque() {
         return Vec::new();
     }
     [(1.0, "positive"), (-1.0, "negative")]
@@ -83,6 +83,9 @@ fn follows(strokes: &[Stroke], direction: &str) -> Option<String> {
 
 /// Whether zeros that differ from run to run can be told from friction: enough runs move both ways.
 pub(crate) fn shows_zeros(campaign: &Campaign) -> bool {
+    if !campaign.kind.residual_is_torque() {
+        return false;
+    }
     let both_ways = |run: usize| {
         let mut samples = (0, 0);
         for piece in campaign.pieces.iter().filter(|piece| piece.run == run) {

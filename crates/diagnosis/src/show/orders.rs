@@ -1,14 +1,14 @@
-//! Which orders of the angle stand out of a residual: a series to a high order is searched for there alone.
+//! Which orders of the angle stand out of a residual: only these are tried as high orders of a series.
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
 use crate::show::residual::PieceResidual;
 use log_data::median;
 
-/// The highest order that is looked at. A motor's slots turn up to 48 times as often as its shaft; their second harmonic is below.
+/// The highest order tested. A motor has up to 48 slots in a turn; the second harmonic of that is below.
 pub(crate) const HIGHEST: usize = 128;
-/// An order stands out where its power is so many times the median order's: of 128 exponential numbers the largest is as large
-/// by chance once in five times, which costs a column of the screening and no more.
+/// An order stands out if its power is this multiple of the median order's. Of 128 exponentially distributed numbers the
+/// largest exceeds it by chance once in five times, which only costs a column of the screening.
 const OUT: f64 = 9.0;
 
 /// The orders from `from` on, below `below`, whose power stands out of that of the others, strongest first, at most `most`.
@@ -28,7 +28,7 @@ pub(crate) fn standing_out(
     found
 }
 
-/// The squared amplitude of each order, from 1 on, of the residual in parts of its noise.
+/// The power of each order, from 1 on, in the weighted residual.
 fn powers(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); HIGHEST];
     let (mut total, mut weights) = (0.0, 0.0);
@@ -61,24 +61,24 @@ fn powers(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<f64> {
     sums.into_iter().map(|(along, across)| along * along + across * across).collect()
 }
 
-/// A ripple of what is left, over the angle.
+/// A ripple of the residual over the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ripple {
     pub order: usize,
-    /// The root of the mean square over runs of its amplitude, in the channel's unit.
+    /// The root mean square over runs of its amplitude, in the channel's unit.
     pub amplitude: f64,
     /// Its standard error.
     pub std_error: f64,
-    /// Whether its phase is the same in all runs: only then it can be one torque over the angle.
+    /// Whether its phase is the same in all runs: only then can it be one torque, or one friction, over the angle.
     pub in_phase: bool,
 }
 
-/// A run tells of a ripple's order from so many turns on, and so many such runs tell whether phases differ.
+/// Least turns of a run for its orders to be resolved, and least number of such runs for a comparison of phases.
 const TURNS: f64 = 2.0;
 const LEAST_RUNS: usize = 3;
-/// A ripple stands out of the median order's mean square by so much, as a mean over the runs.
+/// A ripple counts if its mean square over the runs is this multiple of the median order's.
 const RIPPLE: f64 = 6.0;
-/// Phases are the same where the mean of all phasors has this part of their mean square.
+/// Phases are the same if the squared mean of the phasors is more than this fraction of their mean square.
 const IN_PHASE: f64 = 0.5;
 const MOST_TOLD: usize = 6;
 
@@ -97,7 +97,7 @@ pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[PieceResidual]) -> V
     let ripple = |order: usize| {
         let mean = means.get(order - 1).copied().unwrap_or(0.0);
         let variance = squares(order).map(|square| (square - mean).powi(2)).sum::<f64>() / count;
-        // Of a torque phasors agree as they are, of a friction those of both directions with opposite signs.
+        // Phasors of a torque agree as they are, those of friction with opposite signs in the two directions.
         let mean_with = |sign: fn(&Phasors) -> f64| {
             let of = |run: &Phasors| {
                 let (along, across) = run.of_order.get(order - 1).copied().unwrap_or_default();
@@ -119,15 +119,15 @@ pub(crate) fn ripples_by_run(setting: &Setting<'_>, left: &[PieceResidual]) -> V
     found
 }
 
-/// What a run has of each order.
+/// A run's phasor of each order.
 struct Phasors {
     /// Cosine and sine part, from order 1 on.
     of_order: Vec<(f64, f64)>,
-    /// 1 or −1 where it turns one way, less where it turns back.
+    /// Net motion over the angle's span: 1 or −1 for a run in one direction, less for one that turns back.
     direction: f64,
 }
 
-/// Whether a run turns often enough to tell of an order.
+/// Whether a run has enough turns for its orders to be resolved.
 pub(crate) fn turns_enough(setting: &Setting<'_>, run: usize) -> bool {
     let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
     let angles = pieces.flat_map(|piece| (0..piece.len()).map(|index| piece.kinematics(index).0));
@@ -153,7 +153,7 @@ fn phasors(setting: &Setting<'_>, left: &[PieceResidual], run: usize) -> Option<
     let (least, most) = ends(samples.iter().map(|(at, _)| *at));
     let direction =
         samples.first().zip(samples.last()).map_or(0.0, |(first, last)| (last.0 - first.0) / (most - least));
-    // Whole turns alone: else a mean is a ripple too.
+    // Only whole turns are used: otherwise a mean would look like a ripple.
     let whole = least + ((most - least) / std::f64::consts::TAU).floor() * std::f64::consts::TAU;
     samples.retain(|(at, _)| *at <= whole);
     let count = samples.len().max(1) as f64;

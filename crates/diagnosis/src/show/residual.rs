@@ -6,13 +6,13 @@ use crate::fit::gauss_newton::{fit, with_best_starts};
 use crate::log::piece::Piece;
 use crate::workers::map;
 
-/// A piece's residual, nuisances taken off; and what it was taken from.
+/// A piece's residual with the nuisances subtracted, and the prediction that they were added to.
 pub(crate) struct PieceResidual {
     pub predicted: Vec<f64>,
     pub residual: Vec<f64>,
 }
 
-/// The hypothesis as it is, on the pieces wanted: only what varies from run to run is fitted.
+/// The point with the initial states fitted to the pieces wanted; the hypothesis stays as it is.
 pub(crate) fn settled(
     setting: &Setting<'_>,
     point: &Point,
@@ -35,19 +35,19 @@ fn with_zero(mut point: Point, zero: Option<f64>) -> Point {
     point
 }
 
-/// Whether lost steps count as the model's error.
+/// Whether lost steps count in the residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Jumps {
     Seen,
     TakenOut,
 }
 
-/// What is left of every piece, lost steps taken out.
+/// The residual of every piece, with lost steps taken out.
 pub(crate) fn left(setting: &Setting<'_>, point: &Point) -> Result<Vec<PieceResidual>, DiagnosisError> {
     left_with(setting, point, Jumps::TakenOut)
 }
 
-/// What is left of every piece.
+/// The residual of every piece.
 pub(crate) fn left_with(
     setting: &Setting<'_>,
     point: &Point,
@@ -76,8 +76,8 @@ pub(crate) fn left_with(
     Ok(map(setting.workers, setting.campaign.pieces.len(), job))
 }
 
-/// A run's own zero as the fit has it: every sample counts as it is known, and zeros scatter by so much. A plain mean would be ruled by the
-/// samples of which least is known.
+/// A run's own zero as the fit estimates it: the residual's weighted mean, with the prior variance of zeros. The least certain
+/// samples would dominate a plain mean.
 fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
     let Nuisances { zero_nm, angle_zero } = setting.nuisances;
     if !angle_zero && zero_nm == 0.0 {
@@ -92,7 +92,7 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
     if weights > 0.0 { sum / (weights + ridge) } else { 0.0 }
 }
 
-/// Sum of squares and samples by group, over the pieces wanted; with the loose ripples, which no model explains.
+/// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
 pub(crate) fn squares(
     setting: &Setting<'_>,
     left: &[PieceResidual],
@@ -127,7 +127,7 @@ pub(crate) fn rms_left(
     rms_of(&squares(setting, left, wanted))
 }
 
-/// What is left of the pieces wanted, as the fit counts it, in parts of the noise.
+/// RMS of the normalised residual over the pieces wanted, by the loss of the fit.
 pub(crate) fn rms_as_fitted(
     setting: &Setting<'_>,
     left: &[PieceResidual],

@@ -10,10 +10,10 @@ use valve_model::EffectId;
 /// Number of speed classes (signed), and least periods of the ripple in each.
 const SPEEDS: usize = 6;
 const PERIODS: f64 = 3.0;
-/// The part of a period that is gone through whole; and how far speeds are apart, in parts of the fastest.
+/// The part of a period that counts as a whole one, and the least span of speeds relative to the fastest.
 const GONE_THROUGH: f64 = 0.7;
 const APART: f64 = 0.5;
-/// Neighbours that count as one sample, at least.
+/// Least number of neighbouring samples that count as one independent sample.
 const NEIGHBOURS: f64 = 6.0;
 /// Significance level, and least drift of the phase that is reported, rad.
 const CHANCE: f64 = 1e-3;
@@ -29,7 +29,7 @@ struct Sample {
     weight: f64,
 }
 
-/// The ripple at some speed.
+/// The ripple's phase in a class of samples.
 #[derive(Debug, Clone, Copy)]
 struct Phase {
     speed_rad_per_s: f64,
@@ -37,7 +37,7 @@ struct Phase {
     error_rad: f64,
 }
 
-/// What the phase of a ripple over the angle does.
+/// Whether and how the phase of a ripple over the angle drifts.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Drift {
     /// In words.
@@ -46,15 +46,15 @@ pub(crate) struct Drift {
     pub drifts: bool,
 }
 
-/// How the phase of the largest harmonic of a `position-torque` goes with speed and from run to run; `None` for other causes, or
-/// where too little shows it. `after` is what the whole hypothesis leaves, of which so many neighbours are worth one sample.
+/// How the phase of the largest harmonic of a `position-torque` depends on speed and differs from run to run; `None` for other causes, or
+/// if it can't be determined. `after` is the residual of the whole hypothesis, of which `per_independent` samples count as one.
 pub(crate) fn phase(
     campaign: &Campaign,
     member: &Member,
     after: &[PieceResidual],
     per_independent: f64,
 ) -> Option<Drift> {
-    if member.candidate.id != EffectId::PositionTorque || !campaign.kind.motion_is_measured {
+    if member.candidate.id != EffectId::PositionTorque || !campaign.kind.residual_is_torque() {
         return None;
     }
     let of = |number: usize| member.numbers.get(number).copied().unwrap_or(0.0);
@@ -72,8 +72,8 @@ pub(crate) fn phase(
     from_run_to_run(&samples(campaign, after, ripple), order, alike).or(by_speed)
 }
 
-/// The phase in classes of speed. A sample's speed is the mean one over the period of the ripple that it lies in: where a drive
-/// gives way to the ripple, its speed at once goes with the angle.
+/// The phase in classes of speed. A sample's speed is the mean over the period of the ripple that it lies in: where a drive
+/// yields to the ripple, its instantaneous speed varies with the angle.
 fn at_speeds(mut samples: Vec<Sample>, order: usize, alike: f64) -> Vec<Phase> {
     by_period(&mut samples, order);
     samples.retain(|sample| sample.speed_rad_per_s.is_finite());
@@ -87,7 +87,7 @@ fn at_speeds(mut samples: Vec<Sample>, order: usize, alike: f64) -> Vec<Phase> {
     if span > APART * most { phases } else { Vec::new() }
 }
 
-/// Gives the samples of each period of the ripple their mean speed; none where a period isn't gone through whole.
+/// Gives the samples of each period of the ripple their mean speed; NaN if a period is not passed as a whole.
 fn by_period(samples: &mut [Sample], order: usize) {
     let period_rad = std::f64::consts::TAU / order as f64;
     let place = |sample: &Sample| (sample.run, (sample.angle_rad / period_rad).floor() as i64);
@@ -100,7 +100,7 @@ fn by_period(samples: &mut [Sample], order: usize) {
     }
 }
 
-/// What is said of a phase that drifts from run to run.
+/// The phase's drift from run to run, in words; `None` if there is none.
 fn from_run_to_run(samples: &[Sample], order: usize, alike: f64) -> Option<Drift> {
     let runs = samples.chunk_by(|a, b| a.run == b.run);
     let phases: Vec<Phase> = runs.filter_map(|some| fitted(some, order as f64, alike)).collect();
@@ -131,7 +131,7 @@ fn samples(campaign: &Campaign, after: &[PieceResidual], ripple: impl Fn(f64) ->
     found
 }
 
-/// Fits cosine and sine; the error follows from the residual, of which so many neighbours count as one.
+/// Fits cosine and sine. The error follows from the residual, of which `alike` samples count as one independent sample.
 fn fitted(samples: &[Sample], order: f64, alike: f64) -> Option<Phase> {
     let (mut cc, mut cs, mut ss, mut yc, mut ys, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut speed, mut travel) = (0.0, 0.0);
@@ -169,7 +169,7 @@ fn fitted(samples: &[Sample], order: f64, alike: f64) -> Option<Phase> {
     })
 }
 
-/// The probability that the phases scatter so by chance, and how far each is from their mean, rad; of three at least.
+/// The p-value of the phases' scatter (χ²), and each one's distance from their mean, rad; `None` for fewer than three.
 fn scatter(phases: &[Phase]) -> Option<(f64, Vec<f64>)> {
     if phases.len() < 3 {
         return None;

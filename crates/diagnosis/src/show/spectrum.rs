@@ -9,7 +9,7 @@ use realfft::RealFftPlanner;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::TAU;
 
-/// Samples of a segment, where the log has pieces as long; and the fewest that tell anything.
+/// Samples of a segment if the log has pieces that long, and the least number that is of use.
 const SEGMENT: usize = 1024;
 const LEAST_SEGMENT: usize = 64;
 /// Equivalent noise bandwidth of Hann's window, in bins.
@@ -17,13 +17,13 @@ const HANN: f64 = 1.5;
 
 /// Periodograms of segments of a residual, or of another signal.
 pub(crate) struct Spectrum {
-    /// Of each segment the power in each bin, such that the sum over bins is the mean square (of a residual, in parts of the
-    /// noise's).
+    /// The power of each segment by frequency bin, such that the sum over bins is the mean square (of a residual, relative to
+    /// the noise variance).
     pub segments: Vec<Vec<f64>>,
     pub bin_hz: f64,
 }
 
-/// The spectrum of what is left; without bins where all pieces are short.
+/// The spectrum of the normalised residual; without bins if all pieces are short.
 pub(crate) fn spectrum(setting: &Setting<'_>, left: &[PieceResidual]) -> Spectrum {
     spectrum_of(setting, |index, piece| {
         let residual = left.get(index).map_or(&[][..], |left| &left.residual);
@@ -31,7 +31,7 @@ pub(crate) fn spectrum(setting: &Setting<'_>, left: &[PieceResidual]) -> Spectru
     })
 }
 
-/// The spectrum of what each piece, by its place, has for its samples.
+/// The spectrum of a signal, of which `values` gives the samples in each piece.
 pub(crate) fn spectrum_of(setting: &Setting<'_>, values: impl Fn(usize, &Piece) -> Vec<f64>) -> Spectrum {
     let pieces = &setting.campaign.pieces;
     let longest = pieces.iter().map(Piece::len).max().unwrap_or(0);
@@ -64,7 +64,7 @@ pub(crate) fn periodograms(pieces: impl Iterator<Item = Vec<f64>>, length: usize
 }
 
 impl Spectrum {
-    /// In bands; `noise` is the residual's unit.
+    /// RMS and noise by frequency band. `noise` is what the residual was divided by.
     pub fn bands(&self, noise: f64) -> Vec<Band> {
         in_bands(&self.mean(), self.segments.len(), self.bin_hz, noise)
     }
@@ -87,7 +87,7 @@ fn in_bands(power: &[f64], segments: usize, bin_hz: f64, noise: f64) -> Vec<Band
         let to = ((from as f64 * std::f64::consts::SQRT_2).ceil() as usize).clamp(from + 1, power.len());
         let bins = (to - from) as f64;
         let square: f64 = power.iter().take(to).skip(from).sum();
-        // What white noise of variance 1 has in a bin.
+        // The power in the band of white noise of variance 1.
         let expected = bins / count;
         let freedom = (2.0 * bins * segments as f64 / HANN).max(1.0);
         let p_value = ChiSquared::new(freedom).map_or(1.0, |chi| 1.0 - chi.cdf(freedom * square / expected));

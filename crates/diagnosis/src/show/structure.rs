@@ -1,5 +1,5 @@
-//! Where a residual has structure: by run, motion, angle, speed, and so on, and by order of the angle; with tests corrected
-//! for their number by Holm's method.
+//! What a residual depends on: run, motion, angle, speed, and so on, and order of the angle. The p-values are corrected for the
+//! number of tests by Holm's method.
 
 use crate::fit::equations::Setting;
 use crate::log::classes::Class;
@@ -12,34 +12,34 @@ use crate::workers::map;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
-/// Covariate, residual as in [`Sample`], and what the sample counts for.
+/// Covariate, residual as in [`Sample`], and the sample's information.
 type Counted = (f64, f64, f64);
 
-/// Bins of a covariate; of the angle one for so many rad, where that is not too many.
+/// Bins of a covariate. The angle has one for each `ANGLE_BIN_RAD` instead, if that is at least `BINS` and below `MOST_BINS`.
 const BINS: usize = 12;
 const ANGLE_BIN_RAD: f64 = 0.3;
 const MOST_BINS: usize = 120;
-/// Lags over which neighbours are compared.
+/// Lags of the autocorrelation.
 const LAGS: usize = 400;
-/// Samples of a piece that are compared.
+/// Samples of a piece that the autocorrelation is taken from.
 const LOOKED_AT: usize = 4096;
-/// Orders over a turn that are tested, and that are shown; of angle logs the rotor's teeth times these beside them.
+/// Orders of the angle that are tested, and that are shown. Angle logs show as many multiples of the rotor's teeth as `TEETH_TIMES`.
 const ORDERS: usize = 16;
 const SHOWN_ORDERS: usize = 32;
 const TEETH_TIMES: usize = 10;
 
 /// Covariates constant within a run: one degree of freedom a run.
 const OF_RUNS: [&str; 2] = ["pressure", "temperature"];
-/// Runs that this takes; of fewer the pieces stand for them.
+/// Least number of runs for that; with fewer, pieces take the place of runs.
 const LEAST_RUNS: usize = 4;
 
-/// A sample as the tests see it.
+/// A sample as the tests use it.
 struct Sample {
     /// The run, or the piece where there are few runs.
     unit: usize,
-    /// Residual in parts of its noise, times the root of what the sample counts for.
+    /// The residual divided by its standard deviation, times the root of the sample's information.
     residual: f64,
-    /// What it counts for.
+    /// The part of an independent sample that it counts as.
     information: f64,
     direction: f64,
     covariates: [f64; COVARIATES.len()],
@@ -57,27 +57,27 @@ const COVARIATES: [&str; 9] = [
     "distance travelled",
 ];
 
-/// The angle's place among them.
+/// The angle's index among them.
 const ANGLE: usize = 2;
 
-/// What was found of a residual.
+/// The result of the tests of a residual.
 #[derive(Debug, Clone)]
 pub(crate) struct Structure {
     pub dependences: Vec<Dependence>,
-    /// RMS in parts of the noise.
+    /// RMS of the normalised residual.
     pub rms: f64,
-    /// As how many independent samples all of them count.
+    /// The sum of the samples' information.
     pub count: f64,
-    /// How many of those are worth one, since neighbours are alike.
+    /// How many of these count as one independent sample, because the residual is autocorrelated.
     pub per_independent: f64,
 }
 
-/// Whether some covariate explains a part of a residual.
+/// Whether some covariate explains a part of a residual, significantly and by more than `SHARE_LEFT`.
 pub(crate) fn depends(of: &Structure) -> bool {
     of.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE)
 }
 
-/// Tests a residual against everything that is known beside it.
+/// Tests a residual against all covariates and orders of the angle.
 pub(crate) fn structure(setting: &Setting<'_>, left: &[PieceResidual]) -> Structure {
     let per_independent = correlation(setting, left);
     let samples = samples(setting, left);
@@ -102,20 +102,20 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[PieceResidual]) -> Struct
     Structure { dependences, rms: (square / count.max(1.0)).sqrt(), count, per_independent }
 }
 
-/// RMS of a residual in parts of the noise.
+/// RMS of the normalised residual.
 pub(crate) fn rms(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
     let (square, count) = size(&samples(setting, left));
     (square / count.max(1.0)).sqrt()
 }
 
-/// Sum of squares, and as how many samples they count.
+/// Sum of squares and sum of information.
 fn size(samples: &[Sample]) -> (f64, f64) {
     samples.iter().fold((0.0, 0.0), |(square, count), sample| {
         (square + sample.residual * sample.residual, count + sample.information)
     })
 }
 
-/// The tests against one covariate, the same both ways and against the motion.
+/// The tests of the residual against one covariate: as it is, and as friction (times the direction of motion).
 fn by_covariate(index: usize, samples: &[Sample], square: f64, independent: f64) -> Vec<Dependence> {
     let Some(name) = COVARIATES.get(index) else { return Vec::new() };
     let covariate = |sample: &Sample| sample.covariates.get(index).copied().unwrap_or(f64::NAN);
@@ -142,8 +142,8 @@ fn by_covariate(index: usize, samples: &[Sample], square: f64, independent: f64)
     found
 }
 
-/// The probability that the runs' means go with a covariate like this by chance: a line through them, each with the weight
-/// of its samples, tested with as many degrees of freedom as there are runs.
+/// The p-value of a line through the runs' means over a covariate, each with the weight of its samples. Its degrees of freedom
+/// are those of the runs.
 fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f64 {
     let mut units: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
     for sample in samples {
@@ -167,7 +167,7 @@ fn chance_over_runs(samples: &[Sample], of: impl Fn(&Sample) -> (f64, f64)) -> f
     Line::through(&points).map_or(1.0, |line| line.p_value)
 }
 
-/// Amplitudes by order of the angle, in parts of the noise; of angle logs the rotor's teeth times some beside them.
+/// Amplitudes by order of the angle, relative to the noise; in angle logs also of multiples of the rotor's teeth.
 pub(crate) fn orders(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> Vec<Order> {
     let samples = samples(setting, left);
     let (square, count) = size(&samples);
@@ -285,25 +285,25 @@ struct Progression {
     count: usize,
 }
 
-/// A residual's wave over the angle: share of its square, chance, and whether it is taken against the motion.
+/// A harmonic of the residual over the angle: share of its sum of squares, p-value, and whether it is taken as friction.
 struct Harmonic {
     order: usize,
     both_ways: (f64, f64, bool),
     against_motion: (f64, f64, bool),
 }
 
-/// Sums over the samples of cosine and sine of an order, and of the residual with them.
+/// Sums over the samples: products of an order's cosine and sine, and of these with the residual.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     cc: f64,
     ss: f64,
     cs: f64,
-    /// The residual, and the residual times the direction.
+    /// With the residual, and with the residual times the direction.
     with_cos: [f64; 2],
     with_sin: [f64; 2],
 }
 
-/// The waves of these orders that the angles tell apart; none where an angle is not known.
+/// The harmonics of these orders that have a whole period within the angles; empty if an angle is not known.
 fn harmonics(samples: &[Sample], orders: Progression, square: f64, independent: f64) -> Vec<Harmonic> {
     let angle = |sample: &Sample| sample.covariates.get(ANGLE).copied().unwrap_or(f64::NAN);
     let mut sums = vec![Sums::default(); orders.count];
@@ -354,7 +354,7 @@ fn harmonics(samples: &[Sample], orders: Progression, square: f64, independent: 
     sums.iter().enumerate().filter_map(harmonic).collect()
 }
 
-/// Share of the residual's square beyond what chance explains, and the probability that chance explains as much.
+/// The share of the residual's sum of squares beyond what chance explains, and the p-value of the F test.
 fn tested((between, total): (f64, f64), groups: f64, square: f64, independent: f64) -> (f64, f64) {
     let within = (total - between).max(1e-12 * total);
     let freedom = (independent - groups).max(1.0);
@@ -364,12 +364,12 @@ fn tested((between, total): (f64, f64), groups: f64, square: f64, independent: f
     (((between / square) - by_chance).max(0.0), p_value)
 }
 
-/// How many samples are worth one independent one: 1 + 2·Σ autocorrelation.
+/// The number of samples that count as one independent sample: 1 + 2·Σ autocorrelation.
 fn correlation(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
     let centred = |(piece, left): (&Piece, &PieceResidual)| {
         let mut values = piece.together(&left.residual);
         values.truncate(LOOKED_AT);
-        // Less the mean: a run's offset is no noise that decorrelates.
+        // The mean is subtracted: a run's offset is no noise, and never decorrelates.
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         values.iter_mut().for_each(|value| *value -= mean);
         values
@@ -381,7 +381,7 @@ fn correlation(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
     };
     let none = at(0).max(f64::MIN_POSITIVE);
     let correlations = (1..LAGS).map(|lag| at(lag) / none);
-    // Until it first falls below a twentieth.
+    // The sum ends where it first falls below a twentieth.
     1.0 + 2.0 * correlations.take_while(|correlation| *correlation >= 0.05).sum::<f64>()
 }
 
@@ -392,7 +392,7 @@ mod tests {
 
     #[test]
     fn a_pressure_counts_once_a_run_however_many_samples_it_has() {
-        // Six runs whose means scatter by themselves: of a thousand samples each every test by samples would be sure.
+        // Six runs whose means scatter by themselves. With a thousand samples in each, every test by samples would be significant.
         let offsets = [0.3, -0.4, 0.1, 0.5, -0.2, -0.3];
         let sample = |unit: usize, noise: f64, slope: f64| {
             let mut covariates = [f64::NAN; COVARIATES.len()];

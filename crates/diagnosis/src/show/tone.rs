@@ -13,7 +13,7 @@ const LOBE: usize = 2;
 /// Least share of the power within the main lobe, and largest power beside it relative to that within.
 const MOSTLY: f64 = 0.3;
 const BESIDE: f64 = 0.05;
-/// Least share of the segments with the tone, and largest share of the motion's speed in the same bins.
+/// Least share of the segments with the tone, and largest share of the speed's power in the same bins.
 const ALIKE: f64 = 0.75;
 const OF_MOTION: f64 = 0.05;
 
@@ -21,9 +21,9 @@ const OF_MOTION: f64 = 0.05;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tone {
     pub hz: f64,
-    /// In parts of the noise.
+    /// Relative to the noise.
     pub amplitude: f64,
-    /// Of the mean square.
+    /// Its share of the mean square.
     pub share: f64,
 }
 

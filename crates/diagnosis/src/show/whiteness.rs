@@ -9,10 +9,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Lags of the reported test.
 const LAGS: usize = 20;
-/// Lags of the test that ends the search. A cause with 2 % of the variance of 10,000 samples exceeds the bound by ten
-/// times what chance does.
+/// Lags of the test that ends the search. A cause with 2 % of the variance of 10,000 samples exceeds the bound by ten times the
+/// statistic's scatter.
 const SEARCHED: usize = 64;
-/// The search goes on above the statistic's mean by so many of its standard deviations.
+/// The search goes on if the statistic exceeds its mean by this many standard deviations.
 const DEVIATIONS: f64 = 4.0;
 /// Noise counts as white if less than this share of its variance is predictable; with many samples every test is
 /// significant.
@@ -25,7 +25,7 @@ const LITTLE_NOISE: f64 = 0.15;
 const NEXT_STEP: f64 = 0.6;
 const RARELY: f64 = 0.01;
 
-/// The reported test of a residual, weighted by its noise.
+/// The reported test of the normalised residual.
 pub(crate) fn whiteness(setting: &Setting<'_>, left: &[PieceResidual]) -> Whiteness {
     let (correlations, count) = correlations::<LAGS>(setting, left, |_| true);
     judged(&correlations, count)
@@ -41,7 +41,7 @@ pub(crate) fn is_white(setting: &Setting<'_>, left: &[PieceResidual]) -> bool {
     statistic(&correlations, count) < lags + DEVIATIONS * (2.0 * lags).sqrt()
 }
 
-/// The autocorrelations of the pieces that `counts`, from lag 1 on, each piece by itself; and of how many samples.
+/// The autocorrelations from lag 1 on, within the pieces that `counts` selects, and the number of samples.
 fn correlations<const N: usize>(
     setting: &Setting<'_>,
     left: &[PieceResidual],
@@ -64,7 +64,7 @@ fn correlations<const N: usize>(
 /// True if nearly all readings are the encoder step nearest to the prediction. A coarse encoder's quantisation error
 /// is correlated with speed and angle; it is no model error.
 pub(crate) fn is_rounding(setting: &Setting<'_>, left: &[PieceResidual]) -> bool {
-    if setting.campaign.kind.motion_is_measured {
+    if setting.campaign.kind.residual_is_torque() {
         return false;
     }
     let (mut beyond, mut all) = (0, 0);
@@ -97,7 +97,7 @@ fn judged(correlations: &[f64; LAGS], count: f64) -> Whiteness {
     Whiteness { lags: LAGS, statistic, p_value, foretold, white }
 }
 
-/// The share of the variance that a linear prediction from the samples before removes (Levinson and Durbin).
+/// The share of the variance that a linear prediction from the preceding samples removes (Levinson and Durbin).
 fn foretold(correlations: &[f64; LAGS]) -> f64 {
     let mut weights: Vec<f64> = Vec::with_capacity(LAGS);
     let mut left = 1.0;
@@ -125,7 +125,7 @@ mod tests {
     fn a_chain_is_foretold_and_noise_is_not() {
         let mut chain = [0.0; LAGS];
         chain.iter_mut().zip(1..).for_each(|(r, lag)| *r = 0.8f64.powi(lag));
-        // Of r = 0.8·r' + e the part 0.8² is known beforehand.
+        // Of r = 0.8·r' + e the part 0.8² is predictable.
         assert!((foretold(&chain) - 0.64).abs() < 1e-9);
         assert!(!judged(&chain, 1000.0).white);
         let noise: [f64; LAGS] = std::array::from_fn(|lag| if lag % 2 == 0 { 0.02 } else { -0.02 });
