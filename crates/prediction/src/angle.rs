@@ -48,7 +48,7 @@ pub(crate) fn predict(
     let conditions = Conditions::of(run, model)?;
     let noise = Noise::of(angle_rad);
     let first = motion_at(&run.time_s, angle_rad, noise, 0);
-    let course = Course { time_s: &run.time_s, command_rad, conditions, params: &params, first, past };
+    let course = CommandedRun { time_s: &run.time_s, command_rad, conditions, params: &params, first, past };
     let came_from_rad = course.came_from_rad(angle_rad);
     let mut state = course.begin(came_from_rad);
     let start = Start::Estimated { deflection_rad: state.friction.bristle_deflection_rad(), came_from_rad };
@@ -71,7 +71,7 @@ pub(crate) fn predict(
 }
 
 /// A run's command through the model.
-struct Course<'a> {
+struct CommandedRun<'a> {
     time_s: &'a [f64],
     command_rad: &'a [f64],
     conditions: Conditions<'a>,
@@ -80,7 +80,7 @@ struct Course<'a> {
     past: &'a Past,
 }
 
-impl Course<'_> {
+impl CommandedRun<'_> {
     /// The valve at the run's first sample; its bristles came from a deflection.
     fn begin(&self, came_from_rad: f64) -> ValveState {
         let Past { rest_s, distance_rad } = *self.past;

@@ -1,4 +1,4 @@
-//! What the drive accepted of the commands: load angle and lost steps are counted from that, not from what was sent.
+//! The commands as the drive accepted them: load angle and lost steps are counted from these, not from those sent.
 //!
 //! Feedback k says where the drive's command stood at t_k. It differs from what was sent for that instant if a command was
 //! lost, and the drive went on at the rate of the one before, or if the drive's own limits are tighter than believed.
@@ -36,8 +36,8 @@ pub(crate) fn note_accepted(params: &Params, state: &mut State, feedback: Option
     state.observation.correction.accepted(age, accepted_rad, change_nm);
 }
 
-/// The furthest that a drive can be from what it was sent: through a silence at full speed one way, while the commands went
-/// the other way. What is further is no position of this drive, and nothing is to be derived from it.
+/// The largest possible distance between the drive's position and what it was sent: a silence at full speed in one direction,
+/// while the commands went in the other. A position further away is none of this drive, and nothing is derived from it.
 fn farthest_rad(params: &Params) -> f64 {
     let cycles = params.drive.silence_cycles.saturating_add(params.loop_delay_cycles);
     let way = params.drive.max_pulse_rate_hz * params.period_s * cycles as f64;

@@ -1,9 +1,8 @@
-//! Alignment, the end of homing: how the encoder stands to the motor's teeth, and the new zero.
+//! Alignment, the end of homing: the offset between the encoder and the motor's teeth, and the new zero.
 //!
-//! The command goes through one electrical period and back in [`POINTS`] steps, and rests at each. Friction makes
-//! the rotor lag on the way there and lead on the way back, so the mean of both is how encoder and teeth stand to each
-//! other. What varies from point to point (detent, micro-step error, a lost step) is the spread; too large a spread is
-//! refused.
+//! The command goes through one electrical period and back in [`POINTS`] steps, and rests at each. Friction makes the rotor lag
+//! on the way there and lead on the way back, so the mean of both is the offset between encoder and teeth. Its variation from
+//! point to point (detent, micro-step error, a lost step) is the spread; too large a spread is refused.
 
 use crate::homing_params::{Homing, HomingMethod};
 use crate::homing_state::{HomingState, POINTS, ZeroShift};
@@ -13,15 +12,14 @@ use drive::{Microsteps, MicrostepsPerCycle};
 use signals::{FaultCode, Feedback, HomingPhase};
 use std::f64::consts::TAU;
 
-/// So long the rotor may swing before it is read at a rest, and so long the reading is averaged, s.
+/// Time for which the rotor may swing before it is read at a rest, and time over which the reading is averaged, s.
 const SWING_S: f64 = 0.03;
 const READING_S: f64 = 0.01;
 
-/// Steps of the way before the first and behind the last rest: half an electrical period turns the largest friction lag
-/// round.
+/// Steps of travel before the first rest and beyond the last: half an electrical period reverses the largest friction lag.
 const TURN_STEPS: usize = POINTS / 2;
 
-/// So long the drive may take to move its zero, s.
+/// Time that the drive may take to move its zero, s.
 const ZERO_S: f64 = 1.0;
 
 /// A tooth pitch, rad.
@@ -29,12 +27,12 @@ pub(crate) fn tooth_rad(params: &Params) -> f64 {
     TAU / f64::from(params.motor.rotor_teeth)
 }
 
-/// Whether the command stands at its goal.
+/// Whether the command has reached its goal.
 pub(crate) fn arrived(state: &State) -> bool {
     state.steering.position == state.homing.goal && state.steering.travel == MicrostepsPerCycle::ZERO
 }
 
-/// Reads the rotor at the rests of the way there and back.
+/// Reads the rotor at the rests of the way there and of the way back.
 pub(crate) fn align(params: &Params, homing: &Homing, state: &mut State, feedback: &Feedback) -> FaultCode {
     if !arrived(state) {
         state.homing.rested_cycles = 0;
@@ -58,8 +56,8 @@ pub(crate) fn align(params: &Params, homing: &Homing, state: &mut State, feedbac
 
 /// Notes a rest and goes on to the next; after the last one the teeth are aligned.
 ///
-/// Points 1 to [`POINTS`] are the rests on the way there, the last [`POINTS`] those on the way back. Points 0 and
-/// [`POINTS`] + 1 lie [`TURN_STEPS`] outside: behind them friction lags in the direction of the way.
+/// Points 1 to [`POINTS`] are the rests on the way there, the last [`POINTS`] those on the way back. Points 0 and [`POINTS`] +
+/// 1 lie [`TURN_STEPS`] outside, so that friction lags in the direction of travel from there on.
 fn next_rest(params: &Params, homing: &Homing, state: &mut State, lag_rad: f64) -> FaultCode {
     let rests = &mut state.homing;
     let there = 1..=POINTS;
@@ -97,7 +95,7 @@ fn next_rest(params: &Params, homing: &Homing, state: &mut State, lag_rad: f64) 
     FaultCode::None
 }
 
-/// Asks the drive for the zero that puts the mark at its angle, and the count where the encoder is.
+/// Asks the drive for the zero at which the mark has its angle and the drive's count agrees with the encoder.
 pub(crate) fn set_zero(params: &Params, homing: &Homing, state: &mut State) {
     let angle_rad = match homing.method {
         HomingMethod::Absolute => 0.0,

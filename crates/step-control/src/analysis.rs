@@ -1,4 +1,4 @@
-//! What the loop of a controller's settings is like, for whoever sets it up.
+//! Analysis of the loop that a controller's settings make, for whoever sets it up.
 
 use crate::observer::margins::{Loop, Margins};
 use crate::observer::shaft::ShaftFactors;
@@ -17,7 +17,7 @@ impl Params {
         self.observed_loop(shaft)?.margins()
     }
 
-    /// Whether all motions of that loop die out; `None` without an observer.
+    /// Whether that loop is stable; `None` without an observer.
     pub fn loop_is_stable(&self, shaft: ShaftFactors) -> Option<bool> {
         Some(self.observed_loop(shaft)?.spectral_radius() < 1.0)
     }

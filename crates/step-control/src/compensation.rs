@@ -1,7 +1,7 @@
-//! The torque that a motion needs, and the lead of the command before the rotor that gives it.
+//! The torque that a motion needs, and the lead of the command over the rotor that produces it.
 //!
-//! A stepper's torque is T_hold·sin(N_r·(θ_cmd − θ)), so the command must lead the wanted angle by
-//! asin(T/T_hold)/N_r for the rotor to be where it is wanted: 2 N·m cost 0.39° if nobody leads.
+//! A stepper's torque is T_hold·sin(N_r·(θ_cmd − θ)), so the command must lead the wanted angle by asin(T/T_hold)/N_r for the
+//! rotor to be where it is wanted. Without that lead, 2 N·m cause an error of 0.39°.
 
 use crate::params::{Compensation, Params};
 use crate::rotor::Rotor;
@@ -21,7 +21,7 @@ const MAX_LEAD_RAD: f64 = 70.0 * std::f64::consts::PI / 180.0;
 /// the torque begins to fall.
 const MAX_PULL_RAD: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
-/// The torque that is fed forward, and its part of friction.
+/// The feed-forward torque, and the part of it that is friction.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FeedForward {
     /// Friction that is compensated, N·m.
@@ -31,21 +31,21 @@ pub(crate) struct FeedForward {
 }
 
 impl FeedForward {
-    /// With the mean of this friction and the one of the cycle before. A change of the command that takes long cycles makes the
-    /// rotor ring the less the more of them it takes.
+    /// With the mean of this cycle's friction and the previous cycle's. Where cycles are long, a change of the command makes
+    /// the rotor ring less if it is spread over more of them.
     pub(crate) fn smoothed(self, friction_before_nm: f64) -> Self {
         let change_nm = (friction_before_nm - self.friction_nm) / 2.0;
         Self { friction_nm: self.friction_nm + change_nm, torque_nm: self.torque_nm + change_nm }
     }
 
-    /// Feeds this part of all of it.
+    /// Scales all of it.
     pub(crate) fn fade(&mut self, part: f64) {
         self.torque_nm *= part;
         self.friction_nm *= part;
     }
 
-    /// Feeds this share of sliding friction, which is `sliding_nm` at most. Less is taken off all of friction; more is
-    /// added to what slides, since a load angle measured while sliding says nothing of what holds at rest.
+    /// Scales friction by this share. Below 1 all of it is scaled. Above 1 only the sliding part, `sliding_nm` at most, is
+    /// increased: the share is measured by the load angle while sliding, which says nothing about friction at rest.
     pub(crate) fn share(&mut self, share: f64, sliding_nm: f64) {
         let more_nm = if share > 1.0 {
             (share - 1.0) * self.friction_nm.clamp(-sliding_nm, sliding_nm)
@@ -62,19 +62,19 @@ impl FeedForward {
 pub(crate) struct Wanted {
     /// Friction that is compensated, what the observer adds included, N·m.
     pub friction_nm: f64,
-    /// What the observer adds of it, N·m.
+    /// The part of it that the observer adds, N·m.
     pub beyond_nm: f64,
-    /// All of it, N·m.
+    /// The total torque, N·m.
     pub torque_nm: f64,
-    /// Electrical lead that gives it, rad.
+    /// Electrical lead that produces it, rad.
     pub lead_rad: f64,
-    /// What the motor has beyond it, N·m.
+    /// The motor's reserve beyond it, N·m.
     pub reserve_nm: f64,
     /// Whether the lead had to be cut.
     pub saturated: bool,
 }
 
-/// The believed contact, moved by the reference.
+/// The believed contact, driven by the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Contact {
     friction: FrictionState,
@@ -88,7 +88,7 @@ impl Contact {
     }
 }
 
-/// What the valve's sensors said last, or what holds where they say nothing.
+/// The last readings of the valve's sensors, or defaults where there are none.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Surroundings {
     pub pressure_drop_pa: f64,
@@ -114,7 +114,7 @@ pub(crate) fn feed_forward(
 ) -> FeedForward {
     let friction_nm = match level {
         Compensation::None => {
-            // The friction state follows all the same, so that it is right when the level changes.
+            // The friction state is advanced all the same, so that it is right when the level changes.
             _ = law_nm(params, contact, before, after);
             return FeedForward::default();
         }
@@ -166,7 +166,7 @@ fn with_effects_nm(
     output.friction_torque_nm + output.other_torque_nm
 }
 
-/// How the command gives the torque fed forward and `beyond_nm` more, at the speed of `after`.
+/// The torque and lead for the feed-forward and `beyond_nm` more, at the speed of `after`.
 pub(crate) fn wanted(params: &Params, after: &Kinematics, fed: &FeedForward, beyond_nm: f64) -> Wanted {
     let available_nm = available_torque_nm(params, after);
     let torque_nm = fed.torque_nm + beyond_nm;
@@ -198,15 +198,15 @@ pub(crate) fn torque_beyond_nm(
     available_torque_nm(params, reference) * electrical_rad.sin() - fed.torque_nm
 }
 
-/// The angle that the command shall stand for, for the rotor to be at `reference`, `teeth` tooth pitches aside, rad.
+/// The angle of the command that puts the rotor at `reference`, if the command is `teeth` tooth pitches away from it, rad.
 pub(crate) fn command_rad(params: &Params, reference: &Kinematics, lead_rad: f64, teeth: i64) -> f64 {
     let electrical_rad = lead_rad + TAU * teeth as f64;
     reference.angle_rad + electrical_rad / f64::from(params.motor.rotor_teeth)
 }
 
-/// The lead over the target that pulls no further than [`MAX_PULL_RAD`] on a rotor, rad, and whether it had to be cut.
+/// The lead over the target at which the load angle on a rotor is at most [`MAX_PULL_RAD`], rad, and whether it had to be cut.
 ///
-/// The command moved by `travel` in the cycle before. One that approaches the limit is cut early enough to brake before it
+/// The command moved by `travel` in the previous cycle. If it approaches the limit, it is cut early enough to brake before it
 /// at the driver's acceleration.
 pub(crate) fn lead_within_pull_out(
     params: &Params,
@@ -226,8 +226,8 @@ pub(crate) fn lead_within_pull_out(
     (kept_rad, kept_rad != lead_rad)
 }
 
-/// How far a command goes on, micro-steps, that brakes from `way` per cycle at the driver's acceleration: the ways of the
-/// cycles after this one, each `change` shorter than the one before.
+/// How far a command still moves, micro-steps, that brakes from `way` per cycle at the driver's acceleration: the sum over the
+/// following cycles, each `change` shorter than the one before.
 fn braking_way(params: &Params, way: f64) -> f64 {
     let change = params.drive.max_pulse_acceleration_hz_per_s * params.period_s * params.period_s;
     let way = way.abs();
@@ -262,7 +262,7 @@ mod tests {
             lead_within_pull_out(&params, lead_rad, &rotor, MicrostepsPerCycle(1000.0))
         };
         let braking_rad = 750.0 * microstep_rad;
-        // The command approaches by what it moves beyond the rotor's own way.
+        // The command approaches by its motion beyond the rotor's own.
         for (rotor, ahead_rad) in [(way(0.0), braking_rad), (way(1000.0), 0.0)] {
             let (kept_rad, was_cut) = cut(rotor, 3.0);
             assert!(was_cut);

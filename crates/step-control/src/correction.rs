@@ -36,13 +36,13 @@ const SMOOTHING: f64 = 0.1;
 /// A command at one instant: the end of a cycle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Instant {
-    /// Where the spool was wanted, rad: the reference, shaped, or the re-entry ramp.
+    /// The spool's target, rad: the reference, shaped, or the re-entry ramp.
     pub reference_rad: f64,
     /// w of the observer's model: the command's torque on a spool on its reference, minus the feed-forward, N·m.
     pub beyond_nm: f64,
     /// The angle that the command stands for, rad.
     pub command_rad: f64,
-    /// What the belief expects of the valve there.
+    /// The torques that the belief expects then.
     pub expected: Expected,
 }
 
@@ -54,10 +54,10 @@ pub(crate) struct Correction {
     /// The history of commands, newest first: index 0 is the end of the cycle commanded last.
     trail: [Instant; TRAIL],
     resting_cycles: u64,
-    /// How often the command has turned in this rest, and the direction of its last way.
+    /// How often the command has reversed in this rest, and the direction of its last motion.
     turns: i32,
     direction: f64,
-    /// The largest deviation since the last turn, and the window that the turns have left, rad.
+    /// The largest deviation since the last reversal, and the window as widened by reversals, rad.
     swing_rad: f64,
     widened_rad: f64,
     smoothed_rad: f64,
@@ -86,16 +86,16 @@ impl Default for Correction {
     }
 }
 
-/// What is known of the belief by now.
+/// What has been found out about the belief.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Belief {
-    /// Whether the shaft was seen to differ from it.
+    /// Whether the shaft was found to differ from it.
     pub shaft_is_off: bool,
-    /// Whether it still knows what friction does.
+    /// Whether its friction state is still valid.
     pub contact_is_known: bool,
 }
 
-/// What the observer asks of the next command.
+/// What the observer wants of the next command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Wish {
     /// A torque beyond the feed-forward.
@@ -103,7 +103,7 @@ pub(crate) enum Wish {
         /// The torque, N·m.
         beyond_nm: f64,
     },
-    /// To stay where it is.
+    /// To hold it where it is.
     Hold,
 }
 
@@ -144,7 +144,7 @@ impl Correction {
         (end.reference_rad - begin.reference_rad) / period_s
     }
 
-    /// The drive stood elsewhere at that instant: at `command_rad`, which changes the torque by `change_nm`.
+    /// Corrects the history: at that instant the drive was at `command_rad`, which changes the torque by `change_nm`.
     pub(crate) fn accepted(&mut self, age_cycles: u64, command_rad: f64, change_nm: f64) {
         if let Some(instant) = self.trail.get_mut(age_cycles as usize) {
             instant.command_rad = command_rad;
@@ -198,7 +198,7 @@ impl Correction {
         self.saturated = limit_nm > 0.0 && self.estimate.z.abs() >= limit_nm;
         self.rest(params, observer, next, reading_rad);
         if !observer.settings.damps && (self.holds || !belief.contact_is_known) {
-            // What stiction or ringing takes is no disturbance of the next motion.
+            // A torque from stiction or ringing is no disturbance of the next motion.
             self.estimate.z = predicted.z;
         }
         if self.holds {
@@ -213,7 +213,7 @@ impl Correction {
         Wish::More { beyond_nm }
     }
 
-    /// Without the observer, after it made the loop oscillate: what it added fades, so that the command does not jump.
+    /// Without the observer: the torque that it added fades, so that the command does not jump.
     pub(crate) fn fall_back(&mut self, period_s: f64) -> Wish {
         self.beyond_nm *= (-period_s / FADING_S).exp();
         self.saturated = false;
@@ -250,7 +250,7 @@ impl Correction {
 }
 
 impl Correction {
-    /// Counts the turns of a command whose reference rests.
+    /// Counts the reversals of a command whose reference rests.
     fn count_turns(&mut self, params: &Params, rested_s: f64, window_rad: f64) {
         if rested_s < HUNTS_AFTER_S {
             (self.turns, self.direction, self.swing_rad, self.widened_rad) = (0, 0.0, 0.0, 0.0);
@@ -272,16 +272,16 @@ impl Correction {
     }
 }
 
-/// Whether the encoder is too coarse for the observer: a valve that rests within its window is left alone, so it may be as
-/// far off as friction would leave it.
+/// Whether the encoder is too coarse for the observer: within its hold window a resting valve is not corrected, and that window
+/// is wider than the error that friction would cause without an observer.
 pub(crate) fn is_too_coarse(params: &Params, observer: &Observer) -> bool {
     HOLD_COUNTS * observer.settings.count_rad * params.stiffness_nm_per_rad() > params.coulomb_torque_nm
 }
 
-/// How near to its reference a resting valve is left alone, rad.
+/// The hold window: a resting valve nearer to its reference than this is not corrected, rad.
 ///
-/// An observer without damping is far slower than a slip. While it integrates at rest, friction sticks until the command
-/// has gone too far, and the rotor slips by up to (T_s − T_c)/K: it hunts for ever. So that is its window.
+/// An observer without damping is far slower than a slip. While it integrates at rest, friction sticks until the command has
+/// gone too far, and the rotor slips by up to (T_s − T_c)/K: a limit cycle. The window is therefore at least that slip.
 fn window_rad(params: &Params, observer: &Observer) -> f64 {
     let fine_rad = (HOLD_COUNTS * observer.settings.count_rad).max(params.drive.microstep_angle_rad);
     if observer.settings.damps {
@@ -335,7 +335,7 @@ mod tests {
     fn hunting_widens_the_window_to_the_swing_seen() {
         let window_rad = 2.0 * COUNT_RAD;
         assert_eq!(hunting(2e-3, 115).widened_rad, 0.0, "one turn may be a correction");
-        // Within 20 cycles the filter sees seven eighths of the way between the two ends.
+        // Within 20 cycles the filter covers seven eighths of the way between the two ends.
         let seen = hunting(2e-3, 121);
         assert!(seen.turns == 2 && (1e-3..2e-3).contains(&seen.widened_rad), "{seen:?}");
         assert!(seen.holds);

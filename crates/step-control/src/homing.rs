@@ -1,4 +1,4 @@
-//! Homing: finds the angle's zero, then how the motor's teeth stand to the encoder.
+//! Homing: finds the angle's zero, then the offset between the motor's teeth and the encoder.
 //!
 //! ```text
 //!        switch, stop                       index, absolute
@@ -62,7 +62,7 @@ pub(crate) fn current_ratio(params: &Params, state: &State) -> f64 {
     }
 }
 
-/// Looks at the mark, or at where the rotor rests.
+/// Evaluates the mark, or the rests of the alignment, and goes on to the next phase.
 fn look(params: &Params, homing: &Homing, state: &mut State, feedback: &Feedback) -> FaultCode {
     let met = match homing.method {
         HomingMethod::Switch => feedback.validity & validity::HOME_SWITCH != 0,
@@ -119,13 +119,13 @@ fn look(params: &Params, homing: &Homing, state: &mut State, feedback: &Feedback
     FaultCode::None
 }
 
-/// A place `way_rad` further in the direction of the search than the command.
+/// The position `way_rad` further in the direction of the search than the command.
 fn beyond(params: &Params, homing: &Homing, state: &State, way_rad: f64) -> Microsteps {
     let way = way_rad / params.drive.microstep_angle_rad * homing.speed_rad_per_s.signum();
     Microsteps(state.steering.position.0 + way)
 }
 
-/// Whether the rotor stands against something: it slid and no longer does, or it never slid on a whole tooth pitch.
+/// Whether the rotor stands against something: it slid and no longer does, or it has not slid while the command moved a tooth pitch.
 fn stalled(params: &Params, homing: &Homing, state: &mut State, feedback: &Feedback) -> bool {
     let towards = homing.speed_rad_per_s.signum();
     let microstep_rad = params.drive.microstep_angle_rad;
@@ -150,7 +150,7 @@ fn stalled(params: &Params, homing: &Homing, state: &mut State, feedback: &Feedb
     }
 }
 
-/// The mark is found: on to the alignment, or to the new zero where no encoder could be aligned.
+/// Goes on once the mark is found: to the alignment, or to the new zero if there is no encoder to align.
 fn mark(params: &Params, homing: &Homing, state: &mut State, mark_rad: f64, feedback: &Feedback) {
     state.homing.mark_rad = mark_rad;
     if feedback.validity & validity::ENCODER == 0 {

@@ -1,4 +1,4 @@
-//! How a valve is homed: the mark that is looked for, and within what.
+//! How a valve is homed: the mark that is looked for, and the limits of the search.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,13 +18,13 @@ pub enum HomingMethod {
 /// How to home.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Homing {
-    /// What is looked for.
+    /// The mark that is searched for.
     pub method: HomingMethod,
     /// Speed of the search, rad/s; its sign is the direction.
     pub speed_rad_per_s: f64,
     /// Angle of the mark, rad.
     pub angle_rad: f64,
-    /// How far it is looked for, rad.
+    /// The longest travel of the search, rad.
     pub longest_rad: f64,
     /// The part of the rated current on the way to a hard stop.
     pub stop_current: f64,

@@ -1,4 +1,4 @@
-//! Where homing is, and what it has seen so far.
+//! The state of homing, and its readings so far.
 
 use crate::homing_params::Homing;
 use crate::params::Params;
@@ -9,7 +9,7 @@ use signals::{Feedback, HomingPhase};
 /// Rests on the way through an electrical period; the first ten orders of a micro-step error average out over them.
 pub(crate) const POINTS: usize = 16;
 
-/// Where homing is.
+/// The state of homing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HomingState {
     pub phase: HomingPhase,
@@ -50,7 +50,7 @@ pub(crate) struct ZeroShift {
 }
 
 impl HomingState {
-    /// None so far.
+    /// No homing yet.
     pub(crate) fn none() -> Self {
         Self {
             phase: HomingPhase::None,
@@ -85,7 +85,7 @@ impl HomingState {
             from: position,
             furthest_rad: feedback.angle_rad,
             looked_at_rad: (position.0 * microstep_rad, feedback.angle_rad),
-            // The drive may know a zero of an earlier life of this controller.
+            // The drive may have a zero from before this controller was restarted.
             shift: ZeroShift { id: feedback.zero_id, ..ZeroShift::default() },
             ..Self::none()
         }

@@ -47,14 +47,14 @@ pub(crate) fn measure(params: &Params, state: &mut State, feedback: Option<&Feed
     let load_angle_rad = lag_rad - TAU * observation.recovery.teeth as f64;
     observation.load_angle_rad = Some(load_angle_rad);
     let (with_rad, without_rad) = (observation.behind_aim_rad, load_angle_rad / teeth);
-    // A command that a limit held back is not what it would be without compensation either.
+    // If a limit held the command back, it doesn't show the error without compensation either.
     if state.steering.limits == 0 && observation.benefit.harms(params, with_rad, without_rad) {
         observation.alarms.note_harm();
     }
     observation.lost = observation.recovery.lost(lag_rad);
 }
 
-/// Takes the load angle of a reading as the torque that the valve takes.
+/// Takes the load angle of a reading as a measurement of the torque that moves the valve.
 fn note_load(params: &Params, state: &mut State, age_cycles: u64, reading_rad: f64) {
     if state.tuning.compensation(params) == Compensation::None {
         return;
@@ -68,7 +68,7 @@ fn note_load(params: &Params, state: &mut State, age_cycles: u64, reading_rad: f
     let differed = observation.load_share.differs();
     observation.load_share.step(params, &expected, torque_nm);
     if observation.load_share.differs() != differed {
-        // What is fed from now on is another compensation.
+        // The feed-forward changes from now on, so its benefit is judged anew.
         observation.benefit = Benefit::default();
     }
     observation.alarms.note_share(&observation.load_share);

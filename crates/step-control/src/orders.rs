@@ -7,9 +7,8 @@
 //! | disarm   | done               | QuickStop | QuickStop | QuickStop | done      | wrong      |
 //! | reset    | wrong              | wrong     | wrong     | wrong     | wrong     | Disarmed   |
 //!
-//! Ready is: Feedback and Reference are there in this very cycle, the drive stands still, and it reports no fault. To home,
-//! the scenario has to say how. An order whose last cycle is over does nothing, whatever the state, but for a
-//! disarm, which is never too late; an id is obeyed once.
+//! Ready is: Feedback and Reference have arrived in this very cycle, the drive stands still, and it reports no fault. To home, the
+//! scenario has to say how. An expired order does nothing in any state, except a disarm, which never expires. Each id is obeyed once.
 
 use crate::input::Input;
 use crate::params::Params;
@@ -52,12 +51,12 @@ impl Readiness {
     }
 }
 
-/// What an order brings about.
+/// The effect of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Decision {
-    /// The state that follows at once; `None`: none does.
+    /// The state that follows at once; `None` if it stays the same.
     pub next: Option<ControllerState>,
-    /// What is answered.
+    /// The answer.
     pub result: OperatorResult,
 }
 

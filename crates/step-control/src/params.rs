@@ -1,4 +1,4 @@
-//! What the controller is set to: its belief of the valve, its limits, its reactions.
+//! The controller's settings: its belief of the valve, its limits, its reactions.
 
 use crate::homing_params::Homing;
 use crate::observer::design::design;
@@ -25,7 +25,7 @@ pub enum Compensation {
     FullWithEffects,
 }
 
-/// What follows lost steps, where an encoder sees them.
+/// The reaction to lost steps, if an encoder shows them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LostSteps {
     /// A fault.
@@ -34,7 +34,7 @@ pub enum LostSteps {
     Resynchronise,
 }
 
-/// The limits of motion that a reference keeps to, as the trajectory is told them too.
+/// The limits of motion that a reference must keep; the trajectory gets the same.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLimits {
     /// The smallest angle, rad; `None` for a valve that turns.
@@ -48,7 +48,7 @@ pub struct ReferenceLimits {
 }
 
 impl ReferenceLimits {
-    /// What a healthy trajectory's own rounding may cost, in parts of a speed, and in rad.
+    /// Tolerance for a healthy trajectory's rounding: relative to a speed, and in rad.
     const SLACK: f64 = 0.01;
     const SLACK_RAD: f64 = 1e-3;
 
@@ -160,7 +160,7 @@ pub struct Params {
     pub coulomb_torque_nm: f64,
     /// The belief's viscous coefficient, N·m·s/rad.
     pub viscous_nm_s_per_rad: f64,
-    /// How much of it is compensated.
+    /// How much friction is compensated.
     pub compensation: Compensation,
     /// The disturbance observer, where an encoder is fitted and it is wanted; made by [`Params::with_observer`].
     pub observer: Option<Observer>,
@@ -168,7 +168,7 @@ pub struct Params {
     pub shaper: Option<Shaper>,
     /// Age of the encoder's reading in Feedback, cycles.
     pub encoder_delay_cycles: u64,
-    /// What follows lost steps.
+    /// The reaction to lost steps.
     pub lost_steps: LostSteps,
     /// How to home, where that is possible.
     pub homing: Option<Homing>,
@@ -176,7 +176,7 @@ pub struct Params {
     pub holds_when_disarmed: bool,
     /// The driver's limits; the drive enforces the same, last.
     pub drive: drive::Params,
-    /// What a reference keeps to; one that does not is a fault.
+    /// The limits of a reference; beyond them is a fault.
     pub reference_limits: ReferenceLimits,
     /// Following error at rest that is a fault, rad, against what the command aimed at: the reference, shaped, or
     /// coming back to it.
@@ -189,7 +189,7 @@ pub struct Params {
     pub disarm_at_cycle: Option<u64>,
 }
 
-/// A setting that no controller can have.
+/// An invalid setting.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ControlError {
     /// A number out of its range.
@@ -249,7 +249,7 @@ impl Params {
     }
 
     /// Whether a rotor that stops rings on its bristles for some periods: its damping ratio there is below a tenth. Friction
-    /// relaxes then, and does not hold what the motion left.
+    /// relaxes then, and no longer holds the torque that the motion left.
     pub(crate) fn bristles_ring(&self) -> bool {
         let stiffness = self.stiffness_nm_per_rad() + self.friction.bristle_stiffness_nm_per_rad();
         let damping = self.motor.damping_nm_s_per_rad + self.friction.bristle_damping_nm_s_per_rad();
@@ -266,7 +266,7 @@ impl Params {
         self.motor.holding_torque_nm * f64::from(self.motor.rotor_teeth)
     }
 
-    /// What a re-entry ramp keeps to.
+    /// The limits of a re-entry ramp.
     pub(crate) fn re_entry_limits(&self) -> ReEntryLimits {
         ReEntryLimits {
             speed_rad_per_s: self.reference_limits.max_speed_rad_per_s,

@@ -9,7 +9,7 @@ pub(crate) struct Partner {
 }
 
 impl Partner {
-    /// Takes note of whether this cycle's message was there.
+    /// Notes whether this cycle's message has arrived.
     pub(crate) fn note(&mut self, heard: bool) {
         self.silent_cycles = if heard { 0 } else { self.silent_cycles.saturating_add(1) };
     }
@@ -18,7 +18,7 @@ impl Partner {
         self.silent_cycles
     }
 
-    /// Whether the partner is to be taken for dead.
+    /// Whether the partner counts as dead.
     pub(crate) fn silent(self, limit_cycles: u64) -> bool {
         self.silent_cycles >= limit_cycles
     }

@@ -27,7 +27,7 @@ pub(crate) fn pass_over(params: &Params, state: &mut State, cycle: u64) {
     }
 }
 
-/// Takes note of what this cycle's messages are, and of those that are missing.
+/// Notes this cycle's messages, and those that are missing.
 pub(crate) fn listen(params: &Params, state: &mut State, input: &Input) {
     let reception = &mut state.reception;
     reception.feedback.note(input.feedback.is_some());
@@ -47,7 +47,7 @@ pub(crate) fn listen(params: &Params, state: &mut State, input: &Input) {
     }
 }
 
-/// After missing references the next one is no continuation of the one before.
+/// After missing references, the next one need not continue the one before: it may leap, and starts a re-entry ramp.
 fn note_gap(params: &Params, state: &mut State, reference: Option<&Reference>) {
     let reception = &mut state.reception;
     reception.leapt = false;

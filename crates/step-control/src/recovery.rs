@@ -1,7 +1,7 @@
 //! Lost steps, seen from the load angle.
 //!
-//! Beyond 180° of electrical lag the motor pulls into the next tooth: the command is then whole tooth pitches away from
-//! the angle that it holds. Re-synchronising takes these teeth for granted.
+//! Beyond 180° of electrical lag the motor pulls into the next tooth: the command is then whole tooth pitches away from the
+//! angle that it holds. Re-synchronising accepts these teeth as lost.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -23,7 +23,7 @@ pub(crate) struct Recovery {
 }
 
 impl Recovery {
-    /// Begins with the rotor in the tooth that a lag (electrical, rad) says.
+    /// Begins with the rotor in the tooth that follows from a lag (electrical, rad).
     pub(crate) fn begin(electrical_lag_rad: f64) -> Self {
         Self { teeth: (electrical_lag_rad / TAU).round() as i64, ..Self::default() }
     }
@@ -36,7 +36,7 @@ impl Recovery {
         lag_rad > CERTAIN_RAD || going
     }
 
-    /// Takes the rotor for where this lag says that it is.
+    /// Accepts the rotor's position that follows from this lag.
     pub(crate) fn resynchronise(&mut self, electrical_lag_rad: f64) {
         let teeth = (electrical_lag_rad / TAU).round() as i64;
         self.lost_teeth = self.lost_teeth.saturating_add(teeth.abs_diff(self.teeth));

@@ -1,4 +1,4 @@
-//! How much a command that is linear over long cycles sets the resonance of motor and load ringing.
+//! How much a command that is linear over long cycles excites the resonance of motor and load.
 //!
 //! Between two cycles the command's speed changes by Δω at once. Where a cycle is longer than half a period of the
 //! resonance, nothing evens that out: the rotor rings with a torque of amplitude J·ω₀·Δω. While the valve slides, only
@@ -9,23 +9,23 @@ use crate::params::Params;
 use serde::{Deserialize, Serialize};
 use signals::Kinematics;
 
-/// Ringing of less than this part of Coulomb friction is quiet.
+/// Ringing below this fraction of Coulomb friction is quiet.
 const QUIET: f64 = 0.1;
 
-/// Ringing from this part of Coulomb friction on relaxes bristles: it takes some of the torque that holds them bent.
+/// Ringing above this fraction of Coulomb friction relaxes the bristles: it takes some of the torque that keeps them deflected.
 const RINGS: f64 = 0.75;
 
 /// The amplitude of the ringing torque.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ringing {
-    /// Of what was set ringing, N·m.
+    /// Amplitude of the present ringing, N·m.
     amplitude_nm: f64,
-    /// The same with what the target's acceleration will set ringing at the end of the cycle.
+    /// The same with the ringing that the target's acceleration will excite at the end of the cycle.
     soon_nm: f64,
 }
 
 impl Ringing {
-    /// A cycle later, at whose beginning the target's way per cycle changed by `turn_rad`.
+    /// The ringing a cycle later, if the target's motion per cycle changed by `turn_rad` at the cycle's beginning.
     pub(crate) fn next(self, params: &Params, turn_rad: f64, target: &Kinematics, rests: bool) -> Self {
         let half_period_s = params.half_period_s();
         if params.period_s <= half_period_s {
@@ -44,14 +44,14 @@ impl Ringing {
         Self { amplitude_nm, soon_nm }
     }
 
-    /// Whether it hardly shows in the load angle. Readings once in a period always meet it at the same phase, and
-    /// would take it for a torque.
+    /// Whether the ringing hardly shows in the load angle. Readings once in a period always meet it at the same phase, so that
+    /// it would look like a torque.
     pub(crate) fn is_quiet(self, params: &Params) -> bool {
         self.amplitude_nm < QUIET * params.coulomb_torque_nm
     }
 
-    /// Whether the rotor swings about further than friction holds it, or soon will: its bristles relax, and the belief's do
-    /// not. Where it slides faster than it swings, the direction never changes, and its bristles stay bent.
+    /// Whether the rotor oscillates, or soon will, beyond what friction holds: its bristles relax then, and the belief's do
+    /// not. If it slides faster than it oscillates, the direction never changes, and its bristles stay deflected.
     pub(crate) fn relaxes(self, params: &Params, speed_rad_per_s: f64) -> bool {
         let omega = std::f64::consts::PI / params.half_period_s();
         let swings_rad_per_s = self.soon_nm / (params.inertia_kg_m2 * omega);
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn a_valve_that_slides_faster_than_it_swings_keeps_its_bristles_bent() {
-        // A turn of 4 rad/s swings with as much.
+        // A change by 4 rad/s makes it oscillate at that speed.
         let params = Params { period_s: 8e-3, ..params() };
         let ringing = Ringing::default().next(&params, 4.0 * 8e-3, &moves(0.0), false);
         for (speed, relaxes) in [(0.0, true), (3.9, true), (-3.9, true), (4.1, false), (-4.1, false)] {

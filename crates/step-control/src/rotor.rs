@@ -11,19 +11,19 @@ use crate::params::Params;
 use serde::{Deserialize, Serialize};
 use signals::Kinematics;
 
-/// The last reading, and how much of its motion the rotor made.
+/// The last reading, and how much of the wanted motion the rotor made.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Seen {
     /// The reading, rad.
     reading_rad: f64,
     /// Cycles since the one in which it arrived, whether the controller ran in them or not.
     cycles_ago: u64,
-    /// Measured motion between the last two readings, in parts of the wanted one, from 0 to 1.
+    /// Measured motion between the last two readings, as a fraction of the wanted one, from 0 to 1.
     confirmed: f64,
 }
 
 impl Seen {
-    /// A first reading: nothing speaks against the rotor following.
+    /// A first reading: the rotor is assumed to follow.
     pub(crate) fn first(reading_rad: f64) -> Self {
         Self { reading_rad, cycles_ago: 0, confirmed: 1.0 }
     }
@@ -72,8 +72,8 @@ pub(crate) struct Rotor {
     pub way_rad: f64,
 }
 
-/// Whether a rotor that was read `age` cycles before the end of the last command is still near when the next one ends. A
-/// free rotor swings about its command; after half a period of the resonance it is where it was not.
+/// Whether a reading of this age still says where the rotor is when the next command ends. A free rotor oscillates about its
+/// command: after half a period of the resonance it is on the other side.
 fn says_where_the_rotor_is(params: &Params, age_cycles: u64) -> bool {
     (age_cycles + 1) as f64 * params.period_s <= params.half_period_s()
 }

@@ -49,7 +49,7 @@ impl State {
         self.supervision.machine
     }
 
-    /// The id of the last order looked at.
+    /// The id of the last order handled.
     pub fn operator_id(&self) -> u64 {
         self.supervision.operator_id
     }
@@ -64,14 +64,14 @@ impl State {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Supervision {
     pub machine: ControllerState,
-    /// The cycle in which it got there.
+    /// The cycle in which this state was entered.
     pub since_cycle: u64,
     /// Whether arming leads to homing instead of running.
     pub arms_to_home: bool,
     pub fault: FaultCode,
     /// The cycle in which the fault was found.
     pub fault_cycle: u64,
-    /// The last order looked at, by its id, and what became of it.
+    /// The last order handled, by its id, and its result.
     pub operator_id: u64,
     pub operator_result: OperatorResult,
 }
@@ -90,7 +90,7 @@ impl Default for Supervision {
     }
 }
 
-/// What was heard of the partners. Changed by `reception`.
+/// What has arrived from the partners. Changed by `reception`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Reception {
     /// The newest cycle run; `None` before the first.
@@ -102,12 +102,12 @@ pub(crate) struct Reception {
     pub homed: bool,
     /// Cycles since the last reference that arrived.
     pub cycles_without_reference: u64,
-    /// Whether this cycle's reference is further from the last one than any motion goes.
+    /// Whether this cycle's reference is further from the last one than any motion reaches.
     pub leapt: bool,
 }
 
 impl Reception {
-    /// The same with what was missed before forgotten: arming begins with the reference of this cycle.
+    /// The same without the references that were missed before: arming begins with the reference of this cycle.
     pub(crate) fn begun(self) -> Self {
         Self { cycles_without_reference: 0, leapt: false, ..self }
     }
@@ -133,19 +133,19 @@ pub(crate) struct Steering {
     pub friction_before_nm: f64,
     /// Factor on the feed-forward, 1 to 0, while it decays: at rest with lightly damped bristles, and for good after compensation did harm.
     pub fading: f64,
-    /// What long cycles set ringing, and whether the belief still knows the contact.
+    /// The ringing that long cycles excite, and whether the belief's friction state is still valid.
     pub ringing: Ringing,
     pub contact_known: bool,
     pub wanted: Wanted,
     /// How fast the trajectory's time shall run.
     pub time_scale: f64,
-    /// What the encoder's angle is beyond the one that the count stands for, rad: zero for a homed valve.
+    /// The encoder's angle minus the angle of the drive's count, rad: zero for a homed valve.
     pub offset_rad: f64,
-    /// Where the command stands at the end of the cycle commanded last.
+    /// The command's position at the end of the cycle commanded last.
     pub position: Microsteps,
-    /// Its way in that cycle.
+    /// Its motion in that cycle.
     pub travel: MicrostepsPerCycle,
-    /// Where it was wanted there, before the driver's limits.
+    /// Its target there, before the driver's limits.
     pub target: Microsteps,
     /// The same a cycle earlier.
     pub target_before: Microsteps,
@@ -181,12 +181,12 @@ impl Steering {
 }
 
 impl Steering {
-    /// The angle that a command at `position` stands for, as the encoder has angles, rad.
+    /// The angle of a command at `position`, in the encoder's frame, rad.
     pub(crate) fn angle_rad(&self, params: &Params, position: Microsteps) -> f64 {
         position.0 * params.drive.microstep_angle_rad + self.offset_rad
     }
 
-    /// The position of a command that stands for an angle.
+    /// The position of a command at an angle in the encoder's frame.
     pub(crate) fn position_of(&self, params: &Params, angle_rad: f64) -> Microsteps {
         Microsteps((angle_rad - self.offset_rad) / params.drive.microstep_angle_rad)
     }
@@ -202,16 +202,16 @@ pub(crate) struct Observation {
     /// The encoder's reading of this cycle, rad, and its change since the one before, rad.
     pub reading_rad: Option<f64>,
     pub reading_change_rad: f64,
-    /// What the encoder said of the rotor's motion, for the limit of the load angle.
+    /// The rotor's motion by the encoder, for the limit of the load angle.
     pub seen: Option<Seen>,
     /// Electrical lead of the command over the rotor at the last reading, lost teeth aside, rad.
     pub load_angle_rad: Option<f64>,
     pub alarms: Alarms,
-    /// Which share of the believed friction the valve has.
+    /// The share of the believed friction that the valve has.
     pub load_share: LoadShare,
     /// Whether compensation makes the error smaller.
     pub benefit: Benefit,
-    /// Commands since arming that the drive did not have in time.
+    /// Commands since arming that did not reach the drive in time.
     pub missed_commands: u64,
     /// Whether this cycle's reading says that steps are lost.
     pub lost: bool,
@@ -222,7 +222,7 @@ pub(crate) struct Observation {
 }
 
 impl Observation {
-    /// Begins with a valve at rest: the torque that its command gives is what friction takes.
+    /// Begins with a valve at rest: friction balances the torque that its command gives.
     pub(crate) fn begun(self, params: &Params, steering: &Steering, feedback: &Feedback) -> Self {
         let command_rad = steering.angle_rad(params, steering.position);
         let seen = feedback.validity & validity::ENCODER != 0;

@@ -74,7 +74,7 @@ fn command(params: &Params, state: &State) -> StepCommand {
         Disarmed => params.holds_when_disarmed,
         Fault => params.drive.after_stop != drive::AfterStop::DeEnergise,
     };
-    // While the drive moves its zero, it shall hold and not follow a count of the old one.
+    // While the drive moves its zero, it shall hold and not follow a count from the old zero.
     let homes = machine == Homing && state.homing.phase != HomingPhase::SetZero;
     StepCommand {
         // The one place where micro-steps are rounded.

@@ -6,7 +6,7 @@ use crate::state::{State, Steering};
 use drive::MicrostepsPerCycle;
 use signals::{ControllerState, FaultCode, Feedback, Kinematics, OperatorResult, validity};
 
-/// So long the drive may take to energise the motor and to hold it still, s. Real drives take up to half a second.
+/// Time that the drive may take to energise the motor and to hold it still, s. Real drives take up to half a second.
 const ARMING_S: f64 = 2.0;
 
 impl State {
@@ -16,7 +16,7 @@ impl State {
         self.supervision.since_cycle = cycle;
     }
 
-    /// Stops the valve for a reason that is kept until reset. What was under way has failed.
+    /// Stops the valve for a reason that is kept until reset. The order under way has failed.
     pub(crate) fn fail(&mut self, fault: FaultCode, cycle: u64) {
         self.supervision.fault = fault;
         self.supervision.fault_cycle = cycle;
@@ -108,7 +108,7 @@ fn following_fault(params: &Params, state: &State) -> FaultCode {
     FaultCode::None
 }
 
-/// Begins at rest where the drive holds the motor; of what was before only orders, tuning and surroundings remain.
+/// Begins at rest where the drive holds the motor. Steering and observation start anew; only the surroundings are kept.
 fn begin(params: &Params, state: &mut State, cycle: u64, feedback: &Feedback) {
     let now = state.reception.window.now();
     let reference = Kinematics { speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, ..*now };
@@ -133,7 +133,7 @@ fn begin(params: &Params, state: &mut State, cycle: u64, feedback: &Feedback) {
 }
 
 /// Ends a quick stop once command and drive stand still; a drive that is silent counts as still, since it stops by
-/// itself. One that does not come to rest in time is a fault: nobody shall wait for ever.
+/// itself. One that does not come to rest in time is a fault: nothing shall wait for ever.
 pub(crate) fn settle(params: &Params, state: &mut State, cycle: u64, feedback: Option<&Feedback>) {
     if state.supervision.machine != ControllerState::QuickStop
         || state.steering.travel != MicrostepsPerCycle::ZERO

@@ -1,4 +1,4 @@
-//! The command while running: it follows the reference, led by the wanted torque, within motor and driver.
+//! The command while running: it follows the reference with the lead for the wanted torque, within the limits of motor and driver.
 
 use crate::compensation::{
     Contact, FeedForward, Surroundings, Wanted, command_rad, feed_forward, lead_within_pull_out,
@@ -17,10 +17,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// While the target is further than this part of a tooth pitch behind the reference, the reference waits for it.
 const WAITS_BEYOND: f64 = 0.5;
 
-/// Less than this part of the feed-forward is none.
+/// A feed-forward faded below this fraction counts as none.
 const FADED: f64 = 1e-2;
 
-/// One cycle of it.
+/// One cycle while running.
 pub(crate) fn track(params: &Params, state: &mut State) {
     let reference = state.reception.window.commanded(params.loop_delay_cycles, params.period_s);
     if state.observation.lost && params.lost_steps == LostSteps::Resynchronise {
@@ -73,8 +73,8 @@ pub(crate) fn track(params: &Params, state: &mut State) {
     state.steering.time_scale = time_scale(params, state);
 }
 
-/// The motion that friction sees in a cycle. In cycles longer than half a period of the resonance it is the command's,
-/// which is linear: a reference may set out and arrive within one, and rest at both its ends.
+/// The motion that friction sees in a cycle. In cycles longer than half a period of the resonance it is the command's, which is
+/// linear: a reference may start and stop within one such cycle, and rest at both its ends.
 fn motion_of_cycle(params: &Params, before: &Kinematics, after: &Kinematics) -> (Kinematics, Kinematics) {
     if params.period_s <= params.half_period_s() {
         return (*before, *after);
@@ -83,8 +83,8 @@ fn motion_of_cycle(params: &Params, before: &Kinematics, after: &Kinematics) -> 
     (Kinematics { speed_rad_per_s, ..*before }, Kinematics { speed_rad_per_s, ..*after })
 }
 
-/// Whether the belief can tell what friction does: not while long cycles set the rotor ringing, and not at rest after that,
-/// with bristles that relaxed on the way. The feed-forward would be one more thing that excites it.
+/// Whether the belief's friction state is valid: not while long cycles excite ringing of the rotor, and not at rest after that,
+/// because the bristles relaxed meanwhile. The feed-forward would only excite more ringing.
 fn contact_is_known(params: &Params, state: &mut State, target: &Kinematics) -> bool {
     let State { steering, observation, .. } = state;
     let rests = target.rests() && target.angle_rad == steering.aim.angle_rad;
@@ -96,8 +96,8 @@ fn contact_is_known(params: &Params, state: &mut State, target: &Kinematics) -> 
     steering.contact_known
 }
 
-/// What is left of what is fed forward where that fades: where it harms, and at rest where the rotor rings on its bristles
-/// for long, which relaxes them.
+/// The factor on the feed-forward while it fades: if compensation does harm, and at rest if the rotor rings on its bristles for
+/// long, which relaxes them.
 fn fading(params: &Params, state: &mut State, target: &Kinematics) -> f64 {
     let State { steering, observation, .. } = state;
     let ends = observation.alarms.gave_up() || target.rests() && params.bristles_ring();
@@ -161,7 +161,7 @@ pub(crate) fn coast(params: &Params, state: &mut State) {
     state.observation.seen = state.observation.seen.map(Seen::passed_over);
 }
 
-/// Lets the next target start from what the command aims at.
+/// Starts a re-entry ramp in the next cycle, from what the command aims at.
 pub(crate) fn re_enter_from_aim(params: &Params, state: &mut State) {
     let steering = &mut state.steering;
     steering.led = match &params.shaper {
@@ -196,7 +196,7 @@ fn aim(params: &Params, state: &mut State, target: &Kinematics, fed: &FeedForwar
         None => Wish::More { beyond_nm: 0.0 },
     };
     // By the readings alone: the observer's linear model does not hold for a rotor that is jammed or out of step.
-    // Without an observer the command is open-loop, and waits for nobody.
+    // Without an observer the command is open-loop, and no reading limits it.
     let seen = observation.seen.filter(|_| params.observer.is_some());
     let rotor = seen.and_then(|seen| seen.at(params, &observation.correction, target));
     let Wish::More { beyond_nm } = wish else { return false };

@@ -6,7 +6,7 @@ use crate::params::{Compensation, Params};
 use serde::{Deserialize, Serialize};
 use signals::{ControlParameter, OperatorResult};
 
-/// No following error that is a fault may be smaller, rad.
+/// The smallest limit of the following error that can be set, rad.
 const SMALLEST_ERROR_RAD: f64 = 1e-9;
 
 /// What was changed; all else is as in [`Params`].
@@ -35,7 +35,7 @@ impl Tuning {
                 let limit_nm = within(value, (0.0, params.motor.holding_torque_nm));
                 put(&mut self.observer_limit_nm, limit_nm.filter(|_| params.observer.is_some()))
             }
-            // The scenario is the ceiling: what stops the valve can be made tighter from afar, never wider.
+            // The scenario's value is the upper limit: what stops the valve can be tightened remotely, never widened.
             ControlParameter::MaxFollowingError => put(
                 &mut self.max_following_error_rad,
                 within(value, (SMALLEST_ERROR_RAD, params.max_following_error_rad)),
@@ -75,7 +75,7 @@ impl Tuning {
     }
 }
 
-/// Puts a value there if it is one; whether it is.
+/// Stores a value if there is one; returns whether there is.
 fn put<T>(place: &mut Option<T>, value: Option<T>) -> bool {
     let taken = value.is_some();
     if taken {

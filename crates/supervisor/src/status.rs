@@ -216,7 +216,7 @@ impl Status {
             (true, true) => "was moving to",
             (false, _) => "at",
         };
-        let kind = if self.set_point == 0 { "none yet" } else { &self.set_point_kind };
+        let kind = if self.set_point == 0 { "none" } else { &self.set_point_kind };
         let asked = &self.set_point_asked;
         let space = if asked.is_empty() { "" } else { " " };
         format!("{kind}{space}{asked}, {motion} {:.3}°", self.target_angle_rad.to_degrees())

@@ -1,10 +1,10 @@
-//! The observer with the margins that are wanted.
+//! Design of the observer for the margins that are required.
 
 use crate::observer::margins::{Loop, Margins};
 use crate::observer::shaft::{Shaft, ShaftFactors};
 use crate::observer::{MOST_NOISE_COUNTS, Observer, ObserverSettings, TORQUE_NOISES_COUNTS};
 
-/// What the loop of a damping observer has to spare: a factor on its gain (6 dB), and phase (45°).
+/// Margins required of the loop of a damping observer: a factor on its gain (6 dB), and phase (45°).
 const GAIN_MARGIN: f64 = 2.0;
 const PHASE_MARGIN_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
@@ -15,8 +15,7 @@ const OTHER_SHAFTS: [ShaftFactors; 3] = [
     ShaftFactors { inertia: 1.0, stiffness: std::f64::consts::FRAC_1_SQRT_2 },
 ];
 
-/// The quickest observer that has the margins wanted, with a dead time of `age_cycles` from a reading to the end of the
-/// newest command.
+/// The fastest observer that has the required margins, with a dead time of `age_cycles` from a reading to the end of the newest command.
 pub(crate) fn design(shaft: &Shaft, settings: ObserverSettings, age_cycles: usize) -> Observer {
     let [first, more @ ..] = TORQUE_NOISES_COUNTS;
     let mut observer = Observer::with_noise(shaft, settings, first);

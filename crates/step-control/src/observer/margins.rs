@@ -9,9 +9,9 @@
 //! C(z) = h·Aᵃ·M·g / [zᵃ⁺¹ + l·zᵃ − h·(Aᵃ·M·(I − g·c)·(b₀/z + b₁) + Σᵢ₌₁..ₐ Aᵃ⁻ⁱ·(b₀·zⁱ⁻¹ + b₁·zⁱ))],
 //! M = (I − (I − g·c)·A/z)⁻¹
 //!
-//! The loop transfer is L = −C·P; the loop is about to be unstable where L = −1. It is linear: a valve that slides, on the
-//! motor's spring K = T_hold·N_r about a small load angle. Friction that opposes the motion damps it further; a load angle
-//! γ weakens the spring to K·cos γ.
+//! The loop transfer is L = −C·P; the loop is at the limit of stability where L = −1. It is linear: a valve that slides, on the
+//! motor's spring K = T_hold·N_r about a small load angle. Friction that opposes the motion damps it further; a load angle γ
+//! weakens the spring to K·cos γ.
 
 use crate::observer::Observer;
 use crate::observer::shaft::{Shaft, discrete};
@@ -20,7 +20,7 @@ use std::f64::consts::{PI, TAU};
 
 type Cplx = Complex<f64>;
 
-/// Frequencies at which the transfer function is looked at, up to half the rate of cycles.
+/// Frequencies at which the transfer function is evaluated, up to half the cycle rate.
 const FREQUENCIES: u32 = 1500;
 
 /// The lowest of them, Hz.
@@ -108,7 +108,7 @@ impl Loop<'_> {
 }
 
 impl Margins {
-    /// Takes in the piece of the curve between two frequencies.
+    /// Updates the margins with the segment of the curve between two frequencies.
     fn note(&mut self, before: Cplx, now: Cplx, frequency_hz: f64) {
         if (before.norm() - 1.0) * (now.norm() - 1.0) <= 0.0 {
             let from_negative_rad = (-now).arg();
@@ -135,7 +135,7 @@ fn vector(vector: &Vector3<f64>) -> Vector3<Cplx> {
 }
 
 impl Loop<'_> {
-    /// The largest magnitude of the closed loop's poles: below 1 all motions die out.
+    /// The largest magnitude of the closed loop's poles: below 1 the loop is stable.
     pub(crate) fn spectral_radius(&self) -> f64 {
         let size = FIXED_STATES + self.age_cycles + 2;
         let mut matrix = DMatrix::<f64>::zeros(size, size);
@@ -183,5 +183,5 @@ impl Loop<'_> {
     }
 }
 
-/// Of the closed loop's state, beside the commands.
+/// Number of the closed loop's states, the commands not counted.
 const FIXED_STATES: usize = 5;

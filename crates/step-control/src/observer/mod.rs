@@ -73,7 +73,7 @@ pub struct Observer {
     by_end: Vector3<f64>,
     /// The Kalman filter.
     pub(crate) filter: Filter,
-    /// One that trusts the model of the shaft least, for a shaft that is not as believed.
+    /// The filter that trusts the model of the shaft least, for a shaft that is not as believed.
     pub(crate) cautious: Filter,
     /// Variance of a reading, rad².
     reading_variance: f64,
@@ -95,7 +95,7 @@ pub(crate) struct ObserverParts {
     pub feedback: Vector3<f64>,
 }
 
-/// Process noise of the speed, which stands for unmodelled dynamics: a torque per cycle, in parts of K times the reading's
+/// Process noise of the speed, which stands for unmodelled dynamics: a torque per cycle, in multiples of K times the reading's
 /// standard deviation. The more of it, the less the filter trusts its model of the shaft, and the larger are the margins;
 /// disturbances are found later. The first with which the loop has the margins below is taken, or else the last.
 pub(crate) const TORQUE_NOISES_COUNTS: [f64; 9] =
@@ -103,7 +103,7 @@ pub(crate) const TORQUE_NOISES_COUNTS: [f64; 9] =
 pub(crate) const MOST_NOISE_COUNTS: f64 = 32.0;
 
 impl Observer {
-    /// One whose filter takes this much for unmodelled, see [`TORQUE_NOISES_COUNTS`].
+    /// An observer whose filter assumes this much unmodelled dynamics, see [`TORQUE_NOISES_COUNTS`].
     pub(crate) fn with_noise(shaft: &Shaft, settings: ObserverSettings, noise_counts: f64) -> Self {
         let stiffness = shaft.stiffness_nm_per_rad;
         let (transition, by_start, by_end) = discrete(shaft, settings.damps);
@@ -170,7 +170,7 @@ impl Observer {
         corrected
     }
 
-    /// What the transfer function is made of.
+    /// The coefficients for the transfer function.
     pub(crate) fn parts(&self) -> ObserverParts {
         ObserverParts {
             transition: self.transition,

@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Iterations in which the Riccati equation of a plant of three states has settled to the last digits that matter.
+/// Iterations in which the Riccati equation of a plant of three states converges to the digits that matter.
 const ITERATIONS: usize = 4000;
 
-/// The gain l of the feedback u = −l·x that costs least in Σ x'·Q·x + r·u² for x⁺ = A·x + b·u.
+/// The gain l of the feedback u = −l·x that minimises Σ x'·Q·x + r·u² for x⁺ = A·x + b·u.
 pub(crate) fn least_cost_gain(
     a: &Matrix3<f64>,
     b: &Vector3<f64>,
@@ -38,14 +38,14 @@ pub(crate) struct Filter {
 }
 
 impl Filter {
-    /// Its gain once it has settled.
+    /// The filter with its stationary gain.
     pub(crate) fn settled(a: &Matrix3<f64>, noise: Matrix3<f64>, reading_variance: f64) -> Self {
         let mut filter = Self { noise, covariance: noise, gain: Vector3::zeros() };
         (0..ITERATIONS).for_each(|_| filter.settle(a, reading_variance));
         filter
     }
 
-    /// The gain a cycle later: it follows a change of Q as the estimate's covariance does.
+    /// Advances the gain by a cycle: it follows a change of Q as the estimate's covariance does.
     pub(crate) fn settle(&mut self, a: &Matrix3<f64>, reading_variance: f64) {
         let first = self.covariance.column(0).into_owned();
         let gain = first * (1.0 / (first.x + reading_variance));

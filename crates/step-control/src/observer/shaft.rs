@@ -12,7 +12,7 @@ pub(crate) struct Shaft {
 }
 
 impl Shaft {
-    /// One that differs.
+    /// The shaft scaled by these factors.
     pub(crate) fn times(self, factors: ShaftFactors) -> Self {
         Self {
             inertia_kg_m2: self.inertia_kg_m2 * factors.inertia,
@@ -25,9 +25,9 @@ impl Shaft {
 /// How a valve's shaft differs from the believed one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftFactors {
-    /// Of the inertia of motor and load.
+    /// Factor on the inertia of motor and load.
     pub inertia: f64,
-    /// Of the motor's torque by load angle: a wrong holding torque, or the cosine of the load angle.
+    /// Factor on the motor's torque by load angle: a wrong holding torque, or the cosine of the load angle.
     pub stiffness: f64,
 }
 

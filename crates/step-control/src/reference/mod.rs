@@ -1,4 +1,4 @@
-//! The reference on its way to the command: what arrived, how fast it may run, shaped, and re-entered after a stop.
+//! The reference on its way to the command: what has arrived, its time scale, shaping, and re-entry after an interruption.
 
 pub(crate) mod re_entry;
 pub(crate) mod shaper;

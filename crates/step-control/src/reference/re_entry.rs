@@ -15,7 +15,7 @@ const RATE_PER_S: f64 = 25.0;
 /// An offset smaller than this counts as zero, rad.
 const OVER_RAD: f64 = 1e-6;
 
-/// What the ramp keeps to.
+/// The limits of the ramp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ReEntryLimits {
     /// The target's speed, rad/s, unless the reference itself is faster.

@@ -1,5 +1,5 @@
-//! Input shaping: the reference in two halves, half a period of the resonance apart, so that what the first sets
-//! ringing the second stops (zero vibration). It costs a delay of a quarter of the period.
+//! Input shaping: the reference in two parts, half a period of the resonance apart, so that the second cancels the ringing that
+//! the first excites (zero vibration). It costs a delay of a quarter of the period.
 
 use serde::{Deserialize, Serialize};
 use signals::Kinematics;
@@ -11,16 +11,16 @@ const MEMORY: usize = 64;
 /// A shaper, designed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Shaper {
-    /// Whole cycles and the rest, in s, by which the second half comes later.
+    /// Delay of the second part: whole cycles, less the rest in s.
     cycles: usize,
     rest_s: f64,
-    /// The first half's part.
+    /// The first part's weight.
     first: f64,
 }
 
 impl Shaper {
-    /// For a resonance of these angular frequency and damping ratio; `None` if half its period is longer than what is
-    /// remembered, or the resonance is none.
+    /// For a resonance of this angular frequency and damping ratio; `None` if half its period is longer than what is
+    /// remembered, or the resonance is overdamped.
     pub(crate) fn design(frequency_rad_per_s: f64, damping_ratio: f64, period_s: f64) -> Option<Self> {
         if damping_ratio >= 1.0 {
             return None;
@@ -49,7 +49,7 @@ impl Shaped {
         Self { past: [reference; MEMORY] }
     }
 
-    /// Starts anew so that `shaped` comes out, at its speed; returns the motion that goes in then.
+    /// Restarts so that `shaped` comes out, at its speed; returns the input that belongs to it.
     pub(crate) fn restart(&mut self, shaper: &Shaper, shaped: &Kinematics, period_s: f64) -> Kinematics {
         let line = shaped.at_constant_speed();
         let late_s = (1.0 - shaper.first) * (shaper.cycles as f64 * period_s - shaper.rest_s);

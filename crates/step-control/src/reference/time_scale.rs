@@ -8,10 +8,10 @@ const RELAXED: f64 = 0.85;
 const SLOWING_PER_S: f64 = 20.0;
 const RECOVERING_PER_S: f64 = 2.0;
 
-/// The slowest. Not zero, so that a motion away from what is in the way remains possible.
+/// The slowest. Not zero, so that a motion away from an obstacle remains possible.
 const SLOWEST: f64 = 0.02;
 
-/// The time scale a cycle later, when `strain` (1: all that the motor has) is asked of the motor.
+/// The time scale a cycle later, at a `strain` of the motor (1: all that it can give).
 pub(crate) fn next_time_scale(time_scale: f64, strain: f64, period_s: f64) -> f64 {
     let change = if strain > STRAINED {
         -SLOWING_PER_S * period_s

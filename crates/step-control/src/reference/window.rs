@@ -29,7 +29,7 @@ impl Window {
         &self.now
     }
 
-    /// How far the next reference is from where the newest one leads, rad.
+    /// How far the next reference is from the newest one's extrapolation, rad.
     pub(crate) fn leap_rad(&self, next: &Reference, period_s: f64) -> f64 {
         next.angle_rad - self.continued(period_s).angle_rad
     }
@@ -40,7 +40,7 @@ impl Window {
         if loop_delay_cycles <= 1 { self.newest } else { self.newest.after(period_s) }
     }
 
-    /// What follows the newest one as long as nothing else is known.
+    /// The newest one extrapolated by a cycle, at constant speed.
     fn continued(&self, period_s: f64) -> Kinematics {
         self.newest.at_constant_speed().after(period_s)
     }

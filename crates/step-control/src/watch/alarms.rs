@@ -1,4 +1,4 @@
-//! Alarms: what the operator has to know and what stops nothing. Kept until the next arming.
+//! Alarms: what the operator has to know, but what does not stop the valve. Kept until the next arming.
 
 use crate::params::Params;
 use crate::watch::load_share::LoadShare;
@@ -9,7 +9,8 @@ use signals::alarm;
 /// The observer may be at its limit for this long before it is an alarm, s: longer than any reversal or break-away takes.
 const SATURATED_S: f64 = 1.0;
 
-/// Lost commands beyond a third of all that are an alarm. One that arrives counts half against one that was lost.
+/// The alarm's threshold for lost commands. Each command that arrives takes back half of a lost one, so the alarm needs more
+/// than a third lost.
 const LOST_COMMANDS: f64 = 5.0;
 const ARRIVED: f64 = 0.5;
 
@@ -65,7 +66,7 @@ impl Alarms {
         self.gave_up = true;
     }
 
-    /// Another compensation was ordered: it has a trial of its own.
+    /// Another compensation was ordered: it is judged anew.
     pub(crate) fn try_again(&mut self) {
         self.gave_up = false;
     }

@@ -1,7 +1,7 @@
 //! Whether compensation makes the error smaller than it would be without: seen from the load angle.
 //!
 //! Without compensation the command is the reference, and the rotor lags it by its load angle. With it the command leads the
-//! reference, and the load angle is what the command is ahead of the reading. So each reading says both errors:
+//! reference, and the load angle is the command's lead over the reading. So each reading gives both errors:
 //!
 //! with compensation: θ_ref − θ, without: θ_cmd − θ
 //!
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 const FORGETTING_S: f64 = 1.0;
 const HARMS_FOR_S: f64 = 0.25;
 
-/// The error with compensation over the one without, RMS, that is no benefit.
+/// RMS ratio of the error with compensation to the one without above which compensation does harm.
 const WORSE: f64 = 1.02;
 
 /// Sums over the readings, each with less weight the longer ago.
@@ -30,7 +30,7 @@ pub(crate) struct Benefit {
     /// Σ of the squared errors with and without compensation, rad².
     with_2: f64,
     without_2: f64,
-    /// Readings for which the former is the larger one.
+    /// Successive readings for which the former is the larger one.
     harmful: u64,
 }
 
@@ -46,7 +46,7 @@ impl Benefit {
         for (sum, term) in sums {
             *sum = keeps * *sum + term;
         }
-        // Below this an encoder and a micro-step do not tell the one from the other.
+        // Smaller differences can't be resolved by the encoder and a micro-step.
         let count_rad = params.observer.map_or(0.0, |observer| observer.settings.count_rad);
         let finest_rad = count_rad + params.drive.microstep_angle_rad;
         let least_2 = self.readings * finest_rad * finest_rad;

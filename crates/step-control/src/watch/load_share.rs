@@ -23,7 +23,7 @@ use signals::Kinematics;
 /// Time constant of forgetting, s of sliding.
 const FORGETTING_S: f64 = 0.5;
 
-/// Half periods of the resonance that the valve has to have slid for a statement.
+/// Half periods of the resonance that the valve must have slid before the estimate is used.
 const HALF_PERIODS: f64 = 4.0;
 
 /// The estimate is used once it deviates from 1 by this at [`CONFIDENCE`] standard errors, clipped to the greatest: a valve that takes more
@@ -38,14 +38,14 @@ const CLEARLY_BELOW: f64 = 0.8;
 /// An inertia that is off by this part at the same confidence raises an alarm: the observer's design is stable up to about there.
 const OTHER_INERTIA: f64 = 0.35;
 
-/// The part of the believed friction that is fed forward in long cycles before the load angle confirmed it. It makes nothing
-/// worse on a valve with at least half of it, a quarter of the believed friction.
+/// The fraction of the believed friction that is fed forward in long cycles before the load angle has confirmed it. It makes
+/// nothing worse on a valve that has at least half of that, a quarter of the believed friction.
 const DOUBTED: f64 = 0.5;
 
 /// Friction within this part of Coulomb and viscous friction counts as sliding, not as creeping.
 const SLIDING: f64 = 1.1;
 
-/// What the belief expects of one instant.
+/// The torques that the belief expects at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Expected {
     /// Speed of the reference, rad/s.
@@ -85,17 +85,17 @@ pub(crate) struct LoadShare {
     friction_beyond: f64,
     inertia_beyond: f64,
     beyond_2: f64,
-    /// Whether the share was once clearly another than 1, clearly low, clearly high, and clearly not low.
+    /// Whether the share was once clearly different from 1, clearly low, clearly high, and clearly not low.
     differs: bool,
     below: bool,
     above: bool,
     confirmed: bool,
-    /// Whether the inertia was once clearly another.
+    /// Whether the inertia was once clearly different.
     other_inertia: bool,
 }
 
 impl LoadShare {
-    /// Takes in a reading: the torque of the motor less its own damping, beside what was expected.
+    /// Takes in a reading: the motor's torque less its own damping, and what was expected.
     pub(crate) fn step(&mut self, params: &Params, expected: &Expected, torque_nm: f64) {
         if !expected.slides(params) {
             return;
@@ -118,7 +118,7 @@ impl LoadShare {
         if self.readings * params.period_s > HALF_PERIODS * params.half_period_s() {
             let Estimate { share, error, inertia_share, inertia_error } = self.estimate(params);
             let inertia_off = (inertia_share - 1.0).abs() - CONFIDENCE * inertia_error;
-            // Only active damping needs to know, and longer cycles do not let the rotor follow the acceleration.
+            // Only active damping depends on the inertia; and in longer cycles the rotor does not follow the acceleration.
             let matters = params.observer.is_some_and(|observer| observer.settings.damps);
             self.other_inertia |= matters && inertia_off > OTHER_INERTIA;
             self.differs |= (share - 1.0).abs() - CONFIDENCE * error > CLEARLY;
@@ -133,24 +133,24 @@ impl LoadShare {
         self.differs
     }
 
-    /// Whether the inertia is clearly another than believed; kept until the next arming.
+    /// Whether the inertia clearly differs from the belief; kept until the next arming.
     pub(crate) fn other_inertia(&self) -> bool {
         self.other_inertia
     }
 
-    /// Whether the valve takes clearly less than believed; kept until the next arming.
+    /// Whether the valve has clearly less friction than believed; kept until the next arming.
     pub(crate) fn below_belief(&self) -> bool {
         self.below
     }
 
-    /// Whether the valve takes clearly more than half as much again, or seems to: an encoder whose play is as large as
-    /// the lag that friction costs looks the same. Kept until the next arming.
+    /// Whether the valve clearly has more than 1.5 times the believed friction, or seems to: an encoder with a play as large as
+    /// the lag from friction looks the same. Kept until the next arming.
     pub(crate) fn above_belief(&self) -> bool {
         self.above
     }
 
-    /// The part of the believed friction to feed forward: all of it unless the valve clearly takes another. With `doubts`
-    /// less, until the load angle has confirmed the belief.
+    /// The part of the believed friction to feed forward: all of it, or the estimated share if that clearly differs. With
+    /// `doubts` less, until the load angle has confirmed the belief.
     pub(crate) fn used(&self, params: &Params, doubts: bool) -> f64 {
         if self.differs {
             self.estimate(params).share.clamp(0.0, GREATEST)
@@ -162,7 +162,7 @@ impl LoadShare {
     }
 
     fn estimate(&self, params: &Params) -> Estimate {
-        // One reading at Coulomb friction as prior, so that there is always an answer.
+        // A prior of one reading at Coulomb friction, so that the estimate always exists.
         let prior = params.coulomb_torque_nm * params.coulomb_torque_nm + f64::MIN_POSITIVE;
         let (friction_2, inertia_2) = (self.friction_2 + prior, self.inertia_2 + prior);
         let determinant = friction_2 * inertia_2 - self.across * self.across;

@@ -12,13 +12,12 @@ use std::f64::consts::PI;
 /// Half-waves one after another: five periods, in which a resonance of damping ratio 0.026 decays to less than a half.
 const HALF_WAVES: usize = 10;
 
-/// Half-waves that grow one after another, and by how much each at least: what excites a stable loop twice at the most (the
-/// beginning and the end of a jerk) makes fewer.
+/// Successive half-waves that must grow, and the least growth of each: an excitation that a stable loop gets twice at the most
+/// (the beginning and the end of a jerk) makes fewer.
 const GROWING_WAVES: usize = 4;
 const GROWS: f64 = 1.05;
 
-/// One less is enough where the newest is as large as this, electrical rad: 45°, which nothing but the loop itself reaches
-/// again and again.
+/// One less is enough if the newest is as large as this, electrical rad: 45°, which only an unstable loop reaches repeatedly.
 const LARGE_RAD: f64 = PI / 4.0;
 
 /// The longest half-wave, in half periods of the believed resonance: six times the believed inertia.
@@ -27,7 +26,7 @@ const LONGEST: f64 = 2.5;
 /// The smallest amplitude of a half-wave, electrical rad: 5°, a sixteenth of the largest lead.
 const SMALLEST_RAD: f64 = 5.0 * PI / 180.0;
 
-/// Mean amplitude of the later half-waves, in parts of the earlier ones', from which on they do not decay.
+/// Ratio of the mean amplitude of the later half-waves to the earlier ones' from which on they do not decay.
 const KEEPS: f64 = 0.8;
 
 /// The half-waves so far.

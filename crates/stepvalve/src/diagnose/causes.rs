@@ -17,7 +17,7 @@ pub fn section(found: &Found) -> Section {
     for cause in &found.diagnosis.causes {
         let mut speaks_for = format!(
             "{}; without it {:.1} % of the error on kept-aside runs comes back",
-            super::words::sentence(cause),
+            super::words::sentence(cause, found.channel),
             100.0 * cause.rms_gain
         );
         for evidence in cause.evidence.values() {

@@ -271,16 +271,18 @@ pub fn with_capital(words: &str) -> String {
 fn sentence_beside(cause: &Cause, found: &Found) -> String {
     let factor = |of: &Cause| of.parameters.get("factor").map_or(1.0, |of| of.value);
     let both = found.diagnosis.causes.iter().find(|of| of.id == EffectId::CoulombLevel);
-    let Some(both) = both.filter(|_| cause.id == EffectId::StaticLevel) else { return sentence(cause) };
+    let Some(both) = both.filter(|_| cause.id == EffectId::StaticLevel) else {
+        return sentence(cause, found.channel);
+    };
     let mut whole = cause.clone();
     if let Some(of) = whole.parameters.get_mut("factor") {
         of.value *= factor(both);
     }
-    sentence(&whole)
+    sentence(&whole, found.channel)
 }
 
-/// A cause in words.
-pub fn sentence(cause: &Cause) -> String {
+/// A cause in words, in a log of which this channel is predicted.
+pub fn sentence(cause: &Cause, predicted: Channel) -> String {
     let value = |key: &str| cause.parameters.get(key).map_or(f64::NAN, |of| of.value);
     let percent = |key: &str| {
         let off = 100.0 * (value(key) - 1.0);
@@ -353,7 +355,11 @@ pub fn sentence(cause: &Cause) -> String {
         EffectId::SensorDelay => {
             let delay_s = value("delay_s");
             let way = if delay_s < 0.0 { "early" } else { "late" };
-            format!("The measurement is {} ms {way}", short(1e3 * delay_s.abs()))
+            let (what, beside) = match predicted {
+                Channel::Torque => ("torque", "the angle"),
+                _ => ("angle", "the command"),
+            };
+            format!("The {what} channel is {} ms {way} beside {beside}", short(1e3 * delay_s.abs()))
         }
         EffectId::EncoderEccentricity => {
             format!("The encoder is eccentric by {} rad", short(value("amplitude_rad")))
