@@ -49,12 +49,11 @@ pub(crate) fn judge<'a>(
     earlier: Option<&Selection>,
     tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Judgement<'a>, DiagnosisError> {
-    let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
+    let (given, corrected) = given_and_corrected(&setting, asked)?;
     let seen = left_with(&setting, &given.point, Jumps::Seen)?;
     let rms = rms_left(&setting, &seen, &Piece::is_fitted);
     tell(Event::Noise { rms, noise: noise.told(rms) });
     tell(Event::Step("screening causes"));
-    let corrected = within_tolerance(&setting, &given, asked.corrections)?;
     let mut ranked = |ranking: &[(EffectId, f64)]| {
         tell(Event::Ranking(ranking));
         let (simulated, at_most) = setting.campaign.simulated();
@@ -76,9 +75,20 @@ pub(crate) fn judge<'a>(
             few.filter(|few| setting.is_over() && few.has_more_than(&selected)).map_or(selected, |few| *few)
         }
     };
-    let selection = with_corrections(&setting, selection, corrected, (asked.corrections, asked.able))?;
     tell(Event::Step("measuring the gain"));
-    judgement(setting, noise, selection, &begun, asked)
+    judgement(setting, noise, (selection, corrected), &begun, asked)
+}
+
+/// The given model with its fitted start, and with corrections within their tolerance; see [`within_tolerance`].
+fn given_and_corrected(
+    setting: &Setting<'_>,
+    asked: Asked<'_>,
+) -> Result<(Fitted, Option<Fitted>), DiagnosisError> {
+    setting.campaign.with_reserve(|| {
+        let given = fit(setting, asked.first.clone(), &Piece::is_fitted, 4)?;
+        let corrected = within_tolerance(setting, &given, asked.corrections)?;
+        Ok((given, corrected))
+    })
 }
 
 /// As [`judge`], if no cause, or one or two beside corrections, leave no more than noise; else `None`.
@@ -87,13 +97,11 @@ pub(crate) fn judge_few<'a>(
     noise: NoiseLevel,
     asked: Asked<'_>,
 ) -> Result<Option<Judgement<'a>>, DiagnosisError> {
-    let given = fit(&setting, asked.first.clone(), &Piece::is_fitted, 4)?;
-    let corrected = within_tolerance(&setting, &given, asked.corrections)?;
+    let (given, corrected) = given_and_corrected(&setting, asked)?;
     let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})? else {
         return Ok(None);
     };
-    let selection = with_corrections(&setting, *few, corrected, (asked.corrections, asked.able))?;
-    judgement(setting, noise, selection, &given.point, asked).map(Some)
+    judgement(setting, noise, (*few, corrected), &given.point, asked).map(Some)
 }
 
 /// As [`judge_few`], with a zero of its own for each run: only if the runs differ on average in the residual of the given
@@ -147,16 +155,20 @@ fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances 
     nuisances
 }
 
-/// What the conclusion needs beside the selection: the residual of the given model, from its fitted start.
+/// What the conclusion needs: the selection refitted beside the corrections, and the residual of the given model, from its fitted start.
 fn judgement<'a>(
     setting: Setting<'a>,
     noise: NoiseLevel,
-    selection: Selection,
+    (selection, corrected): (Selection, Option<Fitted>),
     begun: &Point,
     asked: Asked<'_>,
 ) -> Result<Judgement<'a>, DiagnosisError> {
     let everything = |_: &Piece| true;
-    let before = left_with(&setting, &settled(&setting, begun, &everything)?, Jumps::Seen)?;
+    let (selection, begun) = setting.campaign.with_reserve(|| {
+        let selection = with_corrections(&setting, selection, corrected, (asked.corrections, asked.able))?;
+        Ok::<_, DiagnosisError>((selection, settled(&setting, begun, &everything)?))
+    })?;
+    let before = left_with(&setting, &begun, Jumps::Seen)?;
     let rms = rms_left(&setting, &before, &everything);
     let structure_before = structure(&setting, &before);
     let (corrections, seed) = (asked.corrections.to_vec(), asked.seed);

@@ -34,6 +34,42 @@ fn a_spring_between_rotor_and_spool_is_softer_presliding() {
     assert!((1.0 / soft - 1.0 / rigid - 1.0 / 2000.0).abs() < 2e-5, "{rigid}, {soft} N·m/rad");
 }
 
+/// 1e12 N·m/rad is what files call rigid; a search that comes there by an inverse misses it by rounding. Simulated as a spring
+/// it would cost thousands of sub-steps a sample.
+#[test]
+fn a_spring_that_no_transducer_sees_is_rigid() {
+    let torques = |stiffness: Option<f64>| {
+        let effects =
+            stiffness.map(|value| effect("coupling-compliance", &[("stiffness_nm_per_rad", value)]));
+        let params = MotionParams::new(&with(effects.into_iter().collect())).unwrap();
+        let wave = TAU * 20.0;
+        let motion = |k: i32| {
+            let at = wave * f64::from(k) * 1e-4;
+            MotionSample {
+                angle_rad: 0.01 * at.sin(),
+                speed_rad_per_s: 0.01 * wave * at.cos(),
+                acceleration_rad_per_s2: -0.01 * wave * wave * at.sin(),
+            }
+        };
+        let rest = MotionSample { speed_rad_per_s: 0.0, ..motion(0) };
+        let torque = |output: &MotionOutput| output.load_torque_nm;
+        (
+            params.is_behind_a_spring(),
+            along(&params, &rest, motion, 500).iter().map(torque).collect::<Vec<_>>(),
+        )
+    };
+    let (_, rigid) = torques(None);
+    for stiffness in [1e12 * (1.0 - 1e-15), 1e9, 1e8] {
+        assert_eq!(torques(Some(stiffness)), (false, rigid.clone()), "{stiffness}");
+    }
+    // The stiffest that is simulated makes hardly another torque.
+    let (is_spring, stiff) = torques(Some(3e6));
+    assert!(is_spring);
+    for (rigid, stiff) in rigid.iter().zip(&stiff).skip(5) {
+        assert!((rigid - stiff).abs() < 0.01 * rigid.abs().max(0.1), "{rigid} {stiff} N·m");
+    }
+}
+
 #[test]
 fn a_spring_between_rotor_and_spool_swings_at_its_own_frequency() {
     // Reduced inertia 0.8e-4 on 2000 N·m/rad, far above the motor's 300.

@@ -37,24 +37,35 @@ const AGAIN: &str = "The search was ended before it came to its end. Say what is
 /// Causes that are not accepted are reported as nearest if they remove more than this share of the excess over noise.
 const MOST_OF_IT: f64 = 0.5;
 
+/// The diagnosis.
 pub(crate) fn conclude(
     judged: &Judgement<'_>,
     able: &[Candidate],
     unable: &[Untestable],
 ) -> Result<Found, DiagnosisError> {
+    let is_over = judged.setting.is_over();
+    judged.setting.campaign.with_reserve(|| conclusion(judged, able, unable, is_over))
+}
+
+fn conclusion(
+    judged: &Judgement<'_>,
+    able: &[Candidate],
+    unable: &[Untestable],
+    is_over: bool,
+) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
     let facts = &judged.setting.campaign.facts;
-    let is_over = judged.setting.is_over() || judged.setting.campaign.was_cut_short();
+    let ended = is_over || judged.setting.campaign.was_cut_short();
     let (point_of_all, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_of_all = structure(&judged.setting, &left_of_all);
     let tone = tone(&judged.setting, &left_of_all);
     let mut against = Against {
-        doubtful: is_doubtful(judged, &left_of_all, &structure_of_all),
+        doubtful: is_doubtful(judged, &left_of_all, &structure_of_all, is_over),
         spared: Vec::new(),
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
         unclear: Vec::new(),
-        ended: is_over,
+        ended,
         mostly: false,
     };
     if against.doubtful {
@@ -105,7 +116,7 @@ pub(crate) fn conclude(
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
     let mut observations = observations(judged, verdict, &after, &structure_kept);
-    observations.extend(is_over.then(cut_short));
+    observations.extend(ended.then(cut_short));
     let ripples = ripples_left(judged, verdict, &after);
     observations.extend(ripples_in_words(&ripples, judged.setting.campaign.kind.channel.unit()));
     observations.extend(offered.iter().map(|of| kept_out(of, judged.setting.campaign.kind.channel.unit())));
@@ -117,7 +128,7 @@ pub(crate) fn conclude(
         )
     }));
     let structure_left = telling(&structure_kept);
-    let next_experiment = if is_over {
+    let next_experiment = if ended {
         AGAIN.to_owned()
     } else {
         next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
@@ -133,7 +144,7 @@ pub(crate) fn conclude(
         untestable,
         gain: judged.gain_of(&after),
         next_experiment,
-        search_ended: is_over,
+        search_ended: ended,
         structure_before: telling(&judged.structure_before),
         structure_after: structure_left,
         description_before: description(judged, &judged.before, &judged.structure_before),

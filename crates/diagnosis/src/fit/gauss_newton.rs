@@ -368,7 +368,7 @@ fn each_start(
 mod tests {
     use super::*;
     use crate::extend::catalogue::candidate;
-    use crate::extend::hypothesis::Member;
+    use crate::extend::hypothesis::{Free, Member};
     use crate::fit::equations::Nuisances;
     use crate::fixtures;
     use crate::log::campaign::Campaign;
@@ -411,8 +411,27 @@ mod tests {
         assert!(evaluate(&setting, of(0.0), &everything).is_err(), "nothing is refused here");
         let begun = fit(&setting, of(1.0), &everything, 0).unwrap();
         let fitted = fit(&setting, of(1.0), &everything, STEPS).unwrap();
-        let factor = fitted.point.hypothesis.get(crate::extend::hypothesis::Free::Number(0, 0));
+        let factor = fitted.point.hypothesis.get(Free::Number(0, 0));
         assert!((1e-9..0.9).contains(&factor), "{factor}");
         assert!(fitted.loss < begun.loss, "{} {}", fitted.loss, begun.loss);
+    }
+
+    /// Else the causes of a search that was ended are judged beside corrections that nobody has fitted.
+    #[test]
+    fn what_a_conclusion_needs_is_fitted_though_the_search_was_ended() {
+        let given = fixtures::model(Vec::new());
+        let campaign = Campaign::new(&swings(), &given, 0, &OneAfterTheOther).unwrap();
+        let setting = Setting::new(&campaign, &given, Nuisances::default(), &OneAfterTheOther);
+        let inertia = candidate(EffectId::LoadInertia, &campaign.facts).unwrap();
+        let members = vec![Member::new(&inertia, vec![1.0], vec![0])];
+        let begin = Point { hypothesis: Hypothesis { members, ..Hypothesis::default() }, starts: Vec::new() };
+        let factor = |fitted: &Fitted| fitted.point.hypothesis.get(Free::Number(0, 0));
+        let everything = |_: &Piece| true;
+        campaign.wear_out();
+        let searched = fit(&setting, begin.clone(), &everything, STEPS).unwrap();
+        assert_eq!((factor(&searched), campaign.was_cut_short()), (1.0, true));
+        let concluded = campaign.with_reserve(|| fit(&setting, begin, &everything, STEPS)).unwrap();
+        assert!(factor(&concluded) < 0.9, "{}", factor(&concluded));
+        assert!(setting.is_over(), "the search goes on");
     }
 }

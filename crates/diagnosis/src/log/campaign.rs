@@ -147,6 +147,18 @@ impl Campaign {
         self.work.allow(self.kind.most_simulated);
     }
 
+    /// Does what a conclusion can't do without, within the reserve if the limit is reached.
+    pub fn with_reserve<T>(&self, needed: impl FnOnce() -> T) -> T {
+        self.work.with_reserve((self.kind.reserve * self.kind.most_simulated as f64) as u64, needed)
+    }
+
+    /// Ends every search.
+    #[cfg(test)]
+    pub fn wear_out(&self) {
+        self.work.add(1);
+        self.work.allow(0);
+    }
+
     /// Subtracts hum from the measured channel: `hums` are the tones, `by_piece` is their sum at each sample of each piece.
     pub fn take_out_hum(&mut self, hums: Vec<Hum>, by_piece: &[Vec<f64>]) {
         self.pieces.iter_mut().zip(by_piece).for_each(|(piece, hum)| piece.take_out_hum(hum));

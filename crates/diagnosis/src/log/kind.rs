@@ -38,6 +38,9 @@ pub(crate) struct LogKind {
     pub most_high_orders: usize,
     /// The fraction of `most_simulated` that the first search may use, so that some is left for later ones.
     pub first_search: f64,
+    /// The fraction of `most_simulated` that the fits of a conclusion may use beyond it: a search that was ended is judged at the best
+    /// numbers of the causes it has, not at those where it was ended.
+    pub reserve: f64,
     /// Gauss-Newton steps in which a piece's start converges; angle logs search for it separately.
     pub settling_steps: usize,
     /// Other initial angles that are tried for a badly fitted piece, in standard deviations of the encoder: a rotor close to
@@ -59,6 +62,7 @@ impl LogKind {
         most_simulated: 480_000_000,
         most_high_orders: 12,
         first_search: 0.6,
+        reserve: 0.15,
         settling_steps: 4,
         other_starts: &[],
     };
@@ -76,6 +80,7 @@ impl LogKind {
         most_simulated: 60_000_000,
         most_high_orders: 4,
         first_search: 1.0,
+        reserve: 0.15,
         settling_steps: 2,
         other_starts: &[-4.0, -2.0, -1.0, 1.0, 2.0, 4.0],
     };

@@ -27,6 +27,15 @@ impl Work {
         self.allowed.store(samples, Ordering::Relaxed);
     }
 
+    /// Does what a conclusion can't do without: if the limit is reached, or close, so many samples more may be simulated meanwhile.
+    pub fn with_reserve<T>(&self, samples: u64, needed: impl FnOnce() -> T) -> T {
+        let limit = self.allowed.load(Ordering::Relaxed);
+        self.allow(limit.max(self.simulated().saturating_add(samples)));
+        let done = needed();
+        self.allow(limit);
+        done
+    }
+
     /// True if more than the limit was simulated; the caller then leaves out the rest, which is noted.
     pub fn is_spent(&self) -> bool {
         let spent = self.simulated() > self.allowed.load(Ordering::Relaxed);
@@ -56,5 +65,16 @@ mod tests {
         assert!(work.is_spent());
         work.allow(20);
         assert!(!work.is_spent() && work.was_cut());
+    }
+
+    #[test]
+    fn the_reserve_is_there_for_what_is_needed_alone() {
+        let work = Work::default();
+        work.allow(10);
+        work.add(15);
+        assert!(work.is_spent());
+        assert!(!work.with_reserve(5, || work.is_spent()));
+        work.with_reserve(5, || work.add(6));
+        assert!(work.is_spent());
     }
 }

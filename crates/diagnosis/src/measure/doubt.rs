@@ -63,13 +63,18 @@ pub(crate) fn misfit(judged: &Judgement<'_>) -> Result<Option<Misfit>, Diagnosis
     }
     let (_, left) = judged.everywhere(&judged.selection.fitted)?;
     let structure = structure(&judged.setting, &left);
-    let misfit = structure.rms > MISFITS && !is_doubtful(judged, &left, &structure);
+    let misfit = structure.rms > MISFITS && !is_doubtful(judged, &left, &structure, judged.setting.is_over());
     let left = || left.into_iter().map(|of| of.residual).collect();
     Ok(misfit.then(|| Misfit { left: left(), per_independent: structure.per_independent }))
 }
 
-/// True if the selected causes leave too large a residual to be the cause.
-pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], structure: &Structure) -> bool {
+/// True if the selected causes leave too large a residual to be the cause. `is_over`: nothing more could be searched for.
+pub(crate) fn is_doubtful(
+    judged: &Judgement<'_>,
+    left: &[PieceResidual],
+    structure: &Structure,
+    is_over: bool,
+) -> bool {
     let selection = &judged.selection;
     if selection.fitted.point.hypothesis.members.is_empty() {
         return false;
@@ -80,7 +85,7 @@ pub(crate) fn is_doubtful(judged: &Judgement<'_>, left: &[PieceResidual], struct
     let too_little = || {
         selection.share_explained(loss, judged.noise.share) < least_share(selection.fitted.point.hypothesis.members.len())
             // If the search was cut short, it had no time for the other cause.
-            || judged.noise.share == 1.0 && !judged.setting.is_over() && another_cause(judged, structure)
+            || judged.noise.share == 1.0 && !is_over && another_cause(judged, structure)
             || on_held_out > loss.hardly_less()
     };
     no_better || !(is_noise(structure) && judged.noise.share == 1.0) && too_little()

@@ -37,7 +37,8 @@ pub(crate) struct Judgement<'a> {
 impl Judgement<'_> {
     /// A fitted hypothesis settled on all pieces, and its residual.
     pub fn everywhere(&self, fitted: &Fitted) -> Result<(Point, Vec<PieceResidual>), DiagnosisError> {
-        let point = settled(&self.setting, &fitted.point, &|_: &Piece| true)?;
+        let settling = || settled(&self.setting, &fitted.point, &|_: &Piece| true);
+        let point = self.setting.campaign.with_reserve(settling)?;
         let left = left(&self.setting, &point)?;
         Ok((point, left))
     }

@@ -72,6 +72,10 @@ pub struct MotionOutput {
     pub measured_torque_nm: f64,
 }
 
+/// A load on a coupling counts as rigid if it would swing faster than this, 32 kHz. At 500 Hz, where transducers end, such a coupling
+/// changes the torque by the square of 1/64; a simulation of it would take thousands of sub-steps a sample.
+const RIGID_RAD_PER_S: f64 = 2e5;
+
 impl MotionParams {
     /// Prepares a model; without `[load]` its inertia counts as zero.
     ///
@@ -83,8 +87,9 @@ impl MotionParams {
         let effects = Effects::new(&model);
         let load_inertia_kg_m2 = model.load.map_or(0.0, |load| load.inertia_kg_m2);
         let coupling = effects.coupling;
-        let spring = coupling
-            .is_there()
+        let natural_rad_per_s = (coupling.stiffness_nm_per_rad / load_inertia_kg_m2).sqrt();
+        let is_rigid = load_inertia_kg_m2 > 0.0 && natural_rad_per_s > RIGID_RAD_PER_S;
+        let spring = (coupling.is_there() && !is_rigid)
             .then(|| ValveParams::on_a_spring(&model, load_inertia_kg_m2, coupling))
             .transpose()?;
         let friction = FrictionLaw::new(&model.friction);
