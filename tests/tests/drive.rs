@@ -20,12 +20,19 @@ fn model() -> PathBuf {
 
 /// Arms as soon as the drive lets it, and turns to 17 degrees.
 fn turn_to_17_degrees(place: &TestPlace) {
+    turn_to_17_degrees_within(place, 2e-3);
+}
+
+/// Without an encoder the angle is the command's, which leads the spool by what friction takes: at most 0.39 degrees.
+const LEAD_RAD: f64 = 7e-3;
+
+fn turn_to_17_degrees_within(place: &TestPlace, within_rad: f64) {
     // Refused until the drive is in operation; absolute set-points until it is heard where it stands.
     place.wait_for("the drive", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
     place.wait_for("current", || (place.stepvalve(&["set", "angle", "17deg"]).code == Some(0)).then_some(()));
     place.wait_for("17 degrees", || {
         let angle = place.status()?["angle_rad"].as_f64()?;
-        ((angle - 17_f64.to_radians()).abs() < 2e-3).then_some(())
+        ((angle - 17_f64.to_radians()).abs() < within_rad).then_some(())
     });
 }
 
@@ -132,7 +139,7 @@ fn an_instance_turns_a_valve_through_a_pulse_train_terminal() {
             let log = place.path("drive.csv");
             let drive = start_drive(&model(), &["--log", log.to_str().unwrap(), "--pulse-train"]);
             let run = place.start_instance("bus", &["--json"], &scenario, &place.path("out"));
-            turn_to_17_degrees(place);
+            turn_to_17_degrees_within(place, LEAD_RAD);
             let bus = place.status().unwrap()["bus"].clone();
             assert_eq!((&bus["al_state"], &bus["working_counter"]), (&"OP".into(), &3.into()), "{bus}");
             place.stepvalve(&["disarm"]).expect_code(0);
