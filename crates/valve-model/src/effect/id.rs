@@ -71,41 +71,6 @@ impl EffectId {
         Self::ALL.iter().copied().find(|id| id.name() == name)
     }
 
-    /// Whether it is in what the torque transducer reads, which is no part of the machine.
-    pub fn is_of_transducer(&self) -> bool {
-        match self {
-            Self::TorqueOffset | Self::TorqueGain => true,
-            Self::CoulombLevel
-            | Self::StaticLevel
-            | Self::ViscousLevel
-            | Self::StribeckVelocity
-            | Self::BristleStiffness
-            | Self::LoadInertia
-            | Self::HoldingTorqueLevel
-            | Self::PressureDependentFriction
-            | Self::TemperatureDependentViscosity
-            | Self::TemperatureDependentFriction
-            | Self::AngleDependentFriction
-            | Self::DirectionAsymmetry
-            | Self::DwellStiction
-            | Self::HydraulicLock
-            | Self::FrictionLag
-            | Self::PreslidingHysteresis
-            | Self::WearDrift
-            | Self::FlowTorque
-            | Self::PressureTorque
-            | Self::PositionTorque
-            | Self::CouplingCompliance
-            | Self::DetentTorque
-            | Self::MicrostepError
-            | Self::Backlash
-            | Self::MissedSteps
-            | Self::SensorDelay
-            | Self::EncoderEccentricity
-            | Self::Custom(_) => false,
-        }
-    }
-
     /// Whether it is a formula or a table.
     pub fn is_custom(&self) -> bool {
         matches!(self, Self::Custom(_))

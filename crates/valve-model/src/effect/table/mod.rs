@@ -8,7 +8,7 @@ mod torques;
 
 use super::custom::CUSTOM;
 use super::id::EffectId;
-use super::spec::EffectSpec;
+use super::spec::{EffectSpec, SeenIn};
 
 pub(crate) use cells::MAX_TERMS;
 
@@ -47,5 +47,9 @@ impl EffectId {
             Self::EncoderEccentricity => &measurement::ENCODER_ECCENTRICITY,
             Self::Custom(_) => &CUSTOM,
         }
+    }
+    /// Whether it is in what the torque transducer reads, which is no part of the machine.
+    pub fn is_of_transducer(self) -> bool {
+        self.spec().seen_in == SeenIn::TorqueLogs
     }
 }
