@@ -2,8 +2,9 @@
 
 use crate::campaign::Campaign;
 use crate::contact::Contact;
+use crate::effect::Effect;
 use crate::effects::Instance;
-use crate::hidden::{Gap, Hidden, LogKind, OUTSIDE, twins};
+use crate::hidden::{Gap, Hidden, LogKind, twins};
 use crate::measure::{channel, measure};
 use crate::nominal::{Nominal, log_uniform};
 use crate::plan::RunPlan;
@@ -51,9 +52,10 @@ fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
         LogKind::Torque => torque_plan::plan(&nominal, hidden.samples, hidden.without, &mut rng),
         LogKind::Angle => angle_plan::plan(&nominal, hidden.samples, hidden.without, &mut rng),
     };
-    let mut instances: Vec<Instance> = hidden.effects.iter().map(|id| Instance::draw(id, &mut rng)).collect();
+    let mut instances: Vec<Instance> =
+        hidden.effects().into_iter().map(|effect| Instance::draw(effect, &mut rng)).collect();
     for instance in &mut instances {
-        if hidden.log == LogKind::Angle && instance.id == "outside-hum" {
+        if hidden.log == LogKind::Angle && instance.effect == Effect::OutsideHum {
             // Its size is a torque; an angle's is smaller by the motor's stiffness.
             instance.amount = 1.0 / (nominal.holding_nm * crate::nominal::TEETH);
         }
@@ -168,7 +170,7 @@ impl Draft {
                 let mut valve = Valve::new(Contact::new(self.nominal));
                 let applied = instance.apply(&mut valve, &self.runs);
                 HiddenEffect {
-                    id: instance.id.clone(),
+                    id: instance.effect.name().to_owned(),
                     parameters: applied.parameters,
                     same_form: applied.same_form,
                     strength: residual.rms / noise,
@@ -186,8 +188,7 @@ impl Draft {
         let twins = twins_without(hidden.without);
         let loud = hidden.log == LogKind::Angle && noise > QUIET_RAD && twins.is_empty();
         let near_twins = if loud { twins_without(Some(Gap::OneWay)) } else { Vec::new() };
-        let outside = hidden.effects.iter().any(|id| OUTSIDE.contains(&id.as_str()));
-        let verdict = match (hidden.effects.len(), outside, twins.is_empty()) {
+        let verdict = match (hidden.effects.len(), hidden.is_outside(), twins.is_empty()) {
             (0, _, _) => "no-discrepancy",
             (1, true, _) => "unexplained",
             (_, true, _) => "partly-explained",

@@ -1,5 +1,6 @@
 //! What a campaign hides, and what its plan leaves out.
 
+use crate::effect::{Effect, Listed};
 use serde::{Deserialize, Serialize};
 
 /// Residual over noise of a strong effect, over the runs where it acts.
@@ -99,52 +100,34 @@ impl Hidden {
         let effects = effects.iter().map(|id| (*id).to_owned()).collect();
         Self { effects, strength, ..Self::none(log) }
     }
+
+    /// The effects that the names stand for.
+    pub(crate) fn effects(&self) -> Vec<Effect> {
+        let known = |name: &String| {
+            Effect::from_name(name).unwrap_or_else(|| panic!("the rig knows no effect {name:?}"))
+        };
+        self.effects.iter().map(known).collect()
+    }
+
+    /// Whether some of it is on no list of causes.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.effects().iter().any(|effect| effect.listed() == Listed::Nowhere)
+    }
 }
 
 /// Effects that no list of causes has.
-pub const OUTSIDE: &[&str] =
-    &["outside-square-drag", "outside-hum", "outside-gear", "outside-wander", "outside-play"];
-
-const BOTH: &[&str] = &[
-    "coulomb-level",
-    "static-level",
-    "viscous-level",
-    "stribeck-velocity",
-    "bristle-stiffness",
-    "load-inertia",
-    "pressure-dependent-friction",
-    "temperature-dependent-viscosity",
-    "temperature-dependent-friction",
-    "angle-dependent-friction",
-    "direction-asymmetry",
-    "dwell-stiction",
-    "hydraulic-lock",
-    "friction-lag",
-    "presliding-hysteresis",
-    "wear-drift",
-    "flow-torque",
-    "pressure-torque",
-    "position-torque",
-    "coupling-compliance",
-    "sensor-delay",
-];
-const TORQUE_ONLY: &[&str] = &["torque-offset", "torque-gain"];
-const ANGLE_ONLY: &[&str] = &[
-    "holding-torque-level",
-    "detent-torque",
-    "microstep-error",
-    "backlash",
-    "missed-steps",
-    "encoder-eccentricity",
+pub const OUTSIDE: &[&str] = &[
+    Effect::OutsideSquareDrag.name(),
+    Effect::OutsideHum.name(),
+    Effect::OutsideGear.name(),
+    Effect::OutsideWander.name(),
+    Effect::OutsidePlay.name(),
 ];
 
 /// The effects that can be hidden in a log of this kind.
 pub fn effects_of(log: LogKind) -> Vec<&'static str> {
-    let more = match log {
-        LogKind::Torque => TORQUE_ONLY,
-        LogKind::Angle => ANGLE_ONLY,
-    };
-    BOTH.iter().chain(more).copied().collect()
+    let listed = Effect::ALL.iter().filter(|effect| effect.is_listed_for(log));
+    listed.map(|effect| effect.name()).collect()
 }
 
 /// Near-twins: what is hidden, what it looks like, and the gap of the plan without which they can be told apart.

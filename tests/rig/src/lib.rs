@@ -16,6 +16,7 @@ mod angle_plan;
 mod campaign;
 mod contact;
 mod draw;
+mod effect;
 mod effects;
 mod exact;
 mod forms;

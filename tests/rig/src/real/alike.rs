@@ -6,8 +6,9 @@
 use super::fit::{Columns, Normal};
 use super::world::{Colour, TOLERANCE, World};
 use crate::contact::Contact;
+use crate::effect::Effect;
 use crate::effects::Instance;
-use crate::hidden::{LogKind, effects_of};
+use crate::hidden::LogKind;
 use crate::measure::{channel, measure};
 use crate::nominal::Nominal;
 use crate::plan::RunPlan;
@@ -22,8 +23,13 @@ const WITHIN: f64 = 2.0;
 /// Zeros and their drift so many of theirs.
 const ZEROS_WITHIN: f64 = 3.0;
 /// Causes that are one number of the model, whose slopes the nuisances have already.
-const NUMBERS: [&str; 5] =
-    ["static-level", "stribeck-velocity", "bristle-stiffness", "viscous-level", "load-inertia"];
+const NUMBERS: [Effect; 5] = [
+    Effect::StaticLevel,
+    Effect::StribeckVelocity,
+    Effect::BristleStiffness,
+    Effect::ViscousLevel,
+    Effect::LoadInertia,
+];
 /// Small amounts for slopes.
 const SMALL: f64 = 0.3;
 
@@ -111,17 +117,18 @@ impl Slopes<'_> {
     }
 
     /// The columns of every cause that such a log could be blamed on, appended to the nuisances; which are whose.
-    pub fn causes(&self, columns: &mut Columns, known: impl Fn(&str) -> bool) -> Vec<(String, Vec<usize>)> {
+    pub fn causes(&self, columns: &mut Columns, known: impl Fn(Effect) -> bool) -> Vec<(Effect, Vec<usize>)> {
         let mut all = Vec::new();
-        for id in effects_of(self.kind).into_iter().filter(|id| known(id)) {
+        let blamed = |effect: &Effect| effect.is_listed_for(self.kind) && known(*effect);
+        for effect in Effect::ALL.iter().copied().filter(blamed) {
             let begin = columns.values.len();
-            if let Some(number) = NUMBERS.iter().position(|number| *number == id) {
+            if let Some(number) = NUMBERS.iter().position(|number| *number == effect) {
                 columns.values.push(columns.values[number].clone());
                 columns.bounds.push(f64::INFINITY);
-                all.push((id.to_owned(), vec![begin]));
+                all.push((effect, vec![begin]));
                 continue;
             }
-            for instance in directions(id) {
+            for instance in directions(effect) {
                 let mut valve = Valve::new(Contact::new(*self.nominal));
                 instance.apply(&mut valve, self.runs);
                 if let Some(values) = self.change(&valve) {
@@ -129,7 +136,7 @@ impl Slopes<'_> {
                     columns.bounds.push(f64::INFINITY);
                 }
             }
-            all.push((id.to_owned(), (begin..columns.values.len()).collect()));
+            all.push((effect, (begin..columns.values.len()).collect()));
         }
         all
     }
@@ -139,19 +146,19 @@ impl Slopes<'_> {
 pub(super) fn alike(
     normal: &Normal<'_>,
     base: &[usize],
-    causes: &[(String, Vec<usize>)],
-    (hidden, seen): (&str, f64),
+    causes: &[(Effect, Vec<usize>)],
+    (hidden, seen): (Effect, f64),
     world: &World,
-) -> Vec<String> {
-    let fits = |(id, columns): &&(String, Vec<usize>)| {
+) -> Vec<Effect> {
+    let fits = |(effect, columns): &&(Effect, Vec<usize>)| {
         let which: Vec<usize> = base.iter().chain(columns).copied().collect();
         let left = normal.left(&which);
         let chance = CHANCE.0 + CHANCE.1 * columns.len() as f64;
-        id != hidden
+        *effect != hidden
             && !columns.is_empty()
             && (left.seen < ALIKE * seen || left.square / alike_samples(world) < chance)
     };
-    causes.iter().filter(fits).map(|(id, _)| id.clone()).collect()
+    causes.iter().filter(fits).map(|(effect, _)| *effect).collect()
 }
 
 /// Samples of coloured noise that tell as much as one of white noise.
@@ -163,25 +170,49 @@ fn alike_samples(world: &World) -> f64 {
 }
 
 /// An effect's directions: small amounts of each of its shapes. Lost steps have none.
-fn directions(id: &str) -> Vec<Instance> {
-    let one = |draws: [f64; 6]| Instance::given(id, SMALL, draws);
-    match id {
-        "angle-dependent-friction" | "flow-torque" | "position-torque" => {
+fn directions(effect: Effect) -> Vec<Instance> {
+    let one = |draws: [f64; 6]| Instance::given(effect, SMALL, draws);
+    match effect {
+        Effect::AngleDependentFriction | Effect::FlowTorque | Effect::PositionTorque => {
             let orders = [0.0, 0.4];
             let wave = |order: f64, phase: f64| one([1.0, order, phase, 0.0, 0.0, 0.0]);
             orders.into_iter().flat_map(|order| [wave(order, 0.0), wave(order, 0.25)]).collect()
         }
-        "microstep-error" => {
+        Effect::MicrostepError => {
             let orders = [0.1, 0.6];
             let wave = |order: f64, phase: f64| one([1.0, phase, phase, order, 0.0, 0.0]);
             orders.into_iter().flat_map(|order| [wave(order, 0.0), wave(order, 0.25)]).collect()
         }
-        "detent-torque" | "encoder-eccentricity" => vec![one([1.0; 6]), one([1.0, 0.25, 0.0, 0.0, 0.0, 0.0])],
+        Effect::DetentTorque | Effect::EncoderEccentricity => {
+            vec![one([1.0; 6]), one([1.0, 0.25, 0.0, 0.0, 0.0, 0.0])]
+        }
         // Level and viscous part; two time constants, or distances.
-        "direction-asymmetry" | "dwell-stiction" | "hydraulic-lock" | "wear-drift" => {
+        Effect::DirectionAsymmetry | Effect::DwellStiction | Effect::HydraulicLock | Effect::WearDrift => {
             vec![one([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), one([1.0; 6])]
         }
-        "missed-steps" => Vec::new(),
-        _ => vec![one([0.5; 6])],
+        Effect::MissedSteps => Vec::new(),
+        Effect::CoulombLevel
+        | Effect::StaticLevel
+        | Effect::ViscousLevel
+        | Effect::StribeckVelocity
+        | Effect::BristleStiffness
+        | Effect::LoadInertia
+        | Effect::PressureDependentFriction
+        | Effect::TemperatureDependentViscosity
+        | Effect::TemperatureDependentFriction
+        | Effect::FrictionLag
+        | Effect::PreslidingHysteresis
+        | Effect::PressureTorque
+        | Effect::CouplingCompliance
+        | Effect::SensorDelay
+        | Effect::TorqueOffset
+        | Effect::TorqueGain
+        | Effect::HoldingTorqueLevel
+        | Effect::Backlash
+        | Effect::OutsideSquareDrag
+        | Effect::OutsideHum
+        | Effect::OutsideGear
+        | Effect::OutsideWander
+        | Effect::OutsidePlay => vec![one([0.5; 6])],
     }
 }

@@ -14,8 +14,9 @@ mod world;
 
 use crate::campaign::Campaign;
 use crate::contact::Contact;
+use crate::effect::{Effect, Needs};
 use crate::effects::Instance;
-use crate::hidden::{Hidden, LogKind, OUTSIDE};
+use crate::hidden::{Hidden, LogKind};
 use crate::measure::measure;
 use crate::nominal::Nominal;
 use crate::plan::RunPlan;
@@ -78,14 +79,15 @@ pub(crate) fn try_draw(seed: u64, hidden: &Hidden) -> Option<Campaign> {
 fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
     let mut rng = Pcg64::seed_from_u64(seed ^ (attempt << 48) ^ (1 << 47));
     let mut draft = Draft::draw(hidden, &mut rng);
-    if !hidden.effects.iter().all(|id| draft.varies_with(id)) {
+    let effects = hidden.effects();
+    if !effects.iter().all(|effect| draft.varies_with(*effect)) {
         return None;
     }
     let plain = measure(draft.kind, &draft.part, &draft.valve(&[], &draft.part))?;
-    if hidden.effects.iter().any(|id| id == "backlash") && !plain.iter().any(turns_back) {
+    if effects.contains(&Effect::Backlash) && !plain.iter().any(turns_back) {
         return None;
     }
-    let instances: Vec<Instance> = hidden.effects.iter().map(|id| draft.instance(id, &mut rng)).collect();
+    let instances: Vec<Instance> = effects.iter().map(|effect| draft.instance(*effect, &mut rng)).collect();
     let late = draft.lateness(&plain);
     let nuisances = match (instances.is_empty(), &late) {
         (true, None) => Columns::default(),
@@ -118,17 +120,15 @@ impl Draft {
         let nominal = Nominal::draw(rng);
         let mut world = World::draw(hidden.log, &nominal, hidden.samples, rng);
         let (mut runs, labels) = motions::plan(&nominal, &world, hidden.log, rng);
-        for id in &hidden.effects {
-            match id.as_str() {
-                "pressure-dependent-friction" | "hydraulic-lock" | "flow-torque" | "pressure-torque" => {
-                    world.pressure = Presence::All;
-                }
-                "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
-                    world.temperature = Presence::All;
-                }
+        for effect in hidden.effects() {
+            match effect.needs() {
+                Needs::Pressure => world.pressure = Presence::All,
+                Needs::Temperature => world.temperature = Presence::All,
+                Needs::Nothing => {}
+            }
+            if effect == Effect::TorqueOffset {
                 // One zero for all runs is what it says.
-                "torque-offset" => (world.zero, world.drift_per_s) = (0.0, 0.0),
-                _ => {}
+                (world.zero, world.drift_per_s) = (0.0, 0.0);
             }
         }
         if world.source == world::Source::Loop && hidden.log == LogKind::Angle {
@@ -141,27 +141,23 @@ impl Draft {
     }
 
     /// Whether what an effect depends on changes: with one pressure or one temperature it is a level.
-    fn varies_with(&self, id: &str) -> bool {
+    fn varies_with(&self, effect: Effect) -> bool {
         let spans = |value: &dyn Fn(&RunPlan) -> crate::plan::Slow| {
             let ends =
                 |run: &RunPlan| [value(run).mean - value(run).wobble, value(run).mean + value(run).wobble];
             let all: Vec<f64> = self.runs.iter().flat_map(ends).collect();
             all.iter().copied().fold(f64::MIN, f64::max) - all.iter().copied().fold(f64::MAX, f64::min)
         };
-        match id {
-            "pressure-dependent-friction" | "hydraulic-lock" | "flow-torque" | "pressure-torque" => {
-                spans(&|run| run.pressure_mpa) > LEAST_MPA
-            }
-            "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
-                spans(&|run| run.celsius) > LEAST_K
-            }
-            _ => true,
+        match effect.needs() {
+            Needs::Pressure => spans(&|run| run.pressure_mpa) > LEAST_MPA,
+            Needs::Temperature => spans(&|run| run.celsius) > LEAST_K,
+            Needs::Nothing => true,
         }
     }
 
-    fn instance(&self, id: &str, rng: &mut Pcg64) -> Instance {
-        let mut instance = Instance::draw(id, rng);
-        if self.kind == LogKind::Angle && id == "outside-hum" {
+    fn instance(&self, effect: Effect, rng: &mut Pcg64) -> Instance {
+        let mut instance = Instance::draw(effect, rng);
+        if self.kind == LogKind::Angle && effect == Effect::OutsideHum {
             instance.amount = 1.0 / (self.nominal.holding_nm * crate::nominal::TEETH);
         }
         instance
@@ -275,42 +271,39 @@ impl Draft {
     ) -> Option<Truth> {
         let mut also_true = Vec::new();
         if self.kind == LogKind::Angle && self.world.zero > 0.0 {
-            also_true.push("torque-offset".to_owned());
+            also_true.push(Effect::TorqueOffset.name().to_owned());
         }
         let mut near_twins: BTreeSet<String> = BTreeSet::new();
         if !shown.is_empty() || late.is_some() {
             let slopes = self.slopes(plain);
             let nuisances: Vec<usize> = (0..columns.values.len()).collect();
-            let causes = slopes.causes(&mut columns, |id| self.has_channels_of(id));
+            let causes = slopes.causes(&mut columns, |effect| self.has_channels_of(effect));
             let weights = self.weights(plain);
             for (index, one) in shown.iter().enumerate() {
                 let normal = Normal::new(&columns, &one.change, &weights);
-                let beside = |(id, _): &&(String, Vec<usize>)| {
-                    shown.iter().enumerate().any(|(other, of)| other != index && of.instance.id == *id)
+                let beside = |(effect, _): &&(Effect, Vec<usize>)| {
+                    shown
+                        .iter()
+                        .enumerate()
+                        .any(|(other, of)| other != index && of.instance.effect == *effect)
                 };
                 let others = causes.iter().filter(beside).flat_map(|(_, columns)| columns);
                 let base: Vec<usize> = nuisances.iter().chain(others).copied().collect();
-                let hidden = (one.instance.id.as_str(), one.seen);
+                let hidden = (one.instance.effect, one.seen);
                 let like = alike::alike(&normal, &base, &causes, hidden, &self.world);
-                if shown.iter().any(|other| like.contains(&other.instance.id)) {
+                if shown.iter().any(|other| like.contains(&other.instance.effect)) {
                     return None;
                 }
-                near_twins.extend(like);
+                near_twins.extend(names(&like));
             }
             if let Some((change, seen)) = late {
                 let normal = Normal::new(&columns, &change, &weights);
-                also_true.push("sensor-delay".to_owned());
-                also_true.extend(alike::alike(
-                    &normal,
-                    &nuisances,
-                    &causes,
-                    ("sensor-delay", seen),
-                    &self.world,
-                ));
+                also_true.push(Effect::SensorDelay.name().to_owned());
+                let late = (Effect::SensorDelay, seen);
+                also_true.extend(names(&alike::alike(&normal, &nuisances, &causes, late, &self.world)));
             }
         }
-        let outside = hidden.effects.iter().any(|id| OUTSIDE.contains(&id.as_str()));
-        let verdict = match (hidden.effects.len(), outside) {
+        let verdict = match (hidden.effects.len(), hidden.is_outside()) {
             (0, _) => "no-discrepancy",
             (1, true) => "unexplained",
             (_, true) => "partly-explained",
@@ -344,15 +337,11 @@ impl Draft {
         (seen > SHOWS).then_some((change, seen))
     }
 
-    fn has_channels_of(&self, id: &str) -> bool {
-        match id {
-            "pressure-dependent-friction" | "hydraulic-lock" | "flow-torque" | "pressure-torque" => {
-                self.world.pressure != Presence::None
-            }
-            "temperature-dependent-viscosity" | "temperature-dependent-friction" => {
-                self.world.temperature != Presence::None
-            }
-            _ => true,
+    fn has_channels_of(&self, effect: Effect) -> bool {
+        match effect.needs() {
+            Needs::Pressure => self.world.pressure != Presence::None,
+            Needs::Temperature => self.world.temperature != Presence::None,
+            Needs::Nothing => true,
         }
     }
 
@@ -361,10 +350,10 @@ impl Draft {
         let mut parameters = applied.parameters;
         if let Some(factor) = parameters.get("factor").and_then(Value::as_f64) {
             // What the file's number is to be multiplied by.
-            parameters.insert("factor".to_owned(), json!(factor * self.misjudged(&one.instance.id)));
+            parameters.insert("factor".to_owned(), json!(factor * self.misjudged(one.instance.effect)));
         }
         HiddenEffect {
-            id: one.instance.id.clone(),
+            id: one.instance.effect.name().to_owned(),
             parameters,
             same_form: applied.same_form,
             strength: one.seen,
@@ -373,18 +362,44 @@ impl Draft {
     }
 
     /// True over believed, of the number that a level stands for.
-    fn misjudged(&self, id: &str) -> f64 {
-        let of = |number: fn(&Nominal) -> f64| number(&self.nominal) / number(&self.believed);
-        match id {
-            "coulomb-level" => of(|n| n.coulomb_nm),
-            "static-level" => of(|n| n.static_nm),
-            "viscous-level" => of(|n| n.viscous_nm_s_per_rad),
-            "stribeck-velocity" => of(|n| n.stribeck_rad_per_s),
-            "bristle-stiffness" => of(|n| n.stiffness_nm_per_rad),
-            "load-inertia" => of(|n| n.load_kg_m2),
-            "holding-torque-level" => of(|n| n.holding_nm),
-            _ => 1.0,
-        }
+    fn misjudged(&self, effect: Effect) -> f64 {
+        let number: fn(&Nominal) -> f64 = match effect {
+            Effect::CoulombLevel => |n| n.coulomb_nm,
+            Effect::StaticLevel => |n| n.static_nm,
+            Effect::ViscousLevel => |n| n.viscous_nm_s_per_rad,
+            Effect::StribeckVelocity => |n| n.stribeck_rad_per_s,
+            Effect::BristleStiffness => |n| n.stiffness_nm_per_rad,
+            Effect::LoadInertia => |n| n.load_kg_m2,
+            Effect::HoldingTorqueLevel => |n| n.holding_nm,
+            Effect::PressureDependentFriction
+            | Effect::TemperatureDependentViscosity
+            | Effect::TemperatureDependentFriction
+            | Effect::AngleDependentFriction
+            | Effect::DirectionAsymmetry
+            | Effect::DwellStiction
+            | Effect::HydraulicLock
+            | Effect::FrictionLag
+            | Effect::PreslidingHysteresis
+            | Effect::WearDrift
+            | Effect::FlowTorque
+            | Effect::PressureTorque
+            | Effect::PositionTorque
+            | Effect::CouplingCompliance
+            | Effect::SensorDelay
+            | Effect::TorqueOffset
+            | Effect::TorqueGain
+            | Effect::DetentTorque
+            | Effect::MicrostepError
+            | Effect::Backlash
+            | Effect::MissedSteps
+            | Effect::EncoderEccentricity
+            | Effect::OutsideSquareDrag
+            | Effect::OutsideHum
+            | Effect::OutsideGear
+            | Effect::OutsideWander
+            | Effect::OutsidePlay => return 1.0,
+        };
+        number(&self.nominal) / number(&self.believed)
     }
 
     fn facts(&self) -> serde_json::Map<String, Value> {
@@ -399,6 +414,10 @@ impl Draft {
         });
         if let Value::Object(map) = facts { map } else { serde_json::Map::new() }
     }
+}
+
+fn names(effects: &[Effect]) -> impl Iterator<Item = String> {
+    effects.iter().map(|effect| effect.name().to_owned())
 }
 
 /// Every so manieth run of many, the beginnings of few.
