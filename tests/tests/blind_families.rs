@@ -5,7 +5,8 @@
 //! holds them misses by chance less than once in a thousand. `STEPVALVE_BLIND_SEED` draws others.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use hidden_effect_rig::{Campaign, Family, Finding, Hidden, Outcome};
+use hidden_effect_rig::{Campaign, Family, Finding, Hidden, LogKind, Outcome};
+use log_data::Run;
 use own_recordings::{CHANGES, Recording, answer};
 use serde_json::Value;
 use std::path::Path;
@@ -22,16 +23,19 @@ fn first_seed() -> u64 {
     seed
 }
 
-/// What it says; a log that it refuses has that for a verdict.
-fn diagnosed(place: &TestPlace, log: &Path, model: &Path) -> Finding {
+fn diagnosis(place: &TestPlace, log: &Path, model: &Path) -> Value {
     let out = place.path("found");
     let paths = [log, model, &out].map(|path| path.to_str().unwrap().to_owned());
     // The program of the tests is not optimised: the clock must not end what the samples bound.
     let asked = ["diagnose", "--log", &paths[0], "--model", &paths[1], "--out", &paths[2]];
     let finished = place.stepvalve(&[&asked[..], &["--limit", "30min"]].concat());
     finished.expect_code(0);
-    let json: Value = serde_json::from_slice(&std::fs::read(out.join("diagnosis.json")).unwrap()).unwrap();
-    Finding::of(&json)
+    serde_json::from_slice(&std::fs::read(out.join("diagnosis.json")).unwrap()).unwrap()
+}
+
+/// What it says; a log that it refuses has that for a verdict.
+fn diagnosed(place: &TestPlace, log: &Path, model: &Path) -> Finding {
+    Finding::of(&diagnosis(place, log, model))
 }
 
 fn found(seed: u64, hidden: &Hidden) -> Outcome {
@@ -139,4 +143,48 @@ fn the_answer_key_says_what_a_recording_can_show() {
     );
     let pressures = key("flow-steps", EffectId::PressureDependentFriction);
     assert!(pressures.shows && !pressures.truth.near_twins.contains(&"coulomb-level".to_owned()));
+}
+
+/// A transducer's low-pass changes the torque at reversals as less bristle damping does. Neither its scale nor the levels may follow.
+#[test]
+fn beside_a_slow_transducer_levels_are_what_they_are() {
+    // By how much the file's numbers are too large.
+    let too_large = [
+        ("coulomb-level", "coulomb_torque_nm", 1.02),
+        ("static-level", "static_torque_nm", 1.02),
+        ("viscous-level", "viscous_nm_s_per_rad", 0.98),
+        ("bristle-stiffness", "bristle_stiffness_nm_per_rad", 1.015),
+        ("load-inertia", "inertia_kg_m2", 0.985),
+    ];
+    let mut campaign = Campaign::draw(4, &Hidden { samples: 24_000, ..Hidden::none(LogKind::Torque) });
+    campaign.log.runs.iter_mut().for_each(|run| low_pass(run, 2e-4));
+    let scaled = |line: &str| {
+        let (key, value) = line.split_once(" = ")?;
+        let (_, _, by) = too_large.iter().find(|(_, of, _)| *of == key)?;
+        Some(format!("{key} = {:?}", value.parse::<f64>().unwrap() * by))
+    };
+    let lines = campaign.model_toml.lines().map(|line| scaled(line).unwrap_or_else(|| line.to_owned()));
+    campaign.model_toml = lines.collect::<Vec<_>>().join("\n");
+    let place = TestPlace::new();
+    let given = place.path("given");
+    campaign.write(&given).unwrap();
+    let diagnosis = diagnosis(&place, &given.join("log.h5"), &given.join("model.toml"));
+    let corrected = diagnosis["within_tolerance"].as_array().unwrap();
+    assert!(corrected.iter().all(|of| of["id"] != "torque-gain"), "{corrected:?}");
+    for (id, _, by) in too_large.iter().filter(|(id, ..)| *id != "static-level") {
+        let Some(of) = corrected.iter().find(|of| of["id"] == *id) else { continue };
+        let (low, high) = (of["ci95"][0].as_f64().unwrap(), of["ci95"][1].as_f64().unwrap());
+        assert!((low..=high).contains(&(1.0 / by)), "{id}: {low} to {high}, {} is true", 1.0 / by);
+    }
+}
+
+/// The torque through a low-pass of first order, s.
+fn low_pass(run: &mut Run, time_constant_s: f64) {
+    let times_s = run.time_s.clone();
+    let Some(torque_nm) = run.torque_nm.as_mut() else { return };
+    let mut late = torque_nm[0];
+    for (index, torque) in torque_nm.iter_mut().enumerate().skip(1) {
+        late += (*torque - late) * (1.0 - (-(times_s[index] - times_s[index - 1]) / time_constant_s).exp());
+        *torque = late;
+    }
 }

@@ -66,7 +66,8 @@ fn factors(all: &Normal, named: &BTreeSet<String>, model: &Model) -> BTreeMap<St
         EffectId::ViscousLevel => Some(1.0 / lugre.viscous_nm_s_per_rad),
         EffectId::LoadInertia => model.load.map(|load| 1.0 / load.inertia_kg_m2),
         EffectId::StribeckVelocity => Some(excess / lugre.stribeck_exponent),
-        EffectId::HoldingTorqueLevel
+        EffectId::BristleDamping
+        | EffectId::HoldingTorqueLevel
         | EffectId::TorqueOffset
         | EffectId::PressureDependentFriction
         | EffectId::TemperatureDependentViscosity

@@ -159,6 +159,8 @@ fn terms_of(id: EffectId, at: &Sample) -> Vec<f64> {
         EffectId::PositionTorque => waves(1.0),
         EffectId::SensorDelay => vec![at.slope_nm_per_s],
         EffectId::CouplingCompliance => vec![at.bend_nm_per_s2],
+        // Corrected, and never a cause.
+        EffectId::BristleDamping => Vec::new(),
         EffectId::HoldingTorqueLevel
         | EffectId::DetentTorque
         | EffectId::MicrostepError

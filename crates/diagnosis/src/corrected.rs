@@ -12,12 +12,11 @@ use crate::measure::doubt::is_noise;
 use crate::name::refine::fewer_orders;
 use crate::name::selection::Selection;
 use crate::name::threshold::FLOOR;
-use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
+use crate::name::tried::{EQUAL, STEPS, Tried};
 use crate::show::colour::is_coloured;
 use crate::show::residual::{left, rms_left};
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
-use valve_model::EffectId;
 
 /// Steps of a fit of the corrections within their tolerance.
 pub(crate) const CORRECTING: usize = 6;
@@ -96,8 +95,7 @@ pub(crate) fn with_corrections(
 }
 
 /// Makes a parameter of the model a cause if the corrections beside the causes take it to its bound and the held-out error
-/// falls with it: it is off by more than its tolerance. The torque's scale is then left as given: beside a level that is at its
-/// bound, the scale stands in for the level, and takes the causes' torques with it.
+/// falls with it: it is off by more than its tolerance.
 fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Result<Tried, DiagnosisError> {
     let at_bound: Vec<Correction> =
         joint.fitted.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()).cloned().collect();
@@ -108,7 +106,7 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
             break;
         }
         let hypothesis = &best.fitted.point.hypothesis;
-        let others = hypothesis.with_corrections_of(|id| id != of.id && id != EffectId::TorqueGain);
+        let others = hypothesis.with_corrections_of(|id| id != of.id);
         let member = Member::new(candidate, vec![of.value], candidate.free.clone());
         let begin = Point { hypothesis: others.with(member), starts: best.fitted.point.starts.clone() };
         let tried = if_possible(Tried::from(setting, begin, STEPS))?;
@@ -119,12 +117,10 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
     Ok(best)
 }
 
-/// The same with corrections held at neutral if they are within their standard errors (the torque's scale in any case) and the
-/// held-out error stays the same: a parameter is corrected only if the data require it. The causes' intervals treat all
-/// corrections as uncertain nevertheless.
+/// The same with corrections held at neutral if they are within their standard errors and the held-out error stays the same: a
+/// parameter is corrected only if the data require it. The causes' intervals treat all corrections as uncertain nevertheless.
 ///
-/// All of them are held at once if the error allows that, else one after the other, the torque's scale first: it is collinear
-/// with all levels together, and stays at 1 unless the data contradict it.
+/// All of them are held at once if the error allows that, else one after the other.
 fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
     let idle = idle_corrections(setting, &joint);
     if idle.is_empty() {
@@ -148,8 +144,7 @@ fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried
     Ok(kept)
 }
 
-/// Indices of the corrections within `CLEAR` standard errors, smallest ratio first. The torque's scale is always
-/// included, and comes first.
+/// Indices of the free corrections within `CLEAR` standard errors, smallest ratio first.
 fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
     let Some(spread) = spread(&joint.fitted, setting.loss()) else { return Vec::new() };
     let hypothesis = &joint.fitted.point.hypothesis;
@@ -158,33 +153,25 @@ fn idle_corrections(setting: &Setting<'_>, joint: &Tried) -> Vec<usize> {
         let place = places.iter().position(|free| *free == Free::Correction(index))?;
         let variance = spread.covariance.get((place, place)).copied().unwrap_or(f64::INFINITY);
         let errors = (of.value - of.neutral).abs() / variance.sqrt();
-        let scale = of.id == EffectId::TorqueGain;
-        (scale || errors < CLEAR).then_some((if scale { -1.0 } else { errors }, index))
+        (errors < CLEAR).then_some((errors, index))
     };
     let mut idle: Vec<(f64, usize)> = hypothesis.corrections.iter().enumerate().filter_map(size).collect();
     idle.sort_by(|a, b| a.0.total_cmp(&b.0));
     idle.into_iter().map(|(_, index)| index).collect()
 }
 
-/// The same fitted with these corrections held at neutral; `None` if the held-out error is then larger than `least`.
-///
-/// The torque's scale and all levels together predict nearly the same. Where the two descriptions are nearly equal, the one
-/// with the smaller corrections is taken.
+/// The same fitted with these corrections held at neutral, beside those that are held anyway; `None` if the held-out error is
+/// then larger than `least`.
 fn holding(
     setting: &Setting<'_>,
     (tried, least): (&Tried, f64),
     held: &[usize],
 ) -> Result<Option<Tried>, DiagnosisError> {
-    let held = |index: usize| held.contains(&index);
-    let hypothesis = &tried.fitted.point.hypothesis;
-    let scale = hypothesis.corrections.iter().position(|of| of.id == EffectId::TorqueGain && of.free);
     let begin = Point {
-        hypothesis: hypothesis.with_scale_in_levels(held).with_corrections_free(held),
+        hypothesis: tried.fitted.point.hypothesis.with_corrections_held(held),
         starts: tried.fitted.point.starts.clone(),
     };
     let Some(without) = if_possible(Tried::from(setting, begin, CORRECTING))? else { return Ok(None) };
-    let asks_less = without.fitted.point.hypothesis.off_by_tolerance() <= hypothesis.off_by_tolerance();
-    let alike = if scale.is_some_and(held) && asks_less { NEARLY } else { EQUAL };
     // If the residual is far above noise, the tolerance is relative to it.
-    Ok(Some(without).filter(|without| without.rms <= least + alike * least.max(1.0)))
+    Ok(Some(without).filter(|without| without.rms <= least + EQUAL * least.max(1.0)))
 }

@@ -90,7 +90,8 @@ pub fn diagnose(
     let (able, unable) = candidates(&campaign.facts, model, &options.fixed, &options.suspects);
     let nuisances = Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) };
     let setting = Setting::new(&campaign, model, nuisances, workers);
-    let corrected = corrections(&campaign.facts, &able, options.tolerance);
+    let mut corrected = corrections(&campaign.facts, &able, options.tolerance);
+    corrected.retain(|of| !options.fixed.contains(&of.id));
     let asked = Asked { first: &first, corrections: &corrected, able: &able, seed: options.seed };
     let judged = judge(setting, noise, asked, None, tell)?;
     campaign.allow_all();

@@ -89,10 +89,10 @@ fn all_numbers_free(
     if_possible(fit(setting, begin, &Piece::is_fitted, STEPS))
 }
 
-/// The given model with these parameters free, and corrections of the others except the transducer's scale.
+/// The given model with these parameters free, and corrections of the others.
 fn with_numbers(asked: Asked<'_>, given: &Fitted, off: &[(EffectId, f64)]) -> Hypothesis {
     let is_free = |id: EffectId| off.iter().any(|(free, _)| *free == id);
-    let within = |of: &&Correction| !is_free(of.id) && of.id != EffectId::TorqueGain;
+    let within = |of: &&Correction| !is_free(of.id);
     let mut hypothesis = Hypothesis {
         corrections: asked.corrections.iter().filter(within).cloned().collect(),
         ..given.point.hypothesis.clone()

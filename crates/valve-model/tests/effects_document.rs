@@ -9,7 +9,7 @@ use valve_model::*;
 
 const HEAD: &str = "# Effects
 
-What a valve does beyond the nominal model, by the names that `stepvalve diagnose` gives to causes. Each is an
+What a valve does beyond the nominal model, by the names that `stepvalve diagnose` gives to causes and corrections. Each is an
 `[[effect]]` of a model file, at most once a file, in any combination. A parameter that is left out has its default,
 which changes nothing unless the table says otherwise; an array left out is empty.
 
@@ -59,6 +59,7 @@ fn every_cause_of_the_design_has_a_row() {
         "viscous-level",
         "stribeck-velocity",
         "bristle-stiffness",
+        "bristle-damping",
         "load-inertia",
         "holding-torque-level",
         "pressure-dependent-friction",

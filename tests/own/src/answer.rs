@@ -215,6 +215,7 @@ fn is_testable(id: EffectId, run: &Run) -> bool {
         | EffectId::ViscousLevel
         | EffectId::StribeckVelocity
         | EffectId::BristleStiffness
+        | EffectId::BristleDamping
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel
         | EffectId::TorqueGain
@@ -284,6 +285,7 @@ fn small(id: EffectId, belief: &Model) -> Vec<Effect> {
         | EffectId::ViscousLevel
         | EffectId::StribeckVelocity
         | EffectId::BristleStiffness
+        | EffectId::BristleDamping
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel
         | EffectId::TorqueGain => vec![number("factor", 1.0 + SMALL)],

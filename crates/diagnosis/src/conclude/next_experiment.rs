@@ -88,6 +88,7 @@ impl Separating {
             | EffectId::ViscousLevel
             | EffectId::StribeckVelocity
             | EffectId::BristleStiffness
+            | EffectId::BristleDamping
             | EffectId::PressureDependentFriction
             | EffectId::TemperatureDependentViscosity
             | EffectId::TemperatureDependentFriction

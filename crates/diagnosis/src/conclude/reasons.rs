@@ -109,7 +109,7 @@ fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> O
     }
     if against.unclear.contains(&id) {
         return Some(
-            "fits, but each of its numbers is within its own error, so that it may as well be none"
+            "fits, but each of its numbers is within its own error or the error is as small without it, so that it may as well be none"
                 .to_owned(),
         );
     }

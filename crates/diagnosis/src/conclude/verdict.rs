@@ -11,6 +11,7 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Member;
 use crate::extend::untestable::Untestable;
 use crate::found::{Found, Shown};
+use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups, groups_within_errors, members_with_numbers};
 use crate::measure::alternatives::rivals;
@@ -116,7 +117,9 @@ fn conclusion(
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
     let mut observations = observations(judged, verdict, &after, &structure_kept);
-    observations.extend(ended.then(cut_short));
+    // What is explained needs no further search.
+    let ended_open = ended && !matches!(verdict, Verdict::NoDiscrepancy | Verdict::Explained);
+    observations.extend(ended_open.then(|| cut_short(judged.setting.campaign)));
     let ripples = ripples_left(judged, verdict, &after);
     observations.extend(ripples_in_words(&ripples, judged.setting.campaign.kind.channel.unit()));
     observations.extend(offered.iter().map(|of| kept_out(of, judged.setting.campaign.kind.channel.unit())));
@@ -128,7 +131,7 @@ fn conclusion(
         )
     }));
     let structure_left = telling(&structure_kept);
-    let next_experiment = if ended {
+    let next_experiment = if ended_open {
         AGAIN.to_owned()
     } else {
         next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
@@ -217,8 +220,13 @@ fn with_rivals(judged: &Judgement<'_>, ambiguous: &mut [Ambiguity]) -> Result<Ve
 }
 
 /// The sentence on a search that was ended early.
-fn cut_short() -> String {
-    "The search was ended before it came to its end: this is the best answer so far, and further causes may be there.".to_owned()
+fn cut_short(campaign: &Campaign) -> String {
+    let by = if campaign.was_cut_short() {
+        "by the bound on the samples that it may simulate, which --limit does not raise"
+    } else {
+        "by its time"
+    };
+    format!("The search was ended {by}: this is the best answer so far, and further causes may be there.")
 }
 
 /// Indices of the members without an objection that are in no group of twins.

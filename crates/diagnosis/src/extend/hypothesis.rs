@@ -92,10 +92,6 @@ impl Correction {
     }
 }
 
-/// Factors that scale all torques of the model if they are all the same.
-const LEVELS: [EffectId; 4] =
-    [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::BristleStiffness, EffectId::LoadInertia];
-
 /// The model's causes and corrections, and the angle's zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Hypothesis {
@@ -181,43 +177,26 @@ impl Hypothesis {
         prior
     }
 
-    /// The sum of squares of the corrections, each divided by its tolerance.
-    pub fn off_by_tolerance(&self) -> f64 {
-        self.corrections.iter().map(|of| ((of.value - of.neutral) / of.deviation).powi(2)).sum()
-    }
-
     /// The prior standard deviation of a number; `None` if it has none.
     pub fn tolerance(&self, free: Free) -> Option<f64> {
         let Free::Correction(index) = free else { return None };
         self.corrections.get(index).map(|of| of.deviation)
     }
 
-    /// The same with the torque's scale multiplied into the levels, if the scale is free and `holds` selects it. All torques of
-    /// the model are proportional to these levels together, so the prediction stays the same, but for their bounds.
-    pub fn with_scale_in_levels(&self, holds: impl Fn(usize) -> bool) -> Self {
+    /// The same with these corrections held at their neutral value; the others stay as they are.
+    pub fn with_corrections_held(&self, held: &[usize]) -> Self {
         let mut hypothesis = self.clone();
-        let scale = self.corrections.iter().enumerate().find(|(_, of)| of.id == EffectId::TorqueGain);
-        let Some((_, scale)) = scale.filter(|(index, of)| of.free && holds(*index)) else {
-            return hypothesis;
-        };
-        for of in hypothesis.corrections.iter_mut().filter(|of| LEVELS.contains(&of.id)) {
-            of.set(of.value * scale.value);
-        }
-        for member in hypothesis.members.iter_mut().filter(|of| LEVELS.contains(&of.candidate.id)) {
-            member.numbers.iter_mut().for_each(|factor| *factor *= scale.value);
+        for index in held {
+            let Some(of) = hypothesis.corrections.get_mut(*index) else { continue };
+            (of.free, of.value) = (false, of.neutral);
         }
         hypothesis
     }
 
-    /// The same with every correction free, except those that `holds` selects by their index: they are held at their neutral value.
-    pub fn with_corrections_free(&self, holds: impl Fn(usize) -> bool) -> Self {
+    /// The same with every correction free.
+    pub fn with_corrections_free(&self) -> Self {
         let mut hypothesis = self.clone();
-        for (index, of) in hypothesis.corrections.iter_mut().enumerate() {
-            of.free = !holds(index);
-            if !of.free {
-                of.value = of.neutral;
-            }
-        }
+        hypothesis.corrections.iter_mut().for_each(|of| of.free = true);
         hypothesis
     }
 
@@ -316,13 +295,19 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_that_is_passed_on_to_the_levels_predicts_the_same() {
+    fn a_scale_of_the_torque_predicts_what_all_levels_do_together() {
         let given = fixtures::model(Vec::new());
-        let scale = std::iter::once(correction(EffectId::TorqueGain, 1.04));
-        let corrections = scale.chain(LEVELS.map(|id| correction(id, 1.0))).collect();
-        let scaled = Hypothesis { corrections, ..Hypothesis::default() };
-        let is_scale = |index: usize| index == 0;
-        let passed = scaled.with_scale_in_levels(is_scale).with_corrections_free(is_scale);
+        let levels = [
+            EffectId::CoulombLevel,
+            EffectId::ViscousLevel,
+            EffectId::BristleStiffness,
+            EffectId::BristleDamping,
+            EffectId::LoadInertia,
+        ];
+        let of = |ids: &[EffectId]| Hypothesis {
+            corrections: ids.iter().map(|id| correction(*id, 1.04)).collect(),
+            ..Hypothesis::default()
+        };
         let torque = |of: &Hypothesis| {
             let time_s: Vec<f64> = (0..3000).map(|row| 1e-3 * f64::from(row)).collect();
             let angle_rad = time_s.iter().map(|time_s| 0.6 * (5.0 * time_s).sin()).collect();
@@ -331,17 +316,9 @@ mod tests {
             predict(&mut run, &of.model(&given).unwrap(), &Past::default()).unwrap();
             run.torque_nm.unwrap()
         };
-        let off = |one: &Hypothesis, other: &Hypothesis| {
-            let pairs = torque(one).into_iter().zip(torque(other));
-            pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
-        };
-        let none = scaled.with_corrections_free(|_| true);
-        // The bristles' damping is not scaled with the levels: it shows at a reversal, by a fraction of the scale's effect.
-        assert!(off(&scaled, &passed) < 0.2 * off(&scaled, &none), "{}", off(&scaled, &passed));
-        assert!(passed.model(&given).unwrap().effects.iter().all(|of| of.id() != EffectId::TorqueGain));
-        assert!((passed.off_by_tolerance() / scaled.off_by_tolerance() - 4.0).abs() < 1e-9);
-        // A scale that is not selected stays as it is.
-        assert_eq!(scaled.with_scale_in_levels(|index| index > 0), scaled);
+        let (scaled, levels) = (torque(&of(&[EffectId::TorqueGain])), torque(&of(&levels)));
+        let off = scaled.iter().zip(&levels).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-9, "{off}");
     }
 
     #[test]

@@ -6,19 +6,27 @@ use crate::log::facts::Facts;
 use valve_model::EffectId;
 
 /// The parameters, each as the effect whose factor is the correction; the transducer's zero is an offset.
-const FACTORS: [EffectId; 8] = [
+const FACTORS: [EffectId; 9] = [
     EffectId::CoulombLevel,
     EffectId::StaticLevel,
     EffectId::ViscousLevel,
     EffectId::StribeckVelocity,
     EffectId::BristleStiffness,
+    EffectId::BristleDamping,
     EffectId::LoadInertia,
     EffectId::HoldingTorqueLevel,
     EffectId::TorqueGain,
 ];
 
+/// Those that no fit moves.
+const HELD: [EffectId; 2] = [EffectId::TorqueGain, EffectId::BristleDamping];
+
 /// Corrections, all neutral, of the parameters that these data could show. `tolerance` is the standard deviation relative to
 /// the parameter, of the torque's zero relative to T_c.
+///
+/// The torque's scale and the bristles' damping are held. All levels together with the damping predict what the scale does, so
+/// that the data can't tell it from them. Free, either would follow whatever the model lacks at reversals. They are uncertain
+/// all the same, and count so in intervals.
 pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> Vec<Correction> {
     if tolerance <= 0.0 {
         return Vec::new();
@@ -29,10 +37,14 @@ pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> 
         neutral,
         value: neutral,
         deviation,
-        free: true,
+        free: !HELD.contains(&id),
     };
     let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance));
     let zero = correction(EffectId::TorqueOffset, "offset_nm", 0.0, tolerance * facts.coulomb_nm);
-    let shown = |of: &Correction| able.iter().any(|candidate| candidate.id == of.id);
+    let shown = |of: &Correction| match of.id {
+        // In an angle log it hardly shows.
+        EffectId::BristleDamping => facts.bristles_damp && facts.kind.motion_is_measured,
+        id => able.iter().any(|candidate| candidate.id == id),
+    };
     factors.into_iter().chain([zero]).filter(shown).collect()
 }

@@ -72,7 +72,7 @@ fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
     match id {
         EffectId::StaticLevel | EffectId::DwellStiction => stribeck().or_else(bristles),
         EffectId::StribeckVelocity => stribeck(),
-        EffectId::HydraulicLock | EffectId::BristleStiffness => bristles(),
+        EffectId::HydraulicLock | EffectId::BristleStiffness | EffectId::BristleDamping => bristles(),
         EffectId::PreslidingHysteresis => lacks(!facts.lugre, "LuGre law to put it into"),
         EffectId::ViscousLevel | EffectId::TemperatureDependentViscosity => {
             lacks(facts.viscous == 0.0, "viscous friction to scale")

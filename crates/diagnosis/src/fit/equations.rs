@@ -161,6 +161,7 @@ impl<'a> Setting<'a> {
             | EffectId::ViscousLevel
             | EffectId::StribeckVelocity
             | EffectId::BristleStiffness
+            | EffectId::BristleDamping
             | EffectId::LoadInertia
             | EffectId::HoldingTorqueLevel
             | EffectId::TorqueGain

@@ -11,6 +11,8 @@ pub(crate) struct Facts {
     pub coulomb_nm: f64,
     pub static_nm: Option<f64>,
     pub stiffness: Option<f64>,
+    /// Whether the law has a bristle damping σ1.
+    pub bristles_damp: bool,
     pub stribeck: bool,
     pub lugre: bool,
     pub viscous: f64,
@@ -86,6 +88,7 @@ impl Facts {
             coulomb_nm,
             static_nm,
             stiffness,
+            bristles_damp: bristles_damp(&model.friction),
             stribeck: static_nm.is_some(),
             lugre: matches!(model.friction, FrictionParams::LuGre(_)),
             viscous,
@@ -122,6 +125,14 @@ impl Facts {
 
     pub fn greatest_pressure_mpa(&self) -> f64 {
         self.pressure_mpa.map_or(0.0, |(_, most)| most)
+    }
+}
+
+fn bristles_damp(friction: &FrictionParams) -> bool {
+    match friction {
+        FrictionParams::LuGre(p) => p.bristle_damping_nm_s_per_rad > 0.0,
+        FrictionParams::Leuven(p) => p.bristle_damping_nm_s_per_rad > 0.0,
+        FrictionParams::Dahl(_) | FrictionParams::Stribeck(_) => false,
     }
 }
 

@@ -9,6 +9,7 @@ use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
+use crate::name::threshold::FLOOR;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, ParameterFound, Parameters};
 use crate::show::residual::{PieceResidual, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
@@ -23,6 +24,10 @@ const HARMFUL: f64 = -0.02;
 /// angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
 
+/// Without a cause the held-out error must be larger by this share, or there is no evidence for it: an interval can exclude zero
+/// effect because the other causes' forms are not quite right. As much as the search asks of a cause in multiples of the noise.
+const NEEDED: f64 = FLOOR;
+
 /// The accepted part of a selection.
 pub(crate) struct Accepted {
     pub point: Point,
@@ -34,7 +39,8 @@ pub(crate) struct Accepted {
     pub covariance: Covariance,
     /// Causes that were dropped as harmful.
     pub harmful: Vec<EffectId>,
-    /// Causes that were dropped because none of their amplitudes differs significantly from zero effect.
+    /// Causes that were dropped because none of their amplitudes differs significantly from zero effect, or because the held-out
+    /// error is as small without them.
     pub unclear: Vec<EffectId>,
 }
 
@@ -66,7 +72,7 @@ pub(crate) fn accept(
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
         let vague = (0..weighed.len())
             .filter(|index| !is_indispensable(judged, &weighed[*index]))
-            .filter(|index| may_be_none(judged, &kept, &errors, *index));
+            .filter(|index| weighed[*index].worth < NEEDED || may_be_none(judged, &kept, &errors, *index));
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
             members.remove(vague);
@@ -231,7 +237,7 @@ pub(crate) struct Errors {
 /// The covariance of a fit's numbers, with the errors of the motion and of the selection.
 pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
-    let hypothesis = fitted.point.hypothesis.with_corrections_free(|_| false);
+    let hypothesis = fitted.point.hypothesis.with_corrections_free();
     let fitted = if hypothesis == fitted.point.hypothesis {
         fitted.clone()
     } else {

@@ -12,6 +12,7 @@ pub(crate) fn covariates(id: EffectId) -> &'static [&'static str] {
         | EffectId::ViscousLevel
         | EffectId::DirectionAsymmetry => &["speed"],
         EffectId::BristleStiffness
+        | EffectId::BristleDamping
         | EffectId::PreslidingHysteresis
         | EffectId::FrictionLag
         | EffectId::SensorDelay

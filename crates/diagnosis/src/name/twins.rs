@@ -191,6 +191,7 @@ fn of(id: EffectId) -> &'static [Twins] {
         EffectId::HoldingTorqueLevel => &[Deflection, Play],
         EffectId::StaticLevel
         | EffectId::StribeckVelocity
+        | EffectId::BristleDamping
         | EffectId::AngleDependentFriction
         | EffectId::PreslidingHysteresis
         | EffectId::DetentTorque

@@ -237,10 +237,28 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// Decimals of a number whose interval is narrow, at most.
+const MOST_DECIMALS: f64 = 9.0;
+
+/// A value and the ends of its interval, all with as many decimals as tell them apart.
+pub fn with_interval(of: &ParameterFound) -> [String; 3] {
+    let [from, to] = of.ci95;
+    let numbers = [of.value, from, to];
+    let usual = numbers.map(short);
+    let told_apart = usual[0] != usual[1] && usual[0] != usual[2];
+    let half = 0.5 * (to - from);
+    if told_apart || !half.is_finite() || half <= 0.0 || usual.iter().any(|text| text.contains('e')) {
+        return usual;
+    }
+    let decimals = (1.0 - half.log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
+    numbers.map(|number| format!("{number:.decimals$}"))
+}
+
 /// "key = value unit (from to to), ..."
 pub fn numbers(parameters: &Parameters) -> String {
     let number = |(key, of): (&String, &ParameterFound)| {
-        format!("{key} = {}{} ({} to {})", short(of.value), behind(of), short(of.ci95[0]), short(of.ci95[1]))
+        let [value, from, to] = with_interval(of);
+        format!("{key} = {value}{} ({from} to {to})", behind(of))
     };
     parameters.iter().map(number).collect::<Vec<_>>().join(", ")
 }
@@ -295,6 +313,7 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
         | EffectId::ViscousLevel
         | EffectId::StribeckVelocity
         | EffectId::BristleStiffness
+        | EffectId::BristleDamping
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel => {
             let number = cause.id.spec().folded_into.map_or(cause.id.name(), |number| number.label);
@@ -369,7 +388,11 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
 }
 
 fn direction(cause: &Cause) -> String {
-    let of = |key: &str| cause.parameters.get(key).map(|of| sided(of.value));
+    // Of a part that may as well be none there is nothing to say, if there is another.
+    let clear = |of: &ParameterFound| of.ci95[0] > 0.0 || of.ci95[1] < 0.0;
+    let any_clear = cause.parameters.values().any(clear);
+    let told = |of: &&ParameterFound| clear(of) || !any_clear;
+    let of = |key: &str| cause.parameters.get(key).filter(told).map(|of| sided(of.value));
     match (of("level"), of("viscous")) {
         (Some(level), Some(viscous)) => {
             format!("The rig's friction is {level}; its viscous part is {viscous}")
@@ -391,4 +414,30 @@ fn sided(part: f64) -> String {
 fn amplitude(cause: &Cause) -> f64 {
     let coefficients = cause.parameters.iter().filter(|(key, _)| key.contains('['));
     coefficients.map(|(_, of)| of.value * of.value).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_narrow_interval_is_told_from_its_value() {
+        let of = |value, from, to| ParameterFound {
+            value,
+            std_error: 0.0,
+            ci95: [from, to],
+            unit: "1".to_owned(),
+        };
+        let said = |value, from, to| with_interval(&of(value, from, to)).join(" ");
+        for ((value, from, to), wanted) in [
+            ((1.317, 1.2, 1.43), "1.32 1.20 1.43"),
+            ((1.317, 1.315, 1.319), "1.3170 1.3150 1.3190"),
+            ((15.02, 15.0, 15.03), "15.020 15.000 15.030"),
+            ((2.0, 2.0, 2.0), "2.00 2.00 2.00"),
+            ((1.2e-5, 1.1e-5, 1.3e-5), "1.20e-5 1.10e-5 1.30e-5"),
+            ((1.0, f64::NAN, f64::NAN), "1.00 unknown unknown"),
+        ] {
+            assert_eq!(said(value, from, to), wanted);
+        }
+    }
 }

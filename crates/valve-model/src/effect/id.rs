@@ -39,6 +39,7 @@ effect_ids! {
     ViscousLevel = "viscous-level",
     StribeckVelocity = "stribeck-velocity",
     BristleStiffness = "bristle-stiffness",
+    BristleDamping = "bristle-damping",
     LoadInertia = "load-inertia",
     HoldingTorqueLevel = "holding-torque-level",
     PressureDependentFriction = "pressure-dependent-friction",

@@ -39,6 +39,14 @@ impl FrictionParams {
         }
     }
 
+    pub(crate) fn damping_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Self::Stribeck(_) | Self::Dahl(_) => None,
+            Self::LuGre(params) => Some(&mut params.bristle_damping_nm_s_per_rad),
+            Self::Leuven(params) => Some(&mut params.bristle_damping_nm_s_per_rad),
+        }
+    }
+
     pub(crate) fn stiffness_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::Stribeck(_) => None,

@@ -56,6 +56,7 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
         }
         EffectId::StribeckVelocity => scale(friction.stribeck_velocity_mut(), factor),
         EffectId::BristleStiffness => scale(friction.stiffness_mut(), factor),
+        EffectId::BristleDamping => scale(friction.damping_mut(), factor),
         EffectId::LoadInertia => scale(model.load.as_mut().map(|load| &mut load.inertia_kg_m2), factor),
         EffectId::HoldingTorqueLevel => {
             scale(model.motor.as_mut().map(|motor| &mut motor.holding_torque_nm), factor)

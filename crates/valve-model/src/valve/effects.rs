@@ -174,6 +174,7 @@ impl Effects {
             | EffectId::ViscousLevel
             | EffectId::StribeckVelocity
             | EffectId::BristleStiffness
+            | EffectId::BristleDamping
             | EffectId::LoadInertia
             | EffectId::HoldingTorqueLevel
             | EffectId::PreslidingHysteresis

@@ -70,6 +70,7 @@ impl Measurement {
                 | EffectId::ViscousLevel
                 | EffectId::StribeckVelocity
                 | EffectId::BristleStiffness
+                | EffectId::BristleDamping
                 | EffectId::LoadInertia
                 | EffectId::HoldingTorqueLevel
                 | EffectId::PressureDependentFriction

@@ -69,6 +69,23 @@ pub(super) const BRISTLE_STIFFNESS: EffectSpec = EffectSpec {
     parameters: &[factor("1: as the model has it")],
 };
 
+pub(super) const BRISTLE_DAMPING: EffectSpec = EffectSpec {
+    id: EffectId::BristleDamping,
+    folded_into: factor_on("friction", "bristle_damping_nm_s_per_rad", "the damping of the rig's bristles"),
+    seen_in: SeenIn::AnyLog,
+    needs: None,
+    formula: "σ1 × factor; `diagnose` corrects it, and never names it as a cause",
+    keys: FACTOR,
+    parameters: &[number(
+        "factor",
+        "1",
+        (0.0, 1e3),
+        1.0,
+        "a number, 0 to 1000",
+        "1: as the model has it; 0: no damping",
+    )],
+};
+
 pub(super) const LOAD_INERTIA: EffectSpec = EffectSpec {
     id: EffectId::LoadInertia,
     folded_into: factor_on("load", "inertia_kg_m2", "the rig's load inertia"),

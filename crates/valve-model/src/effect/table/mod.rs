@@ -21,6 +21,7 @@ impl EffectId {
             Self::ViscousLevel => &factors::VISCOUS_LEVEL,
             Self::StribeckVelocity => &factors::STRIBECK_VELOCITY,
             Self::BristleStiffness => &factors::BRISTLE_STIFFNESS,
+            Self::BristleDamping => &factors::BRISTLE_DAMPING,
             Self::LoadInertia => &factors::LOAD_INERTIA,
             Self::HoldingTorqueLevel => &factors::HOLDING_TORQUE_LEVEL,
             Self::PressureDependentFriction => &friction::PRESSURE_DEPENDENT_FRICTION,
@@ -48,6 +49,12 @@ impl EffectId {
             Self::Custom(_) => &CUSTOM,
         }
     }
+
+    /// Whether a diagnosis corrects it and never names it as a cause.
+    pub fn is_only_corrected(self) -> bool {
+        self == Self::BristleDamping
+    }
+
     /// Whether it is in what the torque transducer reads, which is no part of the machine.
     pub fn is_of_transducer(self) -> bool {
         self.spec().seen_in == SeenIn::TorqueLogs
