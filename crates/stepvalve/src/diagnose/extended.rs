@@ -5,7 +5,7 @@ use config::{ModelComments, write_model};
 use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found, ParameterFound, Parameters};
 use valve_model::{Effect, EffectId, Model};
 
-use super::words::{behind, corrected, is_changed, short, unit};
+use super::words::{behind, corrected, is_changed, short, unit, with_interval};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {
@@ -153,14 +153,9 @@ fn entry(effect: &Effect, given: &Model) -> Vec<String> {
 /// Each parameter and how well it is known, a line each.
 fn known(parameters: &Parameters) -> Vec<String> {
     let line = |(key, of): (&String, &ParameterFound)| {
-        format!(
-            "{key}: {} ± {}{}, 95 % between {} and {}",
-            short(of.value),
-            short(of.std_error),
-            behind(of),
-            short(of.ci95[0]),
-            short(of.ci95[1])
-        )
+        let [value, from, to] = with_interval(of);
+        let error = short(of.std_error);
+        format!("{key}: {value} ± {error}{}, 95 % between {from} and {to}", behind(of))
     };
     parameters.iter().map(line).collect()
 }

@@ -1,7 +1,7 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
 use super::residuals::Residuals;
-use super::words::{self, behind, headline, is_changed, short, unit};
+use super::words::{self, behind, headline, is_changed, short, unit, with_interval};
 use super::{causes, explore, leftover, quality, remains, runs};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
@@ -109,8 +109,9 @@ fn parameters(found: &Found) -> Section {
     for cause in &found.diagnosis.causes {
         for (key, of) in &cause.parameters {
             let unit = behind(of);
-            let within = format!("{} to {}{unit}", short(of.ci95[0]), short(of.ci95[1]));
-            rows.push(vec![cause.id.to_string(), key.clone(), format!("{}{unit}", short(of.value)), within]);
+            let [value, from, to] = with_interval(of);
+            let within = format!("{from} to {to}{unit}");
+            rows.push(vec![cause.id.to_string(), key.clone(), format!("{value}{unit}"), within]);
         }
     }
     let section = Section::new("Parameters");

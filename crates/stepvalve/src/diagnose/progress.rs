@@ -6,11 +6,14 @@ use crate::say::say;
 use diagnosis::Event;
 use indicatif::{ProgressBar, ProgressStyle};
 use processes::complain;
+use std::cell::Cell;
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
 
 /// Causes of the first ranking that are told.
 const FIRST: usize = 5;
+/// How the steps begin that search anew.
+const AGAIN: &str = "once more";
 
 /// Tells what is being done. Dropped, it leaves the terminal as it was.
 pub struct Progress {
@@ -19,6 +22,8 @@ pub struct Progress {
     drawn: bool,
     /// Of what is predicted.
     unit: &'static str,
+    /// Why the search has begun anew.
+    again: Cell<Option<&'static str>>,
     _pulse: Pulse,
 }
 
@@ -33,11 +38,14 @@ impl Progress {
         }
         let shown = bar.clone();
         let pulse = Pulse::new(move || format!("still: {}", shown.message()));
-        Self { bar, drawn, unit, _pulse: pulse }
+        Self { bar, drawn, unit, again: Cell::new(None), _pulse: pulse }
     }
 
     /// A step begins.
     pub fn step(&self, what: &'static str) {
+        if what.starts_with(AGAIN) {
+            self.again.set(Some(what));
+        }
         self.bar.set_message(what);
         if !self.drawn {
             // Files of jobs are read later: lines with their time.
@@ -53,7 +61,8 @@ impl Progress {
                 say(format_args!("error of the model: RMS {rms}; noise {noise} ({})", self.unit));
             }),
             Event::Ranking(ranking) => self.aside(|| {
-                say("first look: what each cause alone would cut the error by, to first order (1 is as much as the noise):");
+                let look = self.again.get().unwrap_or("first look");
+                say(format_args!("{look}: what each cause alone would cut the error by, to first order (1 is as much as the noise):"));
                 for (id, gain) in ranking.iter().take(FIRST).filter(|(_, gain)| *gain > 0.0) {
                     say(format_args!("  {gain:8.3}  {id}"));
                 }
