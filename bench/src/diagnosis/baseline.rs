@@ -67,6 +67,8 @@ fn factors(all: &Normal, named: &BTreeSet<String>, model: &Model) -> BTreeMap<St
         EffectId::LoadInertia => model.load.map(|load| 1.0 / load.inertia_kg_m2),
         EffectId::StribeckVelocity => Some(excess / lugre.stribeck_exponent),
         EffectId::BristleDamping
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::HoldingTorqueLevel
         | EffectId::TorqueOffset
         | EffectId::PressureDependentFriction

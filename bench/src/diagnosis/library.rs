@@ -160,7 +160,7 @@ fn terms_of(id: EffectId, at: &Sample) -> Vec<f64> {
         EffectId::SensorDelay => vec![at.slope_nm_per_s],
         EffectId::CouplingCompliance => vec![at.bend_nm_per_s2],
         // Corrected, and never a cause.
-        EffectId::BristleDamping => Vec::new(),
+        EffectId::BristleDamping | EffectId::RotorInertia | EffectId::MotorDamping => Vec::new(),
         EffectId::HoldingTorqueLevel
         | EffectId::DetentTorque
         | EffectId::MicrostepError

@@ -62,6 +62,8 @@ fn every_cause_of_the_design_has_a_row() {
         "bristle-damping",
         "load-inertia",
         "holding-torque-level",
+        "rotor-inertia",
+        "motor-damping",
         "pressure-dependent-friction",
         "temperature-dependent-viscosity",
         "temperature-dependent-friction",

@@ -216,6 +216,8 @@ fn is_testable(id: EffectId, run: &Run) -> bool {
         | EffectId::StribeckVelocity
         | EffectId::BristleStiffness
         | EffectId::BristleDamping
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel
         | EffectId::TorqueGain
@@ -286,6 +288,8 @@ fn small(id: EffectId, belief: &Model) -> Vec<Effect> {
         | EffectId::StribeckVelocity
         | EffectId::BristleStiffness
         | EffectId::BristleDamping
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel
         | EffectId::TorqueGain => vec![number("factor", 1.0 + SMALL)],

@@ -89,6 +89,8 @@ impl Separating {
             | EffectId::StribeckVelocity
             | EffectId::BristleStiffness
             | EffectId::BristleDamping
+            | EffectId::RotorInertia
+            | EffectId::MotorDamping
             | EffectId::PressureDependentFriction
             | EffectId::TemperatureDependentViscosity
             | EffectId::TemperatureDependentFriction

@@ -164,7 +164,7 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::DetentTorque => series(id, 2, (0.01 * facts.motor.map_or(1.0, |motor| motor.0), UNBOUNDED)),
         EffectId::MicrostepError => series(id, 10, (2e-5, 0.1)),
         // Corrected, and no cause: see extend::tolerance.
-        EffectId::BristleDamping => return None,
+        EffectId::BristleDamping | EffectId::RotorInertia | EffectId::MotorDamping => return None,
         // Found by its jumps, not fitted: see log::lost_steps.
         EffectId::MissedSteps => return None,
         // A law of the user's own, which is not in the list.

@@ -6,7 +6,7 @@ use crate::log::facts::Facts;
 use valve_model::EffectId;
 
 /// The parameters, each as the effect whose factor is the correction; the transducer's zero is an offset.
-const FACTORS: [EffectId; 9] = [
+const FACTORS: [EffectId; 11] = [
     EffectId::CoulombLevel,
     EffectId::StaticLevel,
     EffectId::ViscousLevel,
@@ -15,18 +15,22 @@ const FACTORS: [EffectId; 9] = [
     EffectId::BristleDamping,
     EffectId::LoadInertia,
     EffectId::HoldingTorqueLevel,
+    EffectId::RotorInertia,
+    EffectId::MotorDamping,
     EffectId::TorqueGain,
 ];
 
 /// Those that no fit moves.
-const HELD: [EffectId; 2] = [EffectId::TorqueGain, EffectId::BristleDamping];
+const HELD: [EffectId; 4] =
+    [EffectId::TorqueGain, EffectId::BristleDamping, EffectId::RotorInertia, EffectId::MotorDamping];
 
 /// Corrections, all neutral, of the parameters that these data could show. `tolerance` is the standard deviation relative to
 /// the parameter, of the torque's zero relative to T_c.
 ///
 /// The torque's scale and the bristles' damping are held. All levels together with the damping predict what the scale does, so
 /// that the data can't tell it from them. Free, either would follow whatever the model lacks at reversals. They are uncertain
-/// all the same, and count so in intervals.
+/// all the same, and count so in intervals. So are the rotor's inertia and the motor's damping in an angle log: were they exact,
+/// they would be all that tells the holding torque from all levels together.
 pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> Vec<Correction> {
     if tolerance <= 0.0 {
         return Vec::new();
@@ -42,8 +46,9 @@ pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> 
     let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance));
     let zero = correction(EffectId::TorqueOffset, "offset_nm", 0.0, tolerance * facts.coulomb_nm);
     let shown = |of: &Correction| match of.id {
-        // In an angle log it hardly shows.
-        EffectId::BristleDamping => facts.bristles_damp && facts.kind.motion_is_measured,
+        EffectId::BristleDamping => facts.bristles_damp,
+        EffectId::RotorInertia => facts.rotor().is_some(),
+        EffectId::MotorDamping => facts.rotor().is_some() && facts.motor_damps,
         id => able.iter().any(|candidate| candidate.id == id),
     };
     factors.into_iter().chain([zero]).filter(shown).collect()

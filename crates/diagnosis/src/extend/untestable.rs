@@ -86,6 +86,8 @@ fn why_not_by_model(id: EffectId, facts: &Facts) -> Option<String> {
             narrow.then(|| "the angle spans less than 0.1 rad".to_owned())
         }
         EffectId::CoulombLevel
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::HoldingTorqueLevel
         | EffectId::TorqueGain
         | EffectId::TorqueOffset

@@ -162,6 +162,8 @@ impl<'a> Setting<'a> {
             | EffectId::StribeckVelocity
             | EffectId::BristleStiffness
             | EffectId::BristleDamping
+            | EffectId::RotorInertia
+            | EffectId::MotorDamping
             | EffectId::LoadInertia
             | EffectId::HoldingTorqueLevel
             | EffectId::TorqueGain

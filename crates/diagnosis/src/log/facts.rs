@@ -13,6 +13,8 @@ pub(crate) struct Facts {
     pub stiffness: Option<f64>,
     /// Whether the law has a bristle damping σ1.
     pub bristles_damp: bool,
+    /// Whether the motor has a damping of its own.
+    pub motor_damps: bool,
     pub stribeck: bool,
     pub lugre: bool,
     pub viscous: f64,
@@ -89,6 +91,7 @@ impl Facts {
             static_nm,
             stiffness,
             bristles_damp: bristles_damp(&model.friction),
+            motor_damps: model.motor.is_some_and(|motor| motor.damping_nm_s_per_rad > 0.0),
             stribeck: static_nm.is_some(),
             lugre: matches!(model.friction, FrictionParams::LuGre(_)),
             viscous,

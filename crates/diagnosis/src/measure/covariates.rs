@@ -13,6 +13,8 @@ pub(crate) fn covariates(id: EffectId) -> &'static [&'static str] {
         | EffectId::DirectionAsymmetry => &["speed"],
         EffectId::BristleStiffness
         | EffectId::BristleDamping
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::PreslidingHysteresis
         | EffectId::FrictionLag
         | EffectId::SensorDelay

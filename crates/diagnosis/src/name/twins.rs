@@ -192,6 +192,8 @@ fn of(id: EffectId) -> &'static [Twins] {
         EffectId::StaticLevel
         | EffectId::StribeckVelocity
         | EffectId::BristleDamping
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::AngleDependentFriction
         | EffectId::PreslidingHysteresis
         | EffectId::DetentTorque

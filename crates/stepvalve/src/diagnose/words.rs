@@ -314,6 +314,8 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
         | EffectId::StribeckVelocity
         | EffectId::BristleStiffness
         | EffectId::BristleDamping
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel => {
             let number = cause.id.spec().folded_into.map_or(cause.id.name(), |number| number.label);

@@ -42,6 +42,8 @@ effect_ids! {
     BristleDamping = "bristle-damping",
     LoadInertia = "load-inertia",
     HoldingTorqueLevel = "holding-torque-level",
+    RotorInertia = "rotor-inertia",
+    MotorDamping = "motor-damping",
     PressureDependentFriction = "pressure-dependent-friction",
     TemperatureDependentViscosity = "temperature-dependent-viscosity",
     TemperatureDependentFriction = "temperature-dependent-friction",

@@ -61,6 +61,12 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
         EffectId::HoldingTorqueLevel => {
             scale(model.motor.as_mut().map(|motor| &mut motor.holding_torque_nm), factor)
         }
+        EffectId::RotorInertia => {
+            scale(model.motor.as_mut().map(|motor| &mut motor.rotor_inertia_kg_m2), factor)
+        }
+        EffectId::MotorDamping => {
+            scale(model.motor.as_mut().map(|motor| &mut motor.damping_nm_s_per_rad), factor)
+        }
         EffectId::PreslidingHysteresis => single_spring(friction).is_some_and(|params| {
             *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
             true

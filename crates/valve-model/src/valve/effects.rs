@@ -175,6 +175,8 @@ impl Effects {
             | EffectId::StribeckVelocity
             | EffectId::BristleStiffness
             | EffectId::BristleDamping
+            | EffectId::RotorInertia
+            | EffectId::MotorDamping
             | EffectId::LoadInertia
             | EffectId::HoldingTorqueLevel
             | EffectId::PreslidingHysteresis

@@ -71,6 +71,8 @@ impl Measurement {
                 | EffectId::StribeckVelocity
                 | EffectId::BristleStiffness
                 | EffectId::BristleDamping
+                | EffectId::RotorInertia
+                | EffectId::MotorDamping
                 | EffectId::LoadInertia
                 | EffectId::HoldingTorqueLevel
                 | EffectId::PressureDependentFriction

@@ -74,7 +74,7 @@ pub(super) const BRISTLE_DAMPING: EffectSpec = EffectSpec {
     folded_into: factor_on("friction", "bristle_damping_nm_s_per_rad", "the damping of the rig's bristles"),
     seen_in: SeenIn::AnyLog,
     needs: None,
-    formula: "σ1 × factor; `diagnose` corrects it, and never names it as a cause",
+    formula: "σ1 × factor; `diagnose` takes it as uncertain, and names it as no cause",
     keys: FACTOR,
     parameters: &[number(
         "factor",
@@ -111,4 +111,31 @@ pub(super) const HOLDING_TORQUE_LEVEL: EffectSpec = EffectSpec {
     formula: "T_hold × factor",
     keys: FACTOR,
     parameters: &[factor("1: as the model has it")],
+};
+
+pub(super) const ROTOR_INERTIA: EffectSpec = EffectSpec {
+    id: EffectId::RotorInertia,
+    folded_into: factor_on("motor", "rotor_inertia_kg_m2", "the rotor's inertia"),
+    seen_in: SeenIn::AngleLogs,
+    needs: None,
+    formula: "J_rotor × factor; `diagnose` takes it as uncertain, and names it as no cause",
+    keys: FACTOR,
+    parameters: &[factor("1: as the model has it")],
+};
+
+pub(super) const MOTOR_DAMPING: EffectSpec = EffectSpec {
+    id: EffectId::MotorDamping,
+    folded_into: factor_on("motor", "damping_nm_s_per_rad", "the motor's damping"),
+    seen_in: SeenIn::AngleLogs,
+    needs: None,
+    formula: "D × factor; `diagnose` takes it as uncertain, and names it as no cause",
+    keys: FACTOR,
+    parameters: &[number(
+        "factor",
+        "1",
+        (0.0, 1e3),
+        1.0,
+        "a number, 0 to 1000",
+        "1: as the model has it; 0: no damping",
+    )],
 };

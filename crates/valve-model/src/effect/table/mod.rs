@@ -24,6 +24,8 @@ impl EffectId {
             Self::BristleDamping => &factors::BRISTLE_DAMPING,
             Self::LoadInertia => &factors::LOAD_INERTIA,
             Self::HoldingTorqueLevel => &factors::HOLDING_TORQUE_LEVEL,
+            Self::RotorInertia => &factors::ROTOR_INERTIA,
+            Self::MotorDamping => &factors::MOTOR_DAMPING,
             Self::PressureDependentFriction => &friction::PRESSURE_DEPENDENT_FRICTION,
             Self::TemperatureDependentViscosity => &friction::TEMPERATURE_DEPENDENT_VISCOSITY,
             Self::TemperatureDependentFriction => &friction::TEMPERATURE_DEPENDENT_FRICTION,
@@ -50,9 +52,9 @@ impl EffectId {
         }
     }
 
-    /// Whether a diagnosis corrects it and never names it as a cause.
+    /// Whether a diagnosis takes it as uncertain and never names it as a cause.
     pub fn is_only_corrected(self) -> bool {
-        self == Self::BristleDamping
+        matches!(self, Self::BristleDamping | Self::RotorInertia | Self::MotorDamping)
     }
 
     /// Whether it is in what the torque transducer reads, which is no part of the machine.
