@@ -47,3 +47,13 @@ python_environment() {
     tools/.venv/bin/pip install --quiet --disable-pip-version-check "${lists[@]/#/--requirement=}" || exit 1
     echo "$wanted" >"$stamp"
 }
+
+# cargo_deny: built into target/tools where none is installed. It runs once, so that little is optimised.
+cargo_deny() {
+    PATH=$PATH:$repository/target/tools/bin
+    command -v cargo-deny >/dev/null && return
+    say "building cargo-deny $CARGO_DENY"
+    CARGO_INCREMENTAL=0 CARGO_PROFILE_RELEASE_OPT_LEVEL=0 CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 \
+        cargo install --quiet --locked --root target/tools --version "$CARGO_DENY" cargo-deny || exit 1
+}
+CARGO_DENY=0.20.2

@@ -262,10 +262,16 @@ fn observations(
 ) -> Vec<String> {
     let campaign = judged.setting.campaign;
     let zero_nm = judged.setting.nuisances.zero_nm;
+    let share_by = |names: &[&str]| {
+        let shares = structure.dependences.iter().filter(|of| names.contains(&of.on.as_str()));
+        shares.map(|of| of.share).fold(0.0, f64::max)
+    };
+    // Runs of other speeds differ too, wherever the model is wrong in speed.
+    let as_they_move = share_by(&["speed", "acceleration"]) >= share_by(&["run"]);
     let by_run = |as_friction: bool| {
         let of_run = |of: &&Dependence| of.on == "run" && of.as_friction == as_friction;
         let clear = |of: &Dependence| of.share > SHARE_LEFT && of.p_value < CHANCE;
-        structure.dependences.iter().find(of_run).is_some_and(clear)
+        structure.dependences.iter().find(of_run).is_some_and(clear) && !as_they_move
     };
     let open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
     let differ = open && by_run(true) && (zero_nm > 0.0 || by_run(false));

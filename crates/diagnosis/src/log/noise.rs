@@ -230,14 +230,14 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
     let mut error = piece.error_of_motion(ready, start, seed);
     let (mut steady, mut about) = Default::default();
-    let fast;
     if kind.motion_errs {
         (steady, about) = (blocks(&residual, without_jumps), around(&residual));
-        fast = blocks(&residual, mean);
-        no_more_than_seen(&mut error, &fast);
     } else {
         leave_out_rests(piece, &mut residual);
-        fast = blocks(&residual, mean);
+    }
+    let fast = blocks(&residual, mean);
+    if kind.motion_errs {
+        no_more_than_seen(&mut error, &fast);
     }
     let [one, other] = piece.error_of_sampling(ready, start).map(|error| local_mean_square(&error, REACH));
     PieceVariances {
