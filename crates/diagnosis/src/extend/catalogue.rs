@@ -30,6 +30,9 @@ pub(crate) fn candidates(
             unable.push(Untestable { id, reason: "it was said to be known exactly".to_owned() });
             continue;
         }
+        if id.is_only_corrected() {
+            continue;
+        }
         let reason = why_not(id, facts);
         let confounded =
             reason.is_some() && needs_pressure(id) && facts.greatest_pressure_mpa() > SOME_PRESSURE;
