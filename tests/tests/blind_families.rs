@@ -170,6 +170,9 @@ fn beside_a_slow_transducer_levels_are_what_they_are() {
     campaign.write(&given).unwrap();
     let diagnosis = diagnosis(&place, &given.join("log.h5"), &given.join("model.toml"));
     let corrected = diagnosis["within_tolerance"].as_array().unwrap();
+    // In this log only what is off by more than it is uncertain is told; friction is.
+    assert_ne!(diagnosis["verdict"], "unexplained");
+    assert!(corrected.iter().any(|of| of["id"] == "coulomb-level"), "{corrected:?}");
     assert!(corrected.iter().all(|of| of["id"] != "torque-gain"), "{corrected:?}");
     for (id, _, by) in too_large.iter().filter(|(id, ..)| *id != "static-level") {
         let Some(of) = corrected.iter().find(|of| of["id"] == *id) else { continue };

@@ -258,9 +258,9 @@ fn beyond_tolerance(
 ) -> Result<Option<Selection>, DiagnosisError> {
     let mut found: Vec<(EffectId, Tried)> = Vec::new();
     let corrections = &corrected.point.hypothesis.corrections;
-    // The torque's scale is held, and all levels go to their bounds in its place.
+    // The torque's scale is held, and levels go to their bounds in its place.
     let scale = corrections.iter().filter(|of| of.id == EffectId::TorqueGain);
-    let scale = scale.filter(|_| corrections.iter().filter(|of| of.is_at_bound()).count() > 1);
+    let scale = scale.filter(|_| corrections.iter().any(Correction::is_at_bound));
     for of in corrections.iter().filter(|of| of.is_at_bound()).chain(scale) {
         let Some(candidate) = able.iter().find(|candidate| candidate.id == of.id) else { continue };
         if setting.is_over() {

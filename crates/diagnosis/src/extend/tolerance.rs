@@ -24,6 +24,11 @@ const FACTORS: [EffectId; 11] = [
 const HELD: [EffectId; 4] =
     [EffectId::TorqueGain, EffectId::BristleDamping, EffectId::RotorInertia, EffectId::MotorDamping];
 
+/// Whether no fit moves it.
+pub(crate) fn is_held(id: EffectId) -> bool {
+    HELD.contains(&id)
+}
+
 /// Corrections, all neutral, of the parameters that these data could show. `tolerance` is the standard deviation relative to
 /// the parameter, of the torque's zero relative to T_c.
 ///
@@ -41,7 +46,7 @@ pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> 
         neutral,
         value: neutral,
         deviation,
-        free: !HELD.contains(&id),
+        free: !is_held(id),
     };
     let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance));
     let zero = correction(EffectId::TorqueOffset, "offset_nm", 0.0, tolerance * facts.coulomb_nm);

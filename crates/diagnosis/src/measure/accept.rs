@@ -4,6 +4,7 @@
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Map, Parameter};
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
+use crate::extend::tolerance::is_held;
 use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
@@ -81,7 +82,7 @@ pub(crate) fn accept(
         let worst = (0..weighed.len()).min_by(least);
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
             let causes = weighed.into_iter().map(|of| of.cause).collect();
-            let Errors { hypothesis, spread } = &errors;
+            let Errors { hypothesis, spread, .. } = &errors;
             let corrected = corrected(hypothesis, spread.as_ref());
             let covariance = spread.as_ref().map(|spread| covariance(hypothesis, spread)).unwrap_or_default();
             return Ok(Accepted { point, after, causes, corrected, covariance, harmful, unclear });
@@ -125,11 +126,17 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
     };
     let shape: Vec<usize> =
         own.iter().filter(|(_, number)| !is_amplitude(*number)).map(|(place, _)| *place).collect();
+    // Numbers that no fit moves count as they were held: a cause is accepted beside them, not in their place.
+    let held = errors.hypothesis.free().into_iter().enumerate().filter_map(|(place, free)| match free {
+        Free::Correction(index) if errors.held.contains(&index) => Some(place),
+        _ => None,
+    });
+    let known: Vec<usize> = shape.iter().copied().chain(held).collect();
     let mut amplitudes = own.iter().filter(|(_, number)| is_amplitude(*number)).peekable();
     let within = |(place, number): &(usize, usize)| {
         let neutral = member.candidate.parameters.get(*number).map_or(0.0, |of| of.neutral);
         let off = member.numbers.get(*number).map_or(0.0, |value| (value - neutral).abs());
-        off <= spread.half_width * spread.deviation_given(*place, &shape)
+        off <= spread.half_width * spread.deviation_given(*place, &known)
     };
     amplitudes.peek().is_some() && amplitudes.all(within)
 }
@@ -232,12 +239,16 @@ pub(crate) fn members_with_numbers(
 pub(crate) struct Errors {
     pub hypothesis: Hypothesis,
     pub spread: Option<Spread>,
+    /// The corrections that the fit didn't move though they are uncertain, by their indices.
+    held: Vec<usize>,
 }
 
 /// The covariance of a fit's numbers, with the errors of the motion and of the selection.
 pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
     let hypothesis = fitted.point.hypothesis.with_corrections_free();
+    let corrections = hypothesis.corrections.iter().enumerate();
+    let held = corrections.filter(|(_, of)| is_held(of.id)).map(|(index, _)| index).collect();
     let fitted = if hypothesis == fitted.point.hypothesis {
         fitted.clone()
     } else {
@@ -250,7 +261,7 @@ pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Error
         }
         spread => spread,
     };
-    Ok(Errors { hypothesis, spread })
+    Ok(Errors { hypothesis, spread, held })
 }
 
 /// A correction is reported if it exceeds `CLEAR` standard errors or `MOVED` of its tolerance, whichever is less. The
@@ -312,7 +323,7 @@ fn part_taken(left: f64, without: f64) -> f64 {
 
 /// A member's fitted parameters, by key.
 pub(crate) fn parameters(errors: &Errors, index: usize) -> Parameters {
-    let Errors { hypothesis, spread } = errors;
+    let Errors { hypothesis, spread, .. } = errors;
     let spread = spread.as_ref();
     let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
     let free = hypothesis.free().into_iter().enumerate();
