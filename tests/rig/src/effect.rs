@@ -1,9 +1,9 @@
 //! The effects that can be hidden: an enum for the rig, names for whoever asks and judges.
 
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 
 macro_rules! effects {
-    ($($variant:ident = $name:literal,)*) => {
+    ($($variant:ident = $name:literal, $listed:expr, $needs:expr;)*) => {
         /// An effect that can be hidden. Matches over it name every effect, so that one that is added is forgotten nowhere.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(crate) enum Effect {
@@ -19,45 +19,58 @@ macro_rules! effects {
                     $(Self::$variant => $name,)*
                 }
             }
+
+            pub fn listed(self) -> Listed {
+                match self {
+                    $(Self::$variant => $listed,)*
+                }
+            }
+
+            pub fn needs(self) -> Needs {
+                match self {
+                    $(Self::$variant => $needs,)*
+                }
+            }
         }
     };
 }
 
+// Name, which list of causes has it, and the channel that it needs.
 effects! {
-    CoulombLevel = "coulomb-level",
-    StaticLevel = "static-level",
-    ViscousLevel = "viscous-level",
-    StribeckVelocity = "stribeck-velocity",
-    BristleStiffness = "bristle-stiffness",
-    LoadInertia = "load-inertia",
-    PressureDependentFriction = "pressure-dependent-friction",
-    TemperatureDependentViscosity = "temperature-dependent-viscosity",
-    TemperatureDependentFriction = "temperature-dependent-friction",
-    AngleDependentFriction = "angle-dependent-friction",
-    DirectionAsymmetry = "direction-asymmetry",
-    DwellStiction = "dwell-stiction",
-    HydraulicLock = "hydraulic-lock",
-    FrictionLag = "friction-lag",
-    PreslidingHysteresis = "presliding-hysteresis",
-    WearDrift = "wear-drift",
-    FlowTorque = "flow-torque",
-    PressureTorque = "pressure-torque",
-    PositionTorque = "position-torque",
-    CouplingCompliance = "coupling-compliance",
-    SensorDelay = "sensor-delay",
-    TorqueOffset = "torque-offset",
-    TorqueGain = "torque-gain",
-    HoldingTorqueLevel = "holding-torque-level",
-    DetentTorque = "detent-torque",
-    MicrostepError = "microstep-error",
-    Backlash = "backlash",
-    MissedSteps = "missed-steps",
-    EncoderEccentricity = "encoder-eccentricity",
-    OutsideSquareDrag = "outside-square-drag",
-    OutsideHum = "outside-hum",
-    OutsideGear = "outside-gear",
-    OutsideWander = "outside-wander",
-    OutsidePlay = "outside-play",
+    CoulombLevel = "coulomb-level", Listed::Both, Needs::Nothing;
+    StaticLevel = "static-level", Listed::Both, Needs::Nothing;
+    ViscousLevel = "viscous-level", Listed::Both, Needs::Nothing;
+    StribeckVelocity = "stribeck-velocity", Listed::Both, Needs::Nothing;
+    BristleStiffness = "bristle-stiffness", Listed::Both, Needs::Nothing;
+    LoadInertia = "load-inertia", Listed::Both, Needs::Nothing;
+    PressureDependentFriction = "pressure-dependent-friction", Listed::Both, Needs::Pressure;
+    TemperatureDependentViscosity = "temperature-dependent-viscosity", Listed::Both, Needs::Temperature;
+    TemperatureDependentFriction = "temperature-dependent-friction", Listed::Both, Needs::Temperature;
+    AngleDependentFriction = "angle-dependent-friction", Listed::Both, Needs::Nothing;
+    DirectionAsymmetry = "direction-asymmetry", Listed::Both, Needs::Nothing;
+    DwellStiction = "dwell-stiction", Listed::Both, Needs::Nothing;
+    HydraulicLock = "hydraulic-lock", Listed::Both, Needs::Pressure;
+    FrictionLag = "friction-lag", Listed::Both, Needs::Nothing;
+    PreslidingHysteresis = "presliding-hysteresis", Listed::Both, Needs::Nothing;
+    WearDrift = "wear-drift", Listed::Both, Needs::Nothing;
+    FlowTorque = "flow-torque", Listed::Both, Needs::Pressure;
+    PressureTorque = "pressure-torque", Listed::Both, Needs::Pressure;
+    PositionTorque = "position-torque", Listed::Both, Needs::Nothing;
+    CouplingCompliance = "coupling-compliance", Listed::Both, Needs::Nothing;
+    SensorDelay = "sensor-delay", Listed::Both, Needs::Nothing;
+    TorqueOffset = "torque-offset", Listed::Only(LogKind::Torque), Needs::Nothing;
+    TorqueGain = "torque-gain", Listed::Only(LogKind::Torque), Needs::Nothing;
+    HoldingTorqueLevel = "holding-torque-level", Listed::Only(LogKind::Angle), Needs::Nothing;
+    DetentTorque = "detent-torque", Listed::Only(LogKind::Angle), Needs::Nothing;
+    MicrostepError = "microstep-error", Listed::Only(LogKind::Angle), Needs::Nothing;
+    Backlash = "backlash", Listed::Only(LogKind::Angle), Needs::Nothing;
+    MissedSteps = "missed-steps", Listed::Only(LogKind::Angle), Needs::Nothing;
+    EncoderEccentricity = "encoder-eccentricity", Listed::Only(LogKind::Angle), Needs::Nothing;
+    OutsideSquareDrag = "outside-square-drag", Listed::Nowhere, Needs::Nothing;
+    OutsideHum = "outside-hum", Listed::Nowhere, Needs::Nothing;
+    OutsideGear = "outside-gear", Listed::Nowhere, Needs::Nothing;
+    OutsideWander = "outside-wander", Listed::Nowhere, Needs::Nothing;
+    OutsidePlay = "outside-play", Listed::Nowhere, Needs::Nothing;
 }
 
 /// Which list of causes has an effect.
@@ -91,82 +104,6 @@ impl Effect {
             Listed::Both => true,
             Listed::Only(kind) => kind == log,
             Listed::Nowhere => false,
-        }
-    }
-
-    pub fn listed(self) -> Listed {
-        match self {
-            Self::CoulombLevel
-            | Self::StaticLevel
-            | Self::ViscousLevel
-            | Self::StribeckVelocity
-            | Self::BristleStiffness
-            | Self::LoadInertia
-            | Self::PressureDependentFriction
-            | Self::TemperatureDependentViscosity
-            | Self::TemperatureDependentFriction
-            | Self::AngleDependentFriction
-            | Self::DirectionAsymmetry
-            | Self::DwellStiction
-            | Self::HydraulicLock
-            | Self::FrictionLag
-            | Self::PreslidingHysteresis
-            | Self::WearDrift
-            | Self::FlowTorque
-            | Self::PressureTorque
-            | Self::PositionTorque
-            | Self::CouplingCompliance
-            | Self::SensorDelay => Listed::Both,
-            Self::TorqueOffset | Self::TorqueGain => Listed::Only(LogKind::Torque),
-            Self::HoldingTorqueLevel
-            | Self::DetentTorque
-            | Self::MicrostepError
-            | Self::Backlash
-            | Self::MissedSteps
-            | Self::EncoderEccentricity => Listed::Only(LogKind::Angle),
-            Self::OutsideSquareDrag
-            | Self::OutsideHum
-            | Self::OutsideGear
-            | Self::OutsideWander
-            | Self::OutsidePlay => Listed::Nowhere,
-        }
-    }
-
-    pub fn needs(self) -> Needs {
-        match self {
-            Self::PressureDependentFriction
-            | Self::HydraulicLock
-            | Self::FlowTorque
-            | Self::PressureTorque => Needs::Pressure,
-            Self::TemperatureDependentViscosity | Self::TemperatureDependentFriction => Needs::Temperature,
-            Self::CoulombLevel
-            | Self::StaticLevel
-            | Self::ViscousLevel
-            | Self::StribeckVelocity
-            | Self::BristleStiffness
-            | Self::LoadInertia
-            | Self::AngleDependentFriction
-            | Self::DirectionAsymmetry
-            | Self::DwellStiction
-            | Self::FrictionLag
-            | Self::PreslidingHysteresis
-            | Self::WearDrift
-            | Self::PositionTorque
-            | Self::CouplingCompliance
-            | Self::SensorDelay
-            | Self::TorqueOffset
-            | Self::TorqueGain
-            | Self::HoldingTorqueLevel
-            | Self::DetentTorque
-            | Self::MicrostepError
-            | Self::Backlash
-            | Self::MissedSteps
-            | Self::EncoderEccentricity
-            | Self::OutsideSquareDrag
-            | Self::OutsideHum
-            | Self::OutsideGear
-            | Self::OutsideWander
-            | Self::OutsidePlay => Needs::Nothing,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a campaign hides, and what its plan leaves out.
 
 use crate::effect::{Effect, Listed};
-use serde::{Deserialize, Serialize};
+use crate::log_kind::LogKind;
 
 /// Residual over noise of a strong effect, over the runs where it acts.
 pub const STRONG: f64 = 5.0;
@@ -15,15 +15,6 @@ pub enum Family {
     Exact,
     /// Instruments, models, motions and records as they are in the field, at random.
     Real,
-}
-
-/// Which channel the log has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum LogKind {
-    /// `torque` and `angle`.
-    Torque,
-    /// `angle_command` and `angle`.
-    Angle,
 }
 
 /// What a plan leaves out, so that twins can't be told apart.

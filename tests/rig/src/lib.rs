@@ -23,6 +23,7 @@ mod forms;
 mod hidden;
 mod jet;
 mod judge;
+mod log_kind;
 mod measure;
 mod motion;
 mod nominal;
@@ -35,7 +36,8 @@ mod truth;
 
 pub use campaign::Campaign;
 pub use draw::choose;
-pub use hidden::{Family, Gap, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
+pub use hidden::{Family, Gap, Hidden, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
 pub use judge::{Finding, Interval, Outcome, intervals};
+pub use log_kind::LogKind;
 pub use real::{Columns, Left, Normal};
 pub use truth::{HiddenEffect, Imperfect, Truth};

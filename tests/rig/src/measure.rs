@@ -1,6 +1,6 @@
 //! All runs of an experiment through a valve, without noise.
 
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use crate::plan::RunPlan;
 use crate::spool::{Outputs, Valve};
 use std::f64::consts::FRAC_PI_2;

@@ -1,6 +1,6 @@
 //! What a campaign hides, for whoever judges a finding.
 
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use serde_json::{Map, Value, json};
 
 /// One hidden effect.

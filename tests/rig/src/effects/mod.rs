@@ -97,10 +97,14 @@ impl Instance {
         match self.effect {
             Effect::CoulombLevel => self.coulomb_level(&mut valve.contact.nominal),
             Effect::StaticLevel => self.static_level(&mut valve.contact.nominal),
-            Effect::ViscousLevel => self.viscous_level(&mut valve.contact.nominal),
-            Effect::StribeckVelocity => self.stribeck_velocity(&mut valve.contact.nominal),
-            Effect::BristleStiffness => self.bristle_stiffness(&mut valve.contact.nominal),
-            Effect::LoadInertia => self.load_inertia(&mut valve.contact.nominal),
+            Effect::ViscousLevel => self.number((0.3, 0.8), &mut valve.contact.nominal.viscous_nm_s_per_rad),
+            Effect::StribeckVelocity => {
+                self.number((0.5, 1.2), &mut valve.contact.nominal.stribeck_rad_per_s)
+            }
+            Effect::BristleStiffness => {
+                self.number((0.3, 0.6), &mut valve.contact.nominal.stiffness_nm_per_rad)
+            }
+            Effect::LoadInertia => self.number((0.3, 0.6), &mut valve.contact.nominal.load_kg_m2),
             Effect::HoldingTorqueLevel => self.holding_torque_level(&mut valve.contact.nominal),
             Effect::PressureDependentFriction => self.pressure_dependent_friction(&mut valve.contact),
             Effect::TemperatureDependentViscosity => self.temperature_dependent_viscosity(&mut valve.contact),

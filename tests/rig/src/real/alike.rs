@@ -8,7 +8,7 @@ use super::world::{Colour, TOLERANCE, World};
 use crate::contact::Contact;
 use crate::effect::Effect;
 use crate::effects::Instance;
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use crate::measure::{channel, measure};
 use crate::nominal::Nominal;
 use crate::plan::RunPlan;

@@ -1,7 +1,7 @@
 //! Motions of a test rig, of a production machine, and as `stepvalve simulate` makes them.
 
 use super::world::{Source, World};
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use crate::motion::{Motion, Tone};
 use crate::nominal::{Nominal, TEETH, log_uniform};
 use crate::plan::{Levels, RunPlan, arrange};

@@ -3,7 +3,7 @@
 use super::Draft;
 use super::instruments::{lose, noise, normal, read, transduced};
 use super::world::Presence;
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use crate::plan::RunPlan;
 use crate::spool::Outputs;
 use log_data::{AngleZero, Log, Run};

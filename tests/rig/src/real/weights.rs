@@ -5,7 +5,7 @@
 //! of half the run's quickest change of speed (σ_a² = 720·σ²·Δt/w⁵).
 
 use super::world::World;
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use crate::plan::RunPlan;
 use crate::spool::Outputs;
 

@@ -2,7 +2,7 @@
 //!
 //! The exact family has one such world: a fine encoder, white noise, exact numbers, all channels.
 
-use crate::hidden::LogKind;
+use crate::log_kind::LogKind;
 use crate::nominal::{Nominal, log_uniform};
 use rand::RngExt;
 use rand_pcg::Pcg64;
