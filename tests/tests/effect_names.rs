@@ -10,7 +10,7 @@ use valve_model::{EffectId, SeenIn};
 fn the_rig_hides_what_the_product_names() {
     for (log, unseen) in [(LogKind::Torque, SeenIn::AngleLogs), (LogKind::Angle, SeenIn::TorqueLogs)] {
         let hidden: BTreeSet<&str> = effects_of(log).into_iter().collect();
-        let causes = EffectId::ALL.iter().filter(|id| !id.is_only_corrected());
+        let causes = EffectId::ALL.iter().filter(|id| !id.is_never_a_cause());
         let seen = causes.filter(|id| id.spec().seen_in != unseen);
         assert_eq!(hidden, seen.map(|id| id.name()).collect(), "{log:?} logs");
     }

@@ -159,7 +159,7 @@ fn terms_of(id: EffectId, at: &Sample) -> Vec<f64> {
         EffectId::PositionTorque => waves(1.0),
         EffectId::SensorDelay => vec![at.slope_nm_per_s],
         EffectId::CouplingCompliance => vec![at.bend_nm_per_s2],
-        // Corrected, and never a cause.
+        // Never a cause.
         EffectId::BristleDamping | EffectId::RotorInertia | EffectId::MotorDamping => Vec::new(),
         EffectId::HoldingTorqueLevel
         | EffectId::DetentTorque

@@ -103,7 +103,7 @@ pub fn diagnose(
     let judged = if zero_nm == nuisances.zero_nm {
         judged
     } else {
-        tell(Event::Step("once more, with a zero of the torque that differs from run to run"));
+        tell(Event::Again("once more, with a zero of the torque that differs from run to run"));
         let nuisances = Nuisances { zero_nm, ..nuisances };
         let setting = Setting { nuisances, ..setting };
         judge(setting, noise, asked, Some(&judged.selection), tell)?
@@ -113,7 +113,7 @@ pub fn diagnose(
     let (judged, noise) = match found {
         None => (judged, noise),
         Some(found) => {
-            tell(Event::Step("once more, with the noise that the model found leaves"));
+            tell(Event::Again("once more, with the noise that the model found leaves"));
             let earlier = judged.selection;
             let ready = setting.ready(&found.hypothesis)?;
             let noise = estimate(&mut campaign, &ready, &found.starts, options, workers);
@@ -128,7 +128,7 @@ pub fn diagnose(
     let (judged, noise) = match mains(&judged.setting, &left_by_all) {
         None => (judged, noise),
         Some(hum) => {
-            tell(Event::Step("once more, without the mains' hum"));
+            tell(Event::Again("once more, without the mains' hum"));
             let earlier = judged.selection;
             let found = earlier.fitted.point.clone();
             let ready = judged.setting.ready(&found.hypothesis)?;
@@ -142,7 +142,7 @@ pub fn diagnose(
     let (judged, noise) = match loose(&judged.setting, &left_by_all) {
         None => (judged, noise),
         Some(found) => {
-            tell(Event::Step("once more, without ripples that have a phase of their own in each run"));
+            tell(Event::Again("once more, without ripples that have a phase of their own in each run"));
             let point = judged.selection.fitted.point.clone();
             let ready = judged.setting.ready(&point.hypothesis)?;
             campaign.take_out_ripples(found.ripples, &found.by_piece);
@@ -152,7 +152,7 @@ pub fn diagnose(
         }
     };
     if let Some(misfit) = misfit(&judged)? {
-        tell(Event::Step("once more, with what the causes leave as an error of every sample"));
+        tell(Event::Again("once more, with what the causes leave as an error of every sample"));
         let first = judged.selection;
         let noise = with_misfit(&mut campaign, noise, &misfit.left, misfit.per_independent);
         let setting = Setting::new(&campaign, model, nuisances, workers);
@@ -175,7 +175,7 @@ pub fn diagnose(
         let explains = with_zeros.diagnosis.verdict != Verdict::Unexplained;
         return Ok(if explains { with_zeros } else { found });
     };
-    tell(Event::Step("once more, with noise whose neighbours are alike"));
+    tell(Event::Again("once more, with noise whose neighbours are alike"));
     let earlier = judged.selection;
     let noise = with_colour(&mut campaign, noise, &colour.left, colour.per_independent);
     let setting = Setting::new(&campaign, model, nuisances, workers);

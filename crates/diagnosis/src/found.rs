@@ -25,6 +25,8 @@ pub enum Event<'a> {
     },
     /// A step of the work.
     Step(&'static str),
+    /// A step that searches anew, and why.
+    Again(&'static str),
 }
 
 /// A piece of a run, for plots: measured against predicted.

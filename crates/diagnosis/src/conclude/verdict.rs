@@ -271,10 +271,10 @@ fn observations(
     let by_run = |as_friction: bool| {
         let of_run = |of: &&Dependence| of.on == "run" && of.as_friction == as_friction;
         let clear = |of: &Dependence| of.share > SHARE_LEFT && of.p_value < CHANCE;
-        structure.dependences.iter().find(of_run).is_some_and(clear) && !as_they_move
+        structure.dependences.iter().find(of_run).is_some_and(clear)
     };
     let open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
-    let differ = open && by_run(true) && (zero_nm > 0.0 || by_run(false));
+    let differ = open && !as_they_move && by_run(true) && (zero_nm > 0.0 || by_run(false));
     let mut said = speed_with_pressure(campaign);
     said.extend(runs_differ(campaign, after, zero_nm).filter(|_| differ));
     said

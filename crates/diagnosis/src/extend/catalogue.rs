@@ -30,7 +30,7 @@ pub(crate) fn candidates(
             unable.push(Untestable { id, reason: "it was said to be known exactly".to_owned() });
             continue;
         }
-        if id.is_only_corrected() {
+        if id.is_never_a_cause() {
             continue;
         }
         let reason = why_not(id, facts);
@@ -166,7 +166,7 @@ pub(crate) fn candidate(id: EffectId, facts: &Facts) -> Option<Candidate> {
         EffectId::AngleDependentFriction => series(id, FRICTION_ORDERS, (0.02, 0.95)),
         EffectId::DetentTorque => series(id, 2, (0.01 * facts.motor.map_or(1.0, |motor| motor.0), UNBOUNDED)),
         EffectId::MicrostepError => series(id, 10, (2e-5, 0.1)),
-        // Corrected, and no cause: see extend::tolerance.
+        // Uncertain, and no cause: see extend::tolerance.
         EffectId::BristleDamping | EffectId::RotorInertia | EffectId::MotorDamping => return None,
         // Found by its jumps, not fitted: see log::lost_steps.
         EffectId::MissedSteps => return None,

@@ -20,13 +20,9 @@ const FACTORS: [EffectId; 11] = [
     EffectId::TorqueGain,
 ];
 
-/// Those that no fit moves.
-const HELD: [EffectId; 4] =
-    [EffectId::TorqueGain, EffectId::BristleDamping, EffectId::RotorInertia, EffectId::MotorDamping];
-
 /// Whether no fit moves it.
 pub(crate) fn is_held(id: EffectId) -> bool {
-    HELD.contains(&id)
+    id == EffectId::TorqueGain || id.is_never_a_cause()
 }
 
 /// Corrections, all neutral, of the parameters that these data could show. `tolerance` is the standard deviation relative to

@@ -82,7 +82,7 @@ pub(crate) fn accept(
         let worst = (0..weighed.len()).min_by(least);
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
             let causes = weighed.into_iter().map(|of| of.cause).collect();
-            let Errors { hypothesis, spread, .. } = &errors;
+            let Errors { hypothesis, spread } = &errors;
             let corrected = corrected(hypothesis, spread.as_ref());
             let covariance = spread.as_ref().map(|spread| covariance(hypothesis, spread)).unwrap_or_default();
             return Ok(Accepted { point, after, causes, corrected, covariance, harmful, unclear });
@@ -128,8 +128,10 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
         own.iter().filter(|(_, number)| !is_amplitude(*number)).map(|(place, _)| *place).collect();
     // Numbers that no fit moves count as they were held: a cause is accepted beside them, not in their place.
     let held = errors.hypothesis.free().into_iter().enumerate().filter_map(|(place, free)| match free {
-        Free::Correction(index) if errors.held.contains(&index) => Some(place),
-        _ => None,
+        Free::Correction(index) => {
+            errors.hypothesis.corrections.get(index).filter(|of| is_held(of.id)).map(|_| place)
+        }
+        Free::Zero | Free::Number(..) => None,
     });
     let known: Vec<usize> = shape.iter().copied().chain(held).collect();
     let mut amplitudes = own.iter().filter(|(_, number)| is_amplitude(*number)).peekable();
@@ -239,16 +241,12 @@ pub(crate) fn members_with_numbers(
 pub(crate) struct Errors {
     pub hypothesis: Hypothesis,
     pub spread: Option<Spread>,
-    /// The corrections that the fit didn't move though they are uncertain, by their indices.
-    held: Vec<usize>,
 }
 
 /// The covariance of a fit's numbers, with the errors of the motion and of the selection.
 pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
     let hypothesis = fitted.point.hypothesis.with_corrections_free();
-    let corrections = hypothesis.corrections.iter().enumerate();
-    let held = corrections.filter(|(_, of)| is_held(of.id)).map(|(index, _)| index).collect();
     let fitted = if hypothesis == fitted.point.hypothesis {
         fitted.clone()
     } else {
@@ -261,7 +259,7 @@ pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Error
         }
         spread => spread,
     };
-    Ok(Errors { hypothesis, spread, held })
+    Ok(Errors { hypothesis, spread })
 }
 
 /// A correction is reported if it exceeds `CLEAR` standard errors or `MOVED` of its tolerance, whichever is less. The
@@ -323,7 +321,7 @@ fn part_taken(left: f64, without: f64) -> f64 {
 
 /// A member's fitted parameters, by key.
 pub(crate) fn parameters(errors: &Errors, index: usize) -> Parameters {
-    let Errors { hypothesis, spread, .. } = errors;
+    let Errors { hypothesis, spread } = errors;
     let spread = spread.as_ref();
     let Some(member) = hypothesis.members.get(index) else { return BTreeMap::new() };
     let free = hypothesis.free().into_iter().enumerate();

@@ -12,8 +12,6 @@ use std::time::Duration;
 
 /// Causes of the first ranking that are told.
 const FIRST: usize = 5;
-/// How the steps begin that search anew.
-const AGAIN: &str = "once more";
 
 /// Tells what is being done. Dropped, it leaves the terminal as it was.
 pub struct Progress {
@@ -43,9 +41,6 @@ impl Progress {
 
     /// A step begins.
     pub fn step(&self, what: &'static str) {
-        if what.starts_with(AGAIN) {
-            self.again.set(Some(what));
-        }
         self.bar.set_message(what);
         if !self.drawn {
             // Files of jobs are read later: lines with their time.
@@ -77,6 +72,10 @@ impl Progress {
                 });
             }
             Event::Step(step) => self.step(step),
+            Event::Again(step) => {
+                self.again.set(Some(step));
+                self.step(step);
+            }
         }
     }
 

@@ -36,7 +36,7 @@ impl Model {
 
 fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
     let factor = effect.number("factor");
-    let friction = &mut model.friction;
+    let (friction, motor) = (&mut model.friction, model.motor.as_mut());
     let changed = match effect.id() {
         EffectId::CoulombLevel => {
             *friction.coulomb_mut() *= factor;
@@ -58,15 +58,9 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
         EffectId::BristleStiffness => scale(friction.stiffness_mut(), factor),
         EffectId::BristleDamping => scale(friction.damping_mut(), factor),
         EffectId::LoadInertia => scale(model.load.as_mut().map(|load| &mut load.inertia_kg_m2), factor),
-        EffectId::HoldingTorqueLevel => {
-            scale(model.motor.as_mut().map(|motor| &mut motor.holding_torque_nm), factor)
-        }
-        EffectId::RotorInertia => {
-            scale(model.motor.as_mut().map(|motor| &mut motor.rotor_inertia_kg_m2), factor)
-        }
-        EffectId::MotorDamping => {
-            scale(model.motor.as_mut().map(|motor| &mut motor.damping_nm_s_per_rad), factor)
-        }
+        EffectId::HoldingTorqueLevel => scale(motor.map(|motor| &mut motor.holding_torque_nm), factor),
+        EffectId::RotorInertia => scale(motor.map(|motor| &mut motor.rotor_inertia_kg_m2), factor),
+        EffectId::MotorDamping => scale(motor.map(|motor| &mut motor.damping_nm_s_per_rad), factor),
         EffectId::PreslidingHysteresis => single_spring(friction).is_some_and(|params| {
             *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
             true

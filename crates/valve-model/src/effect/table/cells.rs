@@ -37,6 +37,11 @@ pub(super) const fn factor(meaning: &'static str) -> ParameterSpec {
     number("factor", "1", (1e-3, 1e3), 1.0, "a number, 0.001 to 1000", meaning)
 }
 
+/// One that may be 0.
+pub(super) const fn factor_or_none(meaning: &'static str) -> ParameterSpec {
+    number("factor", "1", (0.0, 1e3), 1.0, "a number, 0 to 1000", meaning)
+}
+
 /// The highest order of a series over the angle, and most orders that differ from zero.
 pub(crate) const MAX_HARMONICS: usize = 128;
 pub(crate) const MAX_TERMS: usize = 24;

@@ -53,7 +53,7 @@ impl EffectId {
     }
 
     /// Whether a diagnosis takes it as uncertain and never names it as a cause.
-    pub fn is_only_corrected(self) -> bool {
+    pub fn is_never_a_cause(self) -> bool {
         matches!(self, Self::BristleDamping | Self::RotorInertia | Self::MotorDamping)
     }
 
