@@ -261,14 +261,15 @@ fn mistakes(found: &[Finding]) -> Vec<&Finding> {
 /// None.
 pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
     let (campaigns, clean) = if quick { (4, 20) } else { (arguments.campaigns, arguments.clean) };
-    let progress = Progress::new(MISTAKES.len() + 1);
     let title = format!("{campaigns} campaigns of the rig for each mistake, {clean} without any");
     let mut sheet = Sheet::new("data-quality", title, &["mistake", "named", "of", "and another claimed"]);
     let mut data = Vec::new();
     let wanted = |name: &str| arguments.only.as_ref().is_none_or(|only| name.contains(only));
-    for mistake in MISTAKES.iter().filter(|mistake| wanted(mistake.name)) {
-        progress.next(mistake.name.to_owned());
-        let tally = made(mistake, campaigns, arguments);
+    let clean = if wanted("none") { clean } else { 0 };
+    let chosen: Vec<&Mistake> = MISTAKES.iter().filter(|mistake| wanted(mistake.name)).collect();
+    let progress = Progress::new((chosen.len() as u64 * campaigns + clean) as usize);
+    for mistake in chosen {
+        let tally = made(mistake, campaigns, arguments, &progress);
         sheet.row([
             mistake.name.to_owned(),
             tally.named.to_string(),
@@ -277,9 +278,7 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
         ]);
         data.push(tally.json(mistake.name));
     }
-    progress.next("none".to_owned());
-    let clean = if wanted("none") { clean } else { 0 };
-    let (claimed, of, slowest) = unspoilt(clean, arguments);
+    let (claimed, of, slowest) = unspoilt(clean, arguments, &progress);
     sheet.row(["none".to_owned(), "-".to_owned(), of.to_string(), claimed.to_string()]);
     data.push(json!({ "mistake": "none", "claimed": claimed, "of": of, "s_for_250000_samples": slowest }));
     sheet.row(["slowest, s for 250,000 samples".to_owned(), digits(slowest), String::new(), String::new()]);
@@ -310,7 +309,7 @@ fn kind(mistake: &Mistake, seed: u64) -> LogKind {
     choose(seed, mistake.logs)
 }
 
-fn made(mistake: &Mistake, campaigns: u64, arguments: &Arguments) -> Tally {
+fn made(mistake: &Mistake, campaigns: u64, arguments: &Arguments, progress: &Progress) -> Tally {
     let mut tally = Tally::default();
     let mut seed = arguments.seed;
     while tally.of < campaigns {
@@ -328,6 +327,7 @@ fn made(mistake: &Mistake, campaigns: u64, arguments: &Arguments) -> Tally {
         if absent {
             continue;
         }
+        progress.next(mistake.name);
         let mut rng = Pcg64::seed_from_u64(seed);
         (mistake.make)(&mut log, &mut rng);
         let found = inspect(&log, Some(&model));
@@ -345,7 +345,7 @@ fn made(mistake: &Mistake, campaigns: u64, arguments: &Arguments) -> Tally {
 }
 
 /// How many of the campaigns without mistakes a claim is made in, of how many; and the slowest inspection.
-fn unspoilt(clean: u64, arguments: &Arguments) -> (u64, u64, f64) {
+fn unspoilt(clean: u64, arguments: &Arguments, progress: &Progress) -> (u64, u64, f64) {
     let (mut claimed, mut of, mut slowest) = (0, 0, 0.0);
     let mut seed = arguments.seed + 100_000;
     while of < clean {
@@ -354,6 +354,7 @@ fn unspoilt(clean: u64, arguments: &Arguments) -> (u64, u64, f64) {
         let log_kind = if seed.is_multiple_of(2) { LogKind::Torque } else { LogKind::Angle };
         let Some((log, model)) = campaign(seed, family, log_kind, seed % 5 < 2) else { continue };
         of += 1;
+        progress.next("none");
         let begun = Instant::now();
         let found = inspect(&log, Some(&model));
         let samples: usize = log.runs.iter().map(Run::len).sum();
