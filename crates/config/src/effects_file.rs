@@ -77,7 +77,7 @@ fn read_effect(field: &Field<'_>) -> Option<OwnEffect> {
         if text.is_empty() || !section.is_clean() {
             return None;
         }
-        if let Err(error) = check_expression(&text, &numbers) {
+        if let Err(error) = check_expression(&text, &numbers, acts_on) {
             match error.parameter.and_then(|place| parameters.get(place)) {
                 Some((_, place)) => place.refuse_as(error.found, error.expected),
                 None => expression.refuse_within(error.at, error.found, error.expected),

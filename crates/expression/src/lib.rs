@@ -1,7 +1,8 @@
 //! Expressions in named variables, such as `a*speed*abs(speed)`: their text becomes a short program for a stack of numbers.
 //!
 //! A [`Program`] is plain data. It runs without heap in a bounded number of operations, on numbers, on numbers with their
-//! derivatives ([`Dual`]), or on intervals ([`Interval`]), by which [`pole`] finds where it would have no finite value.
+//! derivatives ([`Dual`]), on intervals ([`Interval`]), by which [`pole`] finds where it would have no finite value, or on dimensions, by
+//! which [`dimension`] finds unlike quantities in a sum.
 //!
 //! ```
 //! # fn main() -> Result<(), expression::ExpressionError> {
@@ -12,6 +13,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod dimension;
 mod error;
 mod function;
 mod interval;
@@ -21,6 +23,7 @@ mod poles;
 mod program;
 mod token;
 
+pub use dimension::{Dimension, Misfit, dimension};
 pub use error::ExpressionError;
 pub use interval::Interval;
 pub use number::{Dual, Number};

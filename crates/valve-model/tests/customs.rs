@@ -226,10 +226,10 @@ fn what_makes_no_sense_is_refused() {
 
 #[test]
 fn poles_within_what_valves_have_are_refused() {
-    let found = check_expression("1 + a/(angle - 0.3)", &[("a", 1.0)]).unwrap_err();
+    let found = check_expression("1 + a/(angle - 0.3)", &[("a", 1.0)], ActsOn::Torque).unwrap_err();
     assert_eq!(found.at, 5);
     assert!(found.found.contains("near angle 0.3"), "{found}");
-    assert!(check_expression("a*speed*abs(speed)", &[("a", 1.0)]).is_ok());
+    assert!(check_expression("a*speed*abs(speed)", &[("a", 1.0)], ActsOn::Torque).is_ok());
 }
 
 /// A power of what is hardly above zero: 1e100 N·m and more.

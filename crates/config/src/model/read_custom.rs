@@ -30,7 +30,11 @@ pub(super) fn read_custom(section: Section<'_>, id: &str) -> Option<Effect> {
         let (first, others) = choices.split_first()?;
         field.choice(*first, others)
     });
-    let rule = if id == FORMULA { read_formula(&section) } else { read_table(&section) };
+    let rule = if id == FORMULA {
+        read_formula(&section, acts_on.unwrap_or(ActsOn::Torque))
+    } else {
+        read_table(&section)
+    };
     let effect = acts_on.zip(rule).and_then(|(acts_on, (rule, parameters))| {
         let numbers: Vec<(&str, f64)> =
             parameters.iter().map(|(key, value)| (key.as_str(), *value)).collect();
@@ -52,7 +56,7 @@ fn refuse(section: &Section<'_>, error: ParamError) {
 
 type Read = (Rule, Vec<(String, f64)>);
 
-fn read_formula(section: &Section<'_>) -> Option<Read> {
+fn read_formula(section: &Section<'_>, acts_on: ActsOn) -> Option<Read> {
     const EXPRESSION: &str = "an expression such as a*speed*abs(speed)";
     section.expects("expression", Shape::Text);
     section.expects("parameters", Shape::NamedNumbers);
@@ -63,7 +67,7 @@ fn read_formula(section: &Section<'_>) -> Option<Read> {
         return None;
     }
     let numbers: Vec<(&str, f64)> = parameters.iter().map(|of| (of.name.as_str(), of.number)).collect();
-    if let Err(error) = check_expression(&text, &numbers) {
+    if let Err(error) = check_expression(&text, &numbers, acts_on) {
         match error.parameter.and_then(|place| parameters.get(place)) {
             Some(own) => own.place.refuse_as(error.found, error.expected),
             None => field.refuse_within(error.at, error.found, error.expected),

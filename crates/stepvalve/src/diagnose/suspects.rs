@@ -68,7 +68,7 @@ fn hypothesis(text: &str, default: &str) -> anyhow::Result<Suspect> {
     let parameters = parameters(&names, starts)?;
     let numbers: Vec<(&str, f64)> =
         parameters.iter().map(|of| (of.key.as_str(), of.start.unwrap_or(1.0))).collect();
-    check_expression(expression, &numbers).map_err(place)?;
+    check_expression(expression, &numbers, acts_on).map_err(place)?;
     let rule = Rule::Formula(expression.trim().to_owned());
     let effect = Effect::custom_named(called, CustomLaw { acts_on, rule }, &numbers)?;
     Suspect::new(effect, parameters).map_err(|error| anyhow!(error))

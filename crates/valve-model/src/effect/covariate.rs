@@ -1,5 +1,6 @@
 //! What formulas and tables may depend on, and what they act on.
 
+use expression::Dimension;
 use serde::{Deserialize, Serialize};
 
 /// A quantity that a formula or a table may depend on.
@@ -64,6 +65,18 @@ impl Covariate {
             Self::Time | Self::TimeAtRest => "s",
             Self::PressureDrop => "Pa",
             Self::OilTemperature => "degC",
+        }
+    }
+
+    /// Its dimension.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::Angle | Self::Distance => Dimension::NONE,
+            Self::Speed => Dimension::TIME.to_the(-1.0),
+            Self::Acceleration => Dimension::TIME.to_the(-2.0),
+            Self::Time | Self::TimeAtRest => Dimension::TIME,
+            Self::PressureDrop => Dimension::PRESSURE,
+            Self::OilTemperature => Dimension::TEMPERATURE,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Effects that users add: formulas and tables.
 
-use expression::{ExpressionError, Program, compile, pole};
+use expression::{Dimension, ExpressionError, Program, compile, dimension, pole};
 use serde::{Deserialize, Serialize};
 
 use super::covariate::{ActsOn, Covariate};
@@ -62,13 +62,18 @@ pub(super) fn custom_id(name: &str) -> Result<EffectId, ParamError> {
     label.map(EffectId::Custom).ok_or_else(|| ParamError::new("name", name, NAME))
 }
 
-/// Checks an expression with its parameters as formulas have it: that it compiles, and that it has a finite value wherever
-/// valves get ([`Covariate::range`]).
+/// Checks an expression with its parameters as formulas have it: that it compiles, that its quantities go together and make what it
+/// acts on, and that it has a finite value wherever valves get ([`Covariate::range`]).
 ///
 /// # Errors
 /// What is wrong with it and where.
-pub fn check_expression(text: &str, parameters: &[(&str, f64)]) -> Result<(), ExpressionError> {
+pub fn check_expression(
+    text: &str,
+    parameters: &[(&str, f64)],
+    acts_on: ActsOn,
+) -> Result<(), ExpressionError> {
     let program = compiled(text, parameters)?;
+    check_dimension(&program, acts_on)?;
     let Some(pole) = pole(&program, &Covariate::ALL.map(Covariate::range)) else { return Ok(()) };
     let used = Covariate::ALL.into_iter().zip(&pole.near).filter(|(of, _)| program.uses(of.place()));
     let near: Vec<String> =
@@ -76,6 +81,23 @@ pub fn check_expression(text: &str, parameters: &[(&str, f64)]) -> Result<(), Ex
     let place = if near.is_empty() { "anywhere".to_owned() } else { format!("near {}", near.join(", ")) };
     let found = format!("an operation that has no finite value {place}");
     Err(ExpressionError::new(pole.at, found, "a finite value wherever valves get"))
+}
+
+/// Numbers and parameters may have any unit, so that only what is wrong whatever they are is refused.
+fn check_dimension(program: &Program, acts_on: ActsOn) -> Result<(), ExpressionError> {
+    let made = dimension(program, &Covariate::ALL.map(Covariate::dimension))
+        .map_err(|misfit| ExpressionError::new(misfit.at, misfit.found, misfit.expected))?;
+    let expected = match acts_on {
+        ActsOn::Torque => "a torque in N*m, as with a parameter before it: a*...",
+        ActsOn::Level | ActsOn::Viscous => {
+            "a part of friction, a pure number, as with a parameter before it: a*..."
+        }
+    };
+    let is_right = |made: Dimension| acts_on != ActsOn::Torque && made.is(Dimension::NONE);
+    match made {
+        Some(made) if !is_right(made) => Err(ExpressionError::new(0, made.to_string(), expected)),
+        _ => Ok(()),
+    }
 }
 
 /// Three digits are enough to find a place.
