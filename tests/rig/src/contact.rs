@@ -5,6 +5,7 @@
 //! With one element and m = 1 that is LuGre's law. Ageing: dA/dt = 1 − |slip|·A/D, D = T_c/σ0 (Dieterich's law).
 
 use crate::forms::{Growth, Thermal, Wave};
+use crate::law::{ActsOn, Law};
 use crate::nominal::Nominal;
 
 /// Most Maxwell elements.
@@ -17,6 +18,8 @@ pub(crate) const MOST_STATES: usize = ELEMENTS + 4;
 pub(crate) struct Surroundings {
     pub angle_rad: f64,
     pub speed_rad_per_s: f64,
+    /// Where the motion is given.
+    pub acceleration_rad_per_s2: f64,
     pub pressure_mpa: f64,
     pub celsius: f64,
     /// Time on the log's clock.
@@ -53,6 +56,8 @@ pub(crate) struct Contact {
     pub square_drag: f64,
     /// Outside the list: the levels wander with time: parts and periods (s).
     pub wander: Vec<(f64, f64, f64)>,
+    /// Outside the list: a drawn law.
+    pub law: Option<Law>,
 }
 
 struct Curve {
@@ -76,6 +81,7 @@ impl Contact {
             wear: None,
             square_drag: 0.0,
             wander: Vec::new(),
+            law: None,
         }
     }
 
@@ -123,6 +129,10 @@ impl Contact {
         }
         for (part, period, phase) in &self.wander {
             level *= 1.0 + part * (std::f64::consts::TAU * at.clock_s / period + phase).sin();
+        }
+        if let Some(law) = &self.law {
+            level *= (1.0 + law.at(ActsOn::Levels, at)).max(0.01);
+            viscous *= (1.0 + law.at(ActsOn::Viscous, at)).max(0.0);
         }
         (level, held, viscous)
     }
@@ -203,5 +213,6 @@ impl Contact {
             + n.damping_nm_s_per_rad * bristle_rate
             + curve.viscous * curve_speed
             + self.square_drag * speed * speed.abs()
+            + self.law.as_ref().map_or(0.0, |law| law.at(ActsOn::Torque, at))
     }
 }

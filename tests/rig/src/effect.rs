@@ -11,7 +11,7 @@ macro_rules! effects {
         }
 
         impl Effect {
-            /// In the order that [`crate::effects_of`] and [`crate::OUTSIDE`] list them.
+            /// In the order that [`crate::effects_of`], [`crate::OUTSIDE`] and [`crate::LAWS`] list them.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
 
             pub const fn name(self) -> &'static str {
@@ -71,6 +71,10 @@ effects! {
     OutsideGear = "outside-gear", Listed::Nowhere, Needs::Nothing;
     OutsideWander = "outside-wander", Listed::Nowhere, Needs::Nothing;
     OutsidePlay = "outside-play", Listed::Nowhere, Needs::Nothing;
+    OutsideLaw = "outside-law", Listed::Nowhere, Needs::Nothing;
+    OutsidePressureLaw = "outside-pressure-law", Listed::Nowhere, Needs::Pressure;
+    OutsideWarmthLaw = "outside-warmth-law", Listed::Nowhere, Needs::Temperature;
+    OutsideWarmPressureLaw = "outside-warm-pressure-law", Listed::Nowhere, Needs::Both;
 }
 
 /// Which list of causes has an effect.
@@ -89,6 +93,7 @@ pub(crate) enum Listed {
 pub(crate) enum Needs {
     Pressure,
     Temperature,
+    Both,
     Nothing,
 }
 

@@ -115,6 +115,14 @@ pub const OUTSIDE: &[&str] = &[
     Effect::OutsidePlay.name(),
 ];
 
+/// Laws that no list of causes has, drawn among several forms.
+pub const LAWS: &[&str] = &[
+    Effect::OutsideLaw.name(),
+    Effect::OutsidePressureLaw.name(),
+    Effect::OutsideWarmthLaw.name(),
+    Effect::OutsideWarmPressureLaw.name(),
+];
+
 /// The effects that can be hidden in a log of this kind.
 pub fn effects_of(log: LogKind) -> Vec<&'static str> {
     let listed = Effect::ALL.iter().filter(|effect| effect.is_listed_for(log));

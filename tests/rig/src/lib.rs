@@ -23,6 +23,7 @@ mod forms;
 mod hidden;
 mod jet;
 mod judge;
+mod law;
 mod log_kind;
 mod measure;
 mod motion;
@@ -36,7 +37,7 @@ mod truth;
 
 pub use campaign::Campaign;
 pub use draw::choose;
-pub use hidden::{Family, Gap, Hidden, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
+pub use hidden::{Family, Gap, Hidden, LAWS, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name, twins};
 pub use judge::{Finding, Interval, Outcome, intervals};
 pub use log_kind::LogKind;
 pub use real::{Columns, Left, Normal};

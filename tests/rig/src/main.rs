@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use clap::{Parser, ValueEnum};
 use hidden_effect_rig::{
-    Campaign, Family as RigFamily, Hidden, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name,
+    Campaign, Family as RigFamily, Hidden, LAWS, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name,
 };
 use std::path::PathBuf;
 
@@ -65,11 +65,12 @@ fn main() -> Result<()> {
         Log::Angle => LogKind::Angle,
     };
     if arguments.hidden == "list" {
-        effects_of(log).iter().chain(OUTSIDE).for_each(|id| println!("{id}"));
+        effects_of(log).iter().chain(OUTSIDE).chain(LAWS).for_each(|id| println!("{id}"));
         return Ok(());
     }
     let effects: Vec<&str> = arguments.hidden.split(',').filter(|id| *id != "none").collect();
-    if let Some(unknown) = effects.iter().find(|id| !effects_of(log).contains(id) && !OUTSIDE.contains(id)) {
+    let known = |id: &&str| [&effects_of(log), OUTSIDE, LAWS].iter().any(|of| of.contains(id));
+    if let Some(unknown) = effects.iter().find(|id| !known(id)) {
         return Err(anyhow!("no effect {unknown:?}: --hidden list names them"));
     }
     let strength = match arguments.strength {

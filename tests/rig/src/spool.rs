@@ -117,6 +117,7 @@ impl Valve {
         let load = self.contact.nominal.load_kg_m2;
         let Some((stiffness, damping)) = self.coupling else {
             (at.angle_rad, at.speed_rad_per_s) = (motion.value, motion.rate);
+            at.acceleration_rad_per_s2 = motion.second;
             return load * motion.second + self.contact.torque(y, &at, out) + self.other_nm(&at);
         };
         (at.angle_rad, at.speed_rad_per_s) = (y[0], y[1]);

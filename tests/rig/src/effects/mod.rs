@@ -133,6 +133,10 @@ impl Instance {
             Effect::OutsideGear => self.outside_gear(valve),
             Effect::OutsideWander => self.outside_wander(&mut valve.contact),
             Effect::OutsidePlay => self.outside_play(valve),
+            Effect::OutsideLaw => self.outside_law(0, &mut valve.contact),
+            Effect::OutsidePressureLaw => self.outside_law(1, &mut valve.contact),
+            Effect::OutsideWarmthLaw => self.outside_law(2, &mut valve.contact),
+            Effect::OutsideWarmPressureLaw => self.outside_law(3, &mut valve.contact),
         }
     }
 }

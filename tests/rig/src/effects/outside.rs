@@ -2,6 +2,7 @@
 
 use super::{Applied, Instance, applied};
 use crate::contact::Contact;
+use crate::law::{ActsOn, Law};
 use crate::nominal::Nominal;
 use crate::spool::Valve;
 use serde_json::json;
@@ -38,6 +39,17 @@ impl Instance {
     pub(super) fn outside_play(&self, valve: &mut Valve) -> Applied {
         valve.transducer_play_nm = self.size(&valve.contact.nominal);
         unlisted()
+    }
+
+    /// A law of one of the groups of forms.
+    pub(super) fn outside_law(&self, group: usize, contact: &mut Contact) -> Applied {
+        let n = contact.nominal;
+        let form = Law::choose(group, self.draws[5]);
+        let unit = if form.0 == ActsOn::Torque { self.size(&n) } else { self.size(&n) / n.coulomb_nm };
+        let law = Law::new(form, self.sign * unit, (n.fastest_rad_per_s, n.reference_c), &self.draws);
+        let told = law.told();
+        contact.law = Some(law);
+        applied(told, false)
     }
 
     fn size(&self, n: &Nominal) -> f64 {

@@ -213,6 +213,10 @@ fn directions(effect: Effect) -> Vec<Instance> {
         | Effect::OutsideHum
         | Effect::OutsideGear
         | Effect::OutsideWander
-        | Effect::OutsidePlay => vec![one([0.5; 6])],
+        | Effect::OutsidePlay
+        | Effect::OutsideLaw
+        | Effect::OutsidePressureLaw
+        | Effect::OutsideWarmthLaw
+        | Effect::OutsideWarmPressureLaw => vec![one([0.5; 6])],
     }
 }

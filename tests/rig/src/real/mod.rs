@@ -122,10 +122,12 @@ impl Draft {
         let mut world = World::draw(hidden.log, &nominal, hidden.samples, rng);
         let (mut runs, labels) = motions::plan(&nominal, &world, hidden.log, rng);
         for effect in hidden.effects() {
-            match effect.needs() {
-                Needs::Pressure => world.pressure = Presence::All,
-                Needs::Temperature => world.temperature = Presence::All,
-                Needs::Nothing => {}
+            let needs = effect.needs();
+            if matches!(needs, Needs::Pressure | Needs::Both) {
+                world.pressure = Presence::All;
+            }
+            if matches!(needs, Needs::Temperature | Needs::Both) {
+                world.temperature = Presence::All;
             }
             if effect == Effect::TorqueOffset {
                 // One zero for all runs is what it says.
@@ -152,6 +154,7 @@ impl Draft {
         match effect.needs() {
             Needs::Pressure => spans(&|run| run.pressure_mpa) > LEAST_MPA,
             Needs::Temperature => spans(&|run| run.celsius) > LEAST_K,
+            Needs::Both => spans(&|run| run.pressure_mpa) > LEAST_MPA && spans(&|run| run.celsius) > LEAST_K,
             Needs::Nothing => true,
         }
     }
@@ -342,6 +345,7 @@ impl Draft {
         match effect.needs() {
             Needs::Pressure => self.world.pressure != Presence::None,
             Needs::Temperature => self.world.temperature != Presence::None,
+            Needs::Both => self.world.pressure != Presence::None && self.world.temperature != Presence::None,
             Needs::Nothing => true,
         }
     }
@@ -398,7 +402,11 @@ impl Draft {
             | Effect::OutsideHum
             | Effect::OutsideGear
             | Effect::OutsideWander
-            | Effect::OutsidePlay => return 1.0,
+            | Effect::OutsidePlay
+            | Effect::OutsideLaw
+            | Effect::OutsidePressureLaw
+            | Effect::OutsideWarmthLaw
+            | Effect::OutsideWarmPressureLaw => return 1.0,
         };
         number(&self.nominal) / number(&self.believed)
     }
