@@ -77,6 +77,8 @@ enum Bench {
     DataQuality(data_quality::Arguments),
     /// What a diagnosis costs, by samples and candidates; --docs docs/diagnosis-evidence.md
     DiagnosisSpeed(diagnosis::speed::Arguments),
+    /// Laws that no cause of the list has, and what `stepvalve diagnose` makes of them
+    DiagnosisUnnamed(diagnosis::unnamed::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
     Safety(safety::Arguments),
     /// Faults by the thousand in real time: processes killed, stopped, starved; --docs docs/safety.md
@@ -135,6 +137,7 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::DiagnosisReal(arguments) => diagnosis::drives::run(arguments, quick),
         Bench::DataQuality(arguments) => data_quality::run(arguments, quick),
         Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
+        Bench::DiagnosisUnnamed(arguments) => diagnosis::unnamed::run(arguments, quick),
         Bench::Safety(arguments) => safety::run(arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),
         Bench::SafetyBus(arguments) => safety::run_bus(arguments, quick),

@@ -39,7 +39,7 @@ pub fn all(rows: &[Row]) -> Vec<Sheet> {
 }
 
 /// A rate with its exact (Clopper-Pearson) 95 % interval.
-fn rate(hits: usize, of: usize) -> String {
+pub(super) fn rate(hits: usize, of: usize) -> String {
     if of == 0 {
         return "-".to_owned();
     }

@@ -3,7 +3,7 @@
 //! Pure calculation on runs in memory: no file, clock or thread; the caller lends the threads ([`Workers`]). The
 //! stages, each a folder that uses only those before it: `numerics` (least squares, statistics), `log` (runs cut into
 //! pieces, noise, excitation), `extend` (candidate effects, hypotheses), `fit`, `show` (what a residual shows), `name`
-//! (the search for causes), `measure` (gain and intervals), `conclude` (verdict, reasons, next experiment).
+//! (the search for causes), `measure` (gain and intervals), `unnamed` (laws that no cause has), `conclude` (verdict, reasons, next experiment).
 #![forbid(unsafe_code)]
 
 mod asked;
@@ -26,6 +26,7 @@ mod options;
 mod outcome;
 mod show;
 mod suspect;
+mod unnamed;
 mod workers;
 
 pub use diagnose::diagnose;
@@ -36,7 +37,7 @@ pub use options::Options;
 pub use outcome::{
     Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,
     Diagnosis, Evidence, Gain, Judged, Nearest, Offered, Order, ParameterFound, Parameters, Residual,
-    RivalFit, Verdict, Whiteness,
+    RivalFit, Unnamed, UnnamedGain, UnnamedRule, Verdict, Whiteness,
 };
 pub use suspect::{Suspect, SuspectParameter};
 pub use workers::{OneAfterTheOther, Workers};

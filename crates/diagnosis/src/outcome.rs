@@ -169,6 +169,58 @@ pub struct Gain {
     /// The same in the closed loop, if it was simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub closed_loop: Option<ClosedLoopGain>,
+    /// What laws without a name bring; none without such laws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unnamed: Option<UnnamedGain>,
+}
+
+/// The gain of laws without a name in the error on held-out runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnnamedGain {
+    /// RMS of measured minus predicted with the accepted causes alone.
+    pub rms_before: f64,
+    /// The same with the laws: that of the extended model.
+    pub rms_after: f64,
+    /// After over before.
+    pub ratio: f64,
+    /// Its 95 % interval, by a bootstrap over runs.
+    pub ratio_ci95: [f64; 2],
+}
+
+/// A law that no cause of the list has, found in the residual; a formula or a table of the extended model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unnamed {
+    /// Its name in the extended model.
+    pub id: EffectId,
+    /// `torque`, `level` or `viscous`.
+    pub acts_on: String,
+    /// The quantities that it depends on, the one that alone explains most first.
+    pub depends_on: Vec<String>,
+    /// What it is.
+    #[serde(flatten)]
+    pub rule: UnnamedRule,
+    /// A formula's parameters.
+    pub parameters: Parameters,
+}
+
+/// How such a law goes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum UnnamedRule {
+    /// A formula.
+    Formula {
+        /// In the quantities and the parameters.
+        expression: String,
+    },
+    /// A table, linear between its knots and on outside them.
+    Table {
+        /// Over what.
+        over: Vec<String>,
+        /// For each quantity its knots.
+        knots: Vec<Vec<f64>>,
+        /// The values there.
+        values: Vec<f64>,
+    },
 }
 
 /// Following errors with the old and the extended belief, the extended model being the truth.
@@ -268,6 +320,8 @@ pub struct Diagnosis {
     pub causes: Vec<Cause>,
     /// Causes that can't be told apart.
     pub ambiguous: Vec<Ambiguity>,
+    /// Laws that no cause of the list has: they are in the extended model, and don't change the verdict.
+    pub unnamed: Vec<Unnamed>,
     /// Causes that were tried and rejected.
     pub rejected: Vec<Judged>,
     /// Causes that these data can't show.

@@ -22,6 +22,8 @@ pub(crate) struct Against {
     pub harmful: Vec<EffectId>,
     /// Causes none of whose amplitudes differs significantly from zero effect.
     pub unclear: Vec<EffectId>,
+    /// Causes that laws without a name make idle.
+    pub stand_ins: Vec<EffectId>,
     /// The search was ended early.
     pub ended: bool,
     /// A single doubtful cause removes the largest part nevertheless: if it can't be told from others, they are reported as a group.
@@ -106,6 +108,11 @@ fn against_selected(selection: &Selection, id: EffectId, against: &Against) -> O
     }
     if against.harmful.contains(&id) {
         return Some("fits, but makes the error larger on runs that nothing was chosen on".to_owned());
+    }
+    if against.stand_ins.contains(&id) {
+        return Some(
+            "stood in for a law that no cause has: beside that law, what is left is about as small without it".to_owned(),
+        );
     }
     if against.unclear.contains(&id) {
         return Some(

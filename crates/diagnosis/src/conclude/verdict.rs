@@ -20,7 +20,8 @@ use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{
-    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Judged, Nearest, Offered, Verdict,
+    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Gain, Judged, Nearest, Offered,
+    Verdict,
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
@@ -29,6 +30,7 @@ use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, orders, structure};
 use crate::show::tone::{Tone, tone};
 use crate::show::whiteness::{is_rounding, whiteness};
+use crate::unnamed::unnamed;
 use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
 
@@ -66,6 +68,7 @@ fn conclusion(
         geared: geared(judged, &left_of_all),
         harmful: Vec::new(),
         unclear: Vec::new(),
+        stand_ins: Vec::new(),
         ended,
         mostly: false,
     };
@@ -100,15 +103,12 @@ fn conclusion(
     let rivals = with_rivals(judged, &mut ambiguous)?;
     proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
     let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
-    let verdict = verdict(
-        &causes,
-        &ambiguous,
-        is_rounding(&judged.setting, &after)
-            || judged.noise.share == 1.0
-                && is_noise(&structure_kept)
-                && tone.is_none()
-                && judged.setting.campaign.loose_ripples.is_empty(),
-    );
+    let noise = leaves_noise_alone(judged, &after, tone.as_ref());
+    let laws = if noise || !ambiguous.is_empty() { None } else { unnamed(judged, able, (&point, &after))? };
+    if let Some(laws) = &laws {
+        (causes, against.stand_ins) = laws.beside(causes);
+    }
+    let verdict = verdict(&causes, &ambiguous, noise);
     let mut rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     rejected.retain(|of| !offered.iter().any(|offered| offered.id == of.id));
     let untestable: Vec<Judged> = unable
@@ -116,9 +116,10 @@ fn conclusion(
         .filter(|of| !ambiguous.iter().any(|group| group.ids.contains(&of.id)))
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
+    let is_open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
     let mut observations = observations(judged, verdict, &after, &structure_kept);
     // What is explained needs no further search.
-    let ended_open = ended && !matches!(verdict, Verdict::NoDiscrepancy | Verdict::Explained);
+    let ended_open = ended && (is_open || verdict == Verdict::Ambiguous);
     observations.extend(ended_open.then(|| cut_short(judged.setting.campaign)));
     let ripples = ripples_left(judged, verdict, &after);
     observations.extend(ripples_in_words(&ripples, judged.setting.campaign.kind.channel.unit()));
@@ -136,6 +137,21 @@ fn conclusion(
     } else {
         next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
     };
+    let mut gain = judged.gain_of(&after);
+    let (mut corrected, mut covariance, mut after, mut structure_kept) =
+        (corrected, covariance, after, structure_kept);
+    let mut model = point
+        .hypothesis
+        .model(judged.setting.given)
+        .map_err(|source| judged.setting.campaign.refused(source))?;
+    let (mut told, mut nuisances) = (Vec::new(), judged.nuisances());
+    if let Some(laws) = laws {
+        nuisances.extend(laws.nuisances(&causes));
+        model = laws.model(judged)?;
+        gain = Gain { unnamed: Some(laws.gain), ..judged.gain_of(&laws.after) };
+        structure_kept = structure(&judged.setting, &laws.after);
+        (corrected, covariance, after, told) = (laws.corrected, laws.covariance, laws.after, laws.told);
+    }
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),
         format_version: 1,
@@ -145,27 +161,32 @@ fn conclusion(
         ambiguous,
         rejected,
         untestable,
-        gain: judged.gain_of(&after),
+        gain,
+        unnamed: told,
         next_experiment,
         search_ended: ended,
         structure_before: telling(&judged.structure_before),
-        structure_after: structure_left,
+        structure_after: telling(&structure_kept),
         description_before: description(judged, &judged.before, &judged.structure_before),
         description_after: description(judged, &after, &structure_kept),
         within_tolerance: corrected,
         covariance,
         nearest,
-        nuisances: judged.nuisances(),
+        nuisances,
         offered,
         ripples,
         observations,
     };
-    // With every correction, reported or not: the reported error is the one with all of them.
-    let extended = point
-        .hypothesis
-        .model(judged.setting.given)
-        .map_err(|source| judged.setting.campaign.refused(source))?;
-    Ok(Found { proposed, rivals, ..found(judged, diagnosis, extended, &after) })
+    Ok(Found { proposed, rivals, ..found(judged, diagnosis, model, &after) })
+}
+
+/// Whether what is left needs no explanation.
+fn leaves_noise_alone(judged: &Judgement<'_>, after: &[PieceResidual], tone: Option<&Tone>) -> bool {
+    is_rounding(&judged.setting, after)
+        || judged.noise.share == 1.0
+            && is_noise(&structure(&judged.setting, after))
+            && tone.is_none()
+            && judged.setting.campaign.loose_ripples.is_empty()
 }
 
 /// Drops all accepted causes if they don't reduce the error on held-out runs: they were fitted beside a group that isn't accepted.

@@ -15,6 +15,7 @@ pub(crate) mod initial_state;
 pub(crate) mod kind;
 pub(crate) mod loose_ripple;
 pub(crate) mod lost_steps;
+pub(crate) mod moments;
 pub(crate) mod noise;
 pub(crate) mod past;
 pub(crate) mod piece;

@@ -268,7 +268,7 @@ const CLEAR: f64 = 2.0;
 const MOVED: f64 = 1.0 / 3.0;
 
 /// The corrections that are large enough to be reported.
-fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
+pub(crate) fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
     let free = hypothesis.free().into_iter().enumerate();
     let each = free.filter_map(|(place, free)| {
         let Free::Correction(index) = free else { return None };

@@ -15,6 +15,7 @@ pub(crate) const EQUAL: f64 = 0.003;
 pub(crate) const NEARLY: f64 = 0.01;
 
 /// A fitted hypothesis and its error on the groups that each fold leaves out.
+#[derive(Clone)]
 pub(crate) struct Tried {
     pub fitted: Fitted,
     pub held_out: HeldOut,

@@ -133,6 +133,15 @@ pub(crate) fn rms_as_fitted(
     left: &[PieceResidual],
     wanted: &impl Fn(&Piece) -> bool,
 ) -> f64 {
+    setting.loss().rms(squares_as_fitted(setting, left, wanted).into_iter())
+}
+
+/// Sum of squares of the normalised residual and number of samples by group, over the pieces wanted.
+pub(crate) fn squares_as_fitted(
+    setting: &Setting<'_>,
+    left: &[PieceResidual],
+    wanted: &impl Fn(&Piece) -> bool,
+) -> Vec<(f64, f64)> {
     let mut groups = vec![(0.0, 0.0); setting.campaign.groups.len()];
     for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| wanted(piece)) {
         let Some((square, count)) = groups.get_mut(piece.group) else { continue };
@@ -140,5 +149,5 @@ pub(crate) fn rms_as_fitted(
         *square += samples.map(|(value, weight)| (value * weight).powi(2)).sum::<f64>();
         *count += piece.count();
     }
-    setting.loss().rms(groups.into_iter())
+    groups
 }

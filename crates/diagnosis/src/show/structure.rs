@@ -3,6 +3,7 @@
 
 use crate::fit::equations::Setting;
 use crate::log::classes::Class;
+use crate::log::moments::moments;
 use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT, holm};
@@ -207,18 +208,11 @@ fn samples(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<Sample> {
 }
 
 fn of_piece(piece: &Piece, left: &PieceResidual, (unit, class): (usize, f64), samples: &mut Vec<Sample>) {
-    let mut rest_s = 0.0;
-    let mut distance = piece.past.contact.distance_rad;
-    let mut before_s = f64::NAN;
     let mut direction = 0.0;
-    for (index, ((residual, weight), time_s)) in
-        left.residual.iter().zip(&piece.weights).zip(piece.driven.time_s()).enumerate()
+    for (index, ((residual, weight), at)) in
+        left.residual.iter().zip(&piece.weights).zip(moments(piece)).enumerate()
     {
-        let dt_s = if before_s.is_finite() { time_s - before_s } else { 0.0 };
-        before_s = *time_s;
-        let (angle, speed, acceleration) = piece.kinematics(index);
-        rest_s = if speed.abs() > 1e-3 { 0.0 } else { rest_s + dt_s };
-        distance += speed.abs() * dt_s;
+        let speed = at.speed_rad_per_s;
         if speed.abs() > 1e-4 {
             direction = speed.signum();
         }
@@ -232,13 +226,13 @@ fn of_piece(piece: &Piece, left: &PieceResidual, (unit, class): (usize, f64), sa
                 covariates: [
                     piece.run as f64,
                     class,
-                    angle,
+                    at.angle_rad,
                     speed,
-                    acceleration,
+                    at.acceleration_rad_per_s2,
                     covariate(piece.driven.pressure_pa()),
                     covariate(piece.driven.temperature_c()),
-                    rest_s,
-                    distance,
+                    at.rest_s,
+                    at.distance_rad,
                 ],
             });
         }

@@ -2,10 +2,11 @@
 //! that are off by a factor are corrected where they stand; everything else is an effect of its own.
 
 use config::{ModelComments, write_model};
-use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found, ParameterFound, Parameters};
+use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found};
 use valve_model::{Effect, EffectId, Model};
 
-use super::words::{behind, corrected, is_changed, short, unit, with_interval};
+use super::unnamed;
+use super::words::{corrected, is_changed, known, unit};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {
@@ -17,10 +18,10 @@ pub fn model(found: &Found) -> Model {
 pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String {
     let mut extended = model(found);
     let causes = &found.diagnosis.causes;
-    let corrections = &found.diagnosis.within_tolerance;
+    let (corrections, laws) = (&found.diagnosis.within_tolerance, &found.diagnosis.unnamed);
     if is_changed(found) {
         extended.name =
-            format!("{}, {}", given.name, if causes.is_empty() { "corrected" } else { "extended" });
+            format!("{}, {}", given.name, if has_effects(found) { "extended" } else { "corrected" });
     }
     let mut comments = ModelComments::new().with_header(header(found, given, log, model_file));
     for (index, effect) in extended.effects.iter().enumerate() {
@@ -29,7 +30,10 @@ pub fn text(found: &Found, given: &Model, log: &str, model_file: &str) -> String
             .iter()
             .find(|cause| cause.id == effect.id())
             .map(about)
-            .or_else(|| corrections.iter().find(|of| of.id == effect.id()).map(about_correction));
+            .or_else(|| corrections.iter().find(|of| of.id == effect.id()).map(about_correction))
+            .or_else(|| {
+                laws.iter().find(|law| law.id == effect.id()).map(|law| unnamed::comment(law, found))
+            });
         let Some(text) = text else { continue };
         comments = comments.with_section(&section, text);
     }
@@ -150,16 +154,6 @@ fn entry(effect: &Effect, given: &Model) -> Vec<String> {
     [how, "[[effect]]".to_owned()].into_iter().chain(entry.lines().map(str::to_owned)).collect()
 }
 
-/// Each parameter and how well it is known, a line each.
-fn known(parameters: &Parameters) -> Vec<String> {
-    let line = |(key, of): (&String, &ParameterFound)| {
-        let [value, from, to] = with_interval(of);
-        let error = short(of.std_error);
-        format!("{key}: {value} ± {error}{}, 95 % between {from} and {to}", behind(of))
-    };
-    parameters.iter().map(line).collect()
-}
-
 /// What to say above each section whose numbers were corrected.
 fn sections(causes: &[Cause], corrections: &[Corrected]) -> Vec<(&'static str, String)> {
     let of = |section: &'static str| {
@@ -198,9 +192,15 @@ fn header(found: &Found, given: &Model, log: &str, model: &str) -> String {
     lines.join("\n")
 }
 
+/// Whether the model has causes or laws that it was not given.
+fn has_effects(found: &Found) -> bool {
+    !found.diagnosis.causes.is_empty() || !found.diagnosis.unnamed.is_empty()
+}
+
 /// Whether anything was found that is no factor on a section's number.
 fn causes_are_effects(found: &Found) -> bool {
-    found.diagnosis.causes.iter().any(|cause| cause.id.spec().folded_into.is_none())
+    !found.diagnosis.unnamed.is_empty()
+        || found.diagnosis.causes.iter().any(|cause| cause.id.spec().folded_into.is_none())
 }
 
 fn about(cause: &Cause) -> String {

@@ -17,6 +17,7 @@ mod results;
 mod runs;
 mod suspects;
 mod threads;
+mod unnamed;
 mod words;
 
 use crate::files::{name, names};
@@ -181,6 +182,9 @@ fn summary(diagnosis: &Diagnosis, headline: &str, quality: &[Finding], out: &Pat
     say(format_args!("{}: {headline}", diagnosis.verdict.name()));
     for cause in &diagnosis.causes {
         say(format_args!("  {}: {}", cause.id, words::numbers(&cause.parameters)));
+    }
+    for law in &diagnosis.unnamed {
+        say(format_args!("  {}, without a name: {}", law.id, unnamed::goes(law)));
     }
     for group in &diagnosis.ambiguous {
         let names: Vec<&str> = group.ids.iter().map(|id| id.name()).collect();

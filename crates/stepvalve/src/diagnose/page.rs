@@ -2,7 +2,7 @@
 
 use super::residuals::Residuals;
 use super::words::{self, behind, headline, is_changed, short, unit, with_interval};
-use super::{causes, explore, leftover, quality, remains, runs};
+use super::{causes, explore, leftover, quality, remains, runs, unnamed};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
 use log_quality::Finding;
@@ -37,6 +37,7 @@ pub fn page(material: &Material<'_>) -> String {
     page.sections.push(quality::section(findings));
     page.sections.push(runs::section(found, log, residuals));
     page.sections.push(explore::section(found));
+    page.sections.extend(unnamed::section(found));
     page.sections.push(causes::section(found));
     page.sections.push(parameters(found));
     page.sections.push(structure(found));

@@ -49,6 +49,9 @@ fn left(found: &Found) -> String {
         Verdict::PartlyExplained => {
             format!("What remains is, {times}.")
         }
+        Verdict::Unexplained if !found.diagnosis.unnamed.is_empty() => {
+            format!("No cause is accepted. Beside the laws without a name there remains, {times}.")
+        }
         Verdict::Ambiguous | Verdict::Unexplained => {
             format!("No cause is accepted, so all of the model's error remains: {times}.")
         }
@@ -63,7 +66,7 @@ fn remaining(of: &Dependence) -> Vec<String> {
 }
 
 /// What usually makes an error that depends on this, and how it is looked for.
-fn cause_of(on: &str, as_friction: bool) -> (&'static str, &'static str) {
+pub fn cause_of(on: &str, as_friction: bool) -> (&'static str, &'static str) {
     match on {
         on if on.starts_with("angle") && as_friction => (
             "a shaft or bore out of round, a bent spool, a seal that is worn on one side",
@@ -89,7 +92,7 @@ fn cause_of(on: &str, as_friction: bool) -> (&'static str, &'static str) {
             "oil that becomes thinner, seals that become softer",
             "repeat the same runs cold and warm, 20 K apart",
         ),
-        on if on.starts_with("time since rest") => (
+        on if on.starts_with("time since rest") || on.starts_with("time_at_rest") => (
             "friction that grows while the contact rests, oil that is squeezed out, a bristle's own time",
             "start after rests of 0.1, 1 and 10 s, in mixed order",
         ),
@@ -117,6 +120,13 @@ fn steps(found: &Found, quality: &[Finding]) -> Vec<String> {
         steps.push(
             "Take model-extended.toml for the simulation; a controller makes use of it as its belief, with [compensation] level = \
              \"full-with-effects\" where it has effects."
+                .to_owned(),
+        );
+    }
+    if !diagnosis.unnamed.is_empty() {
+        steps.push(
+            "The laws without a name are in model-extended.toml: take it where a good prediction is wanted, within what these runs \
+             cover. To find out what makes them, see what could, below."
                 .to_owned(),
         );
     }

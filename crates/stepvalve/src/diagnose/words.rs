@@ -1,5 +1,6 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
+use super::unnamed;
 use diagnosis::{
     BestOfGroup, Cause, Corrected, Diagnosis, Found, Gain, Nearest, ParameterFound, Parameters, Verdict,
 };
@@ -11,12 +12,14 @@ pub const GIVEN: &str = "model as given";
 
 /// The model with what was found is called by what that is: causes, or corrections alone.
 pub fn changed(found: &Found) -> &'static str {
-    if found.diagnosis.causes.is_empty() { "model corrected" } else { "model extended" }
+    let has_more = !found.diagnosis.causes.is_empty() || !found.diagnosis.unnamed.is_empty();
+    if has_more { "model extended" } else { "model corrected" }
 }
 
 /// Whether the model with what was found is another than the given one.
 pub fn is_changed(found: &Found) -> bool {
-    !found.diagnosis.causes.is_empty() || !found.diagnosis.within_tolerance.is_empty()
+    let Diagnosis { causes, unnamed, within_tolerance, .. } = &found.diagnosis;
+    !causes.is_empty() || !unnamed.is_empty() || !within_tolerance.is_empty()
 }
 
 /// A plain RMS falls by this part less than one by how well each sample is known where few samples rule it.
@@ -72,6 +75,7 @@ pub fn headline(found: &Found) -> String {
                     "The model is wrong by {rms} {unit}, no more than the measurement scatters by, but not all of that is noise."
                 )
             };
+            says.push_str(&unnamed::sentence(found));
             for seen in &diagnosis.observations {
                 says.push(' ');
                 says.push_str(seen);
@@ -102,9 +106,10 @@ pub fn headline(found: &Found) -> String {
         }
         Verdict::PartlyExplained => {
             format!(
-                "{}{} {falls}; something is left that no cause explains.{beside}",
+                "{}{} {falls}; something is left that no cause explains.{beside}{}",
                 joined(&sentences),
-                lacking(&diagnosis.causes)
+                lacking(&diagnosis.causes),
+                unnamed::sentence(found)
             )
         }
     }
@@ -261,6 +266,16 @@ pub fn numbers(parameters: &Parameters) -> String {
         format!("{key} = {value}{} ({from} to {to})", behind(of))
     };
     parameters.iter().map(number).collect::<Vec<_>>().join(", ")
+}
+
+/// Each parameter and how well it is known, a line each.
+pub fn known(parameters: &Parameters) -> Vec<String> {
+    let line = |(key, of): (&String, &ParameterFound)| {
+        let [value, from, to] = with_interval(of);
+        let error = short(of.std_error);
+        format!("{key}: {value} ± {error}{}, 95 % between {from} and {to}", behind(of))
+    };
+    parameters.iter().map(line).collect()
 }
 
 /// A parameter's unit as it stands behind a number.

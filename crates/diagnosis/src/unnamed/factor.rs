@@ -1,0 +1,87 @@
+//! Elementary functions of one recorded quantity, of which laws are made.
+
+use valve_model::Covariate;
+
+/// A function of one covariate, or several that belong together, such as cosine and sine of one order.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Factor {
+    pub of: Covariate,
+    /// The expressions; a law has an amplitude for each.
+    pub texts: Vec<String>,
+    /// The unit of their values; empty where they have none.
+    pub unit: &'static str,
+    /// A number within the expressions that is fitted too.
+    pub shape: Option<Shape>,
+    /// Whether a cause of the list is this function where it acts alone: it was tried already.
+    pub listed: bool,
+    /// The knots of a curve: the first expression is the covariate itself, the others bend at these.
+    pub knots: Vec<f64>,
+}
+
+/// A number within an expression.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Shape {
+    pub key: &'static str,
+    /// Where its fit begins, and by which factor it may move from there.
+    pub start: f64,
+    pub within: f64,
+    pub unit: String,
+}
+
+impl Factor {
+    pub fn plain(of: Covariate, text: &str, unit: &'static str) -> Self {
+        Self { of, texts: vec![text.to_owned()], unit, shape: None, listed: false, knots: Vec::new() }
+    }
+
+    /// Cosine and sine of an order of the angle.
+    pub fn harmonic(order: usize) -> Self {
+        let angle = if order == 1 { "angle".to_owned() } else { format!("{order}*angle") };
+        let texts = ["cos", "sin"].map(|function| format!("{function}({angle})")).to_vec();
+        Self { of: Covariate::Angle, texts, unit: "", shape: None, listed: true, knots: Vec::new() }
+    }
+
+    /// Cosine and sine over a covariate, of a frequency that is fitted.
+    pub fn wave(of: Covariate, angular: f64) -> Self {
+        let texts = ["cos", "sin"].map(|function| format!("{function}(w*{})", of.name())).to_vec();
+        Self {
+            of,
+            texts,
+            unit: "",
+            shape: Some(Shape { key: "w", start: angular, within: 1.1, unit: format!("rad/{}", of.unit()) }),
+            listed: false,
+            knots: Vec::new(),
+        }
+    }
+
+    /// A speed's part of one, saturating at a speed that is fitted.
+    pub fn saturating(start: f64) -> Self {
+        let shape = Shape { key: "v", start, within: 30.0, unit: Covariate::Speed.unit().to_owned() };
+        let text = "abs(speed)/(abs(speed) + v)";
+        Self { shape: Some(shape), ..Self::plain(Covariate::Speed, text, "") }
+    }
+
+    /// A curve that is linear between its knots, and linear on outside them.
+    pub fn curve(of: Covariate, knots: Vec<f64>) -> Self {
+        let name = of.name();
+        let straight = Some(name.to_owned());
+        let inner = knots.iter().skip(1).take(knots.len().saturating_sub(2));
+        let bend = |knot: &f64| {
+            if *knot < 0.0 {
+                format!("max(0, {name} + {})", -knot)
+            } else {
+                format!("max(0, {name} - {knot})")
+            }
+        };
+        let texts = straight.into_iter().chain(inner.map(bend)).collect();
+        Self { of, texts, unit: of.unit(), shape: None, listed: false, knots }
+    }
+
+    /// The same, known to the list.
+    pub fn on_the_list(self) -> Self {
+        Self { listed: true, ..self }
+    }
+
+    pub fn is_curve(&self) -> bool {
+        !self.knots.is_empty()
+    }
+}

@@ -1,0 +1,119 @@
+//! The elementary functions that these data can show, by what they act on.
+
+use crate::extend::stroke::{tells_apart, turns};
+use crate::log::facts::Facts;
+use crate::unnamed::factor::Factor;
+use valve_model::{ActsOn, Covariate};
+
+/// The lowest orders of the angle, which are always looked at.
+const LOW_ORDERS: [usize; 2] = [1, 2];
+/// Rests shorter than this, s, and strokes shorter than this, rad, are none.
+const SHORT_REST_S: f64 = 0.1;
+const SHORT_STROKE_RAD: f64 = 0.1;
+/// Where the fit of a saturating speed begins, as a part of the fastest, which is at least this.
+const SATURATING: f64 = 0.1;
+const SLOW_RAD_PER_S: f64 = 0.01;
+
+/// What the residual itself suggests.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Suggested {
+    /// Orders of the angle that stand out of it.
+    pub orders: Vec<usize>,
+    /// The angular frequency of a tone, rad/s.
+    pub tone: Option<f64>,
+    /// An order of the angle that is no whole number.
+    pub order: Option<f64>,
+}
+
+/// The functions, simplest first.
+pub(crate) fn library(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> Vec<Factor> {
+    let mut factors =
+        if acts_on == ActsOn::Torque { of_signed_motion() } else { of_motion_either_way(facts) };
+    factors.extend(of_angle(facts, suggested));
+    if facts.pressure_varies() {
+        let in_proportion = Factor::plain(Covariate::PressureDrop, "(pressure_drop/1e6)", "MPa");
+        factors.push(if acts_on == ActsOn::Viscous { in_proportion } else { in_proportion.on_the_list() });
+        factors.push(Factor::plain(Covariate::PressureDrop, "sqrt(abs(pressure_drop)/1e6)", "MPa^0.5"));
+        factors.push(Factor::plain(Covariate::PressureDrop, "(pressure_drop/1e6)^2", "MPa^2"));
+    }
+    if facts.temperature_varies() {
+        let warmer = format!("(oil_temperature - {})", facts.reference_temperature_c);
+        let in_proportion = Factor::plain(Covariate::OilTemperature, &warmer, "K");
+        factors.push(if acts_on == ActsOn::Torque { in_proportion } else { in_proportion.on_the_list() });
+        factors.push(Factor::plain(Covariate::OilTemperature, &format!("{warmer}^2"), "K^2"));
+    }
+    if acts_on != ActsOn::Torque {
+        factors.extend(of_the_past(facts));
+    }
+    factors.extend(suggested.tone.map(|tone| Factor::wave(Covariate::Time, tone)));
+    factors
+}
+
+/// Whether a law that acts on this may be a function of a quantity. A torque that only follows the clock, the distance or the rest can't be told
+/// from a transducer's zero that drifts.
+pub(crate) fn may_depend(acts_on: ActsOn, of: Covariate) -> bool {
+    let is_past = matches!(of, Covariate::Time | Covariate::TimeAtRest | Covariate::Distance);
+    acts_on != ActsOn::Torque || !is_past
+}
+
+/// Functions of what only grows, for factors of friction.
+fn of_the_past(facts: &Facts) -> Vec<Factor> {
+    let mut factors = Vec::new();
+    if facts.longest_rest_s > SHORT_REST_S {
+        factors.push(Factor::plain(Covariate::TimeAtRest, "time_at_rest", "s"));
+        factors.push(Factor::plain(Covariate::TimeAtRest, "ln(1 + time_at_rest/1)", ""));
+    }
+    factors.push(Factor::plain(Covariate::Distance, "distance", "rad"));
+    factors.push(Factor::plain(Covariate::Distance, "sqrt(distance)", "rad^0.5"));
+    factors.push(Factor::plain(Covariate::Time, "time", "s"));
+    factors
+}
+
+/// Functions of speed and acceleration for torques, which know the direction.
+fn of_signed_motion() -> Vec<Factor> {
+    let speed = |text: &str, unit| Factor::plain(Covariate::Speed, text, unit);
+    let acceleration = |text: &str, unit| Factor::plain(Covariate::Acceleration, text, unit);
+    vec![
+        speed("speed", "rad/s").on_the_list(),
+        speed("abs(speed)", "rad/s"),
+        speed("speed*abs(speed)", "(rad/s)^2"),
+        speed("speed^2", "(rad/s)^2"),
+        speed("speed^3", "(rad/s)^3"),
+        acceleration("acceleration", "rad/s^2").on_the_list(),
+        acceleration("abs(acceleration)", "rad/s^2"),
+        acceleration("acceleration*abs(acceleration)", "(rad/s^2)^2"),
+    ]
+}
+
+/// The same for factors of friction, which has the direction itself.
+fn of_motion_either_way(facts: &Facts) -> Vec<Factor> {
+    let speed = |text: &str, unit| Factor::plain(Covariate::Speed, text, unit);
+    let mut factors = vec![
+        speed("abs(speed)", "rad/s"),
+        speed("sqrt(abs(speed))", "(rad/s)^0.5"),
+        speed("speed^2", "(rad/s)^2"),
+        speed("speed", "rad/s"),
+        Factor::saturating(SATURATING * facts.fastest_rad_per_s.max(SLOW_RAD_PER_S)),
+    ];
+    // A simulated valve's friction takes part in its acceleration.
+    if facts.kind.motion_is_measured {
+        let acceleration = |text: &str, unit| Factor::plain(Covariate::Acceleration, text, unit);
+        factors.push(acceleration("abs(acceleration)", "rad/s^2"));
+        factors.push(acceleration("acceleration", "rad/s^2"));
+    }
+    factors
+}
+
+fn of_angle(facts: &Facts, suggested: &Suggested) -> Vec<Factor> {
+    let (least, most) = facts.angle_rad;
+    if most - least < SHORT_STROKE_RAD {
+        return Vec::new();
+    }
+    let mut orders: Vec<usize> = LOW_ORDERS.into_iter().chain(suggested.orders.iter().copied()).collect();
+    orders.sort_unstable();
+    orders.dedup();
+    orders.retain(|order| tells_apart(&[*order], turns(facts)));
+    let harmonics = orders.into_iter().map(Factor::harmonic);
+    let own = suggested.order.map(|order| Factor::wave(Covariate::Angle, order));
+    std::iter::once(Factor::plain(Covariate::Angle, "angle", "rad")).chain(harmonics).chain(own).collect()
+}

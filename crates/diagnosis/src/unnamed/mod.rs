@@ -1,0 +1,11 @@
+//! Laws without a name: where no cause of the list explains what is left, the simplest law in the recorded quantities that does.
+
+mod factor;
+mod knots;
+mod library;
+mod search;
+mod term;
+mod told;
+mod tone;
+
+pub(crate) use told::unnamed;

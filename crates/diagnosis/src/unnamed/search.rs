@@ -1,0 +1,255 @@
+//! The search for laws: elementary functions and their products are screened by the residual that they would leave, the best are fitted
+//! through the model, and of those that do equally well the simplest is taken.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::candidate::Candidate;
+use crate::extend::hypothesis::{Correction, Member};
+use crate::extend::suspected::{candidate_of, why_not_suspected};
+use crate::fit::equations::{Point, Setting};
+use crate::measure::doubt::is_noise;
+use crate::name::screen::{orders_left, screen};
+use crate::name::threshold::FLOOR;
+use crate::name::tried::{EQUAL, STEPS, Tried};
+use crate::show::residual::left;
+use crate::show::structure::structure;
+use crate::show::whiteness::is_white;
+use crate::unnamed::factor::Factor;
+use crate::unnamed::knots::knots;
+use crate::unnamed::library::{Suggested, library, may_depend};
+use crate::unnamed::term::Term;
+use crate::unnamed::tone::{order_of_its_own, tone_over_the_clock};
+use valve_model::{ActsOn, Covariate, EffectId};
+
+/// Laws at most.
+const MOST_LAWS: usize = 3;
+/// Laws that are screened at once: as many columns share one pass over the log.
+const AT_ONCE: usize = 24;
+/// Single functions of which every product is screened, where a simulation is dear, and beside laws. Where it is cheap, the first law is
+/// looked for among all products: of two functions that swing about none, alone neither shows.
+const HEADS: usize = 8;
+/// Laws that are fitted, of those the ones of the same quantities, and the part of the best one's screened gain that they must have.
+const FITTED: usize = 8;
+const ALIKE: usize = 2;
+const NEAR: f64 = 0.7;
+/// A simpler law is taken if it cuts as much of the held-out error, up to this part.
+const AS_MUCH: f64 = 0.03;
+/// A law must cut the held-out mean square by this part: less is within the misfit of the others' forms.
+const LEAST_PART: f64 = 0.1;
+
+/// The laws that were found, in the order of the last members of the hypothesis.
+#[derive(Clone)]
+pub(crate) struct Laws {
+    pub terms: Vec<Term>,
+    pub tried: Tried,
+}
+
+/// A law with what the screening expects of it.
+struct Ranked {
+    term: Term,
+    gain: f64,
+    member: Member,
+}
+
+/// Searches from `begin` on. One law and more, each with those before it; last, those of them that the others don't make idle.
+pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, DiagnosisError> {
+    let mut laws = Laws { terms: Vec::new(), tried: Tried::from(setting, begin, STEPS)? };
+    let mut stages: Vec<Laws> = Vec::new();
+    while laws.terms.len() < MOST_LAWS && !setting.is_over() {
+        let kept = setting.sensitivities(&laws.tried.fitted.point)?;
+        let quick = Setting { kept: kept.as_ref(), ..*setting };
+        let seen = left(setting, &laws.tried.fitted.point)?;
+        // Few of a slow residual's samples are independent: it may depend on something all the same.
+        if is_white(setting, &seen) && is_noise(&structure(setting, &seen)) {
+            break;
+        }
+        let suggested = Suggested {
+            orders: orders_left(setting, &laws.tried.fitted.point)?,
+            tone: tone_over_the_clock(setting, &seen),
+            order: order_of_its_own(setting, &seen),
+        };
+        let ranked = ranking(&quick, &laws.tried, &suggested, laws.terms.is_empty())?;
+        let Some((term, tried)) = best_of(&quick, &laws.tried, shortlist(ranked))? else { break };
+        laws.terms.push(term);
+        laws.tried = Tried::from(setting, tried.fitted.point, STEPS)?;
+        stages.push(laws.clone());
+    }
+    if stages.len() > 1 {
+        let all = laws.terms.len();
+        let fewer = without_idle(setting, laws)?;
+        stages.extend((fewer.terms.len() < all).then_some(fewer));
+    }
+    Ok(stages)
+}
+
+/// All laws that are screened, best first.
+fn ranking(
+    setting: &Setting<'_>,
+    base: &Tried,
+    suggested: &Suggested,
+    is_first: bool,
+) -> Result<Vec<Ranked>, DiagnosisError> {
+    let facts = &setting.campaign.facts;
+    let of = |acts_on: &ActsOn| (*acts_on, library(*acts_on, facts, suggested));
+    let has_viscous = facts.viscous > 0.0;
+    let acting: Vec<ActsOn> =
+        ActsOn::ALL.into_iter().filter(|on| *on != ActsOn::Viscous || has_viscous).collect();
+    let libraries: Vec<(ActsOn, Vec<Factor>)> = acting.iter().map(of).collect();
+    let single = |(acts_on, factors): &(ActsOn, Vec<Factor>)| -> Vec<Term> {
+        factors.iter().map(|factor| Term { acts_on: *acts_on, factors: vec![factor.clone()] }).collect()
+    };
+    let mut ranked = screened(setting, base, libraries.iter().flat_map(single).collect())?;
+    let heads = if facts.kind.smooth && is_first { ranked.len() } else { HEADS };
+    let mut products: Vec<Term> = Vec::new();
+    for head in ranked.iter().take(heads) {
+        let Some((_, factors)) = libraries.iter().find(|(acts_on, _)| *acts_on == head.term.acts_on) else {
+            continue;
+        };
+        let others = factors.iter().filter(|factor| head.term.takes(factor.of));
+        for product in others.map(|factor| head.term.times(factor)) {
+            if !products.iter().any(|known| known.is_same(&product)) {
+                products.push(product);
+            }
+        }
+    }
+    ranked.extend(screened(setting, base, products)?);
+    ranked.extend(screened(setting, base, curves(setting))?);
+    ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    if let Some(best) = ranked.iter().find(|of| !of.term.is_listed()).filter(|of| of.term.factors.len() == 2)
+    {
+        let factors = libraries.iter().find(|(acts_on, _)| *acts_on == best.term.acts_on);
+        let others = factors.into_iter().flat_map(|(_, factors)| factors);
+        let new = others.filter(|factor| best.term.takes(factor.of));
+        let longer: Vec<Term> = new.map(|factor| best.term.times(factor)).collect();
+        ranked.extend(screened(setting, base, longer)?);
+        ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    }
+    Ok(ranked)
+}
+
+/// A free curve over each quantity, as a torque and as a factor of the levels.
+fn curves(setting: &Setting<'_>) -> Vec<Term> {
+    let facts = &setting.campaign.facts;
+    let there = |of: &Covariate| match of {
+        Covariate::PressureDrop => facts.pressure_varies(),
+        Covariate::OilTemperature => facts.temperature_varies(),
+        _ => true,
+    };
+    let curve = |of: Covariate| Some(Factor::curve(of, knots(setting.campaign, of)?));
+    let all: Vec<Factor> = Covariate::ALL.into_iter().filter(there).filter_map(curve).collect();
+    let over = |acts_on: ActsOn| {
+        let own = all.iter().filter(move |curve| may_depend(acts_on, curve.of));
+        own.map(move |curve| Term { acts_on, factors: vec![curve.clone()] })
+    };
+    [ActsOn::Torque, ActsOn::Level].into_iter().flat_map(over).collect()
+}
+
+/// The laws with what they would gain, best first.
+fn screened(setting: &Setting<'_>, base: &Tried, terms: Vec<Term>) -> Result<Vec<Ranked>, DiagnosisError> {
+    let mut ranked = Vec::new();
+    for chunk in terms.chunks(AT_ONCE) {
+        if setting.is_over() {
+            break;
+        }
+        let able: Vec<(Candidate, &Term)> = chunk
+            .iter()
+            .enumerate()
+            .filter_map(|(index, term)| Some((candidate(setting, term, &format!("law-{index}"))?, term)))
+            .collect();
+        let candidates: Vec<Candidate> = able.iter().map(|(candidate, _)| candidate.clone()).collect();
+        for of in screen(setting, &candidates, &base.fitted)?.ranked {
+            let term = able.iter().find(|(candidate, _)| candidate.id == of.member.candidate.id);
+            if let Some((_, term)) = term {
+                ranked.push(Ranked { term: (*term).clone(), gain: of.gain, member: of.member });
+            }
+        }
+    }
+    ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Ok(ranked)
+}
+
+fn candidate(setting: &Setting<'_>, term: &Term, name: &str) -> Option<Candidate> {
+    let facts = &setting.campaign.facts;
+    let suspect = term.suspect(name)?;
+    why_not_suspected(&suspect, facts).is_none().then(|| candidate_of(&suspect, facts))
+}
+
+/// Those that are fitted: the best, no more than a few of the same quantities, and none that the list has.
+fn shortlist(ranked: Vec<Ranked>) -> Vec<Ranked> {
+    let new: Vec<Ranked> = ranked.into_iter().filter(|of| !of.term.is_listed()).collect();
+    let least = new.first().map_or(f64::INFINITY, |best| NEAR * best.gain);
+    let mut chosen: Vec<Ranked> = Vec::new();
+    for of in new {
+        let alike = chosen.iter().filter(|other| other.term.has_quantities_of(&of.term)).count();
+        if of.gain > FLOOR && of.gain >= least && alike < ALIKE && chosen.len() < FITTED {
+            chosen.push(of);
+        }
+    }
+    chosen
+}
+
+/// The simplest of the laws that cut about as much as the best one; `None` if none cuts enough.
+fn best_of(
+    setting: &Setting<'_>,
+    base: &Tried,
+    shortlist: Vec<Ranked>,
+) -> Result<Option<(Term, Tried)>, DiagnosisError> {
+    let hypothesis = &base.fitted.point.hypothesis;
+    let taken = |name: &str| {
+        let is_so_called = |id: EffectId| id.name() == name;
+        let own = hypothesis.members.iter().any(|member| is_so_called(member.candidate.id));
+        own || setting.given.effects.iter().any(|effect| is_so_called(effect.id()))
+    };
+    let mut fitted: Vec<(Term, Tried)> = Vec::new();
+    for of in shortlist {
+        if setting.is_over() {
+            break;
+        }
+        let Some(named) = candidate(setting, &of.term, &of.term.name(taken)) else { continue };
+        let member = Member::new(&named, of.member.numbers, of.member.free);
+        let begin = Point { hypothesis: hypothesis.with(member), starts: base.fitted.point.starts.clone() };
+        if let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? {
+            fitted.push((of.term, tried));
+        }
+    }
+    let least = fitted.iter().map(|(_, tried)| tried.rms).fold(f64::INFINITY, f64::min);
+    let enough =
+        base.rms - least >= FLOOR && base.rms.powi(2) - least.powi(2) >= LEAST_PART * base.rms.powi(2);
+    if !enough {
+        return Ok(None);
+    }
+    let as_good = least + EQUAL.max(AS_MUCH * (base.rms - least));
+    let good = fitted.into_iter().filter(|(_, tried)| tried.rms <= as_good);
+    Ok(good.min_by_key(|(term, _)| term.complexity()))
+}
+
+/// The laws less those without which the others leave about as little.
+fn without_idle(setting: &Setting<'_>, mut laws: Laws) -> Result<Laws, DiagnosisError> {
+    for index in (0..laws.terms.len()).rev() {
+        if laws.terms.len() < 2 || setting.is_over() {
+            break;
+        }
+        let place = laws.tried.fitted.point.hypothesis.members.len() - laws.terms.len() + index;
+        if let Some(fewer) = without(setting, &laws.tried, place, None)? {
+            laws.terms.remove(index);
+            laws.tried = fewer;
+        }
+    }
+    Ok(laws)
+}
+
+/// The fit without a member, if it leaves about as little; `instead` is a correction that takes its place.
+pub(crate) fn without(
+    setting: &Setting<'_>,
+    tried: &Tried,
+    place: usize,
+    instead: Option<&Correction>,
+) -> Result<Option<Tried>, DiagnosisError> {
+    let point = &tried.fitted.point;
+    let mut hypothesis = point.hypothesis.without(place);
+    hypothesis.corrections.extend(instead.cloned());
+    let begin = Point { hypothesis, starts: point.starts.clone() };
+    let Some(fewer) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(None) };
+    let cut = fewer.rms.powi(2) - tried.rms.powi(2);
+    Ok((cut < LEAST_PART * fewer.rms.powi(2)).then_some(fewer))
+}

@@ -1,0 +1,61 @@
+//! Waves in the residual over the clock or the angle, at a frequency of their own: to a part of a period over the whole log.
+
+use crate::extend::stroke::turns;
+use crate::fit::equations::Setting;
+use crate::log::moments::{Moment, moments};
+use crate::show::residual::PieceResidual;
+use crate::show::tone::tone;
+use std::f64::consts::TAU;
+
+/// On either side of a spectrum's frequency, Hz.
+const BESIDE_HZ: f64 = 1.5;
+/// Steps of the scan for a period over the log, and in all at most.
+const STEPS_A_PERIOD: f64 = 6.0;
+const MOST_STEPS: f64 = 20_000.0;
+/// Orders of the angle that are looked through. One is the angle's own where it is closer to a whole number than `BESIDE`, or than a
+/// stroke tells apart.
+const ORDERS: (f64, f64) = (0.3, 16.0);
+const BESIDE: f64 = 0.1;
+
+/// The angular frequency of the tone that a residual is mostly made of, rad/s.
+pub(crate) fn tone_over_the_clock(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<f64> {
+    let around = TAU * tone(setting, left)?.hz;
+    let time_s = |at: &Moment| at.time_s;
+    let times = || setting.campaign.pieces.iter().flat_map(|piece| piece.driven.time_s()).copied();
+    let span = times().max_by(f64::total_cmp)? - times().min_by(f64::total_cmp)?;
+    let beside = TAU * BESIDE_HZ;
+    strongest(setting, left, ((around - beside).max(0.0), around + beside, span), time_s)
+}
+
+/// The strongest order of the angle in a residual, if it is no whole number: what turns with another shaft.
+pub(crate) fn order_of_its_own(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<f64> {
+    let turns = turns(&setting.campaign.facts);
+    let order = strongest(setting, left, (ORDERS.0, ORDERS.1, TAU * turns), |at| at.angle_rad)?;
+    ((order - order.round()).abs() > BESIDE.max(0.5 / turns)).then_some(order)
+}
+
+/// The strongest of the angular frequencies from and to, over a quantity that spans so much.
+fn strongest(
+    setting: &Setting<'_>,
+    left: &[PieceResidual],
+    (from, to, span): (f64, f64, f64),
+    over: impl Fn(&Moment) -> f64,
+) -> Option<f64> {
+    let steps = ((to - from) / TAU * STEPS_A_PERIOD * span).clamp(2.0, MOST_STEPS);
+    let step = (to - from) / steps;
+    let mut sums = vec![(0.0, 0.0); steps as usize];
+    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.is_fitted()) {
+        for ((residual, weight), at) in left.residual.iter().zip(&piece.weights).zip(moments(piece)) {
+            let (value, x) = (residual * weight * weight, over(&at));
+            let (mut sin, mut cos) = (from * x).sin_cos();
+            let (turn_sin, turn_cos) = (step * x).sin_cos();
+            for (along, across) in &mut sums {
+                (*along, *across) = (*along + value * cos, *across + value * sin);
+                (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+            }
+        }
+    }
+    let power = |(along, across): &(f64, f64)| along * along + across * across;
+    let best = sums.iter().enumerate().max_by(|a, b| power(a.1).total_cmp(&power(b.1)))?.0;
+    Some(from + step * best as f64)
+}

@@ -1,0 +1,117 @@
+//! Laws without a name, in words: how they go, what usually makes such a thing, and the comments and the part of the report on them.
+
+use super::remains::cause_of;
+use super::words::{self, numbers, short, unit};
+use diagnosis::{Found, Unnamed, UnnamedRule};
+use report::{Block, Section, Table};
+
+/// Laws as a sentence goes on after the error's size; empty where there are none.
+pub fn sentence(found: &Found) -> String {
+    let laws = &found.diagnosis.unnamed;
+    let Some(gain) = found.diagnosis.gain.unnamed.as_ref().filter(|_| !laws.is_empty()) else {
+        return String::new();
+    };
+    let told: Vec<String> = laws.iter().map(goes).collect();
+    let unit = unit(found.channel);
+    format!(
+        " What no cause of the list does: {}. With that the error on runs not used for fitting falls from {} to {} {unit}.",
+        told.join("; beside it, "),
+        short(gain.rms_before),
+        short(gain.rms_after)
+    )
+}
+
+/// How a law goes.
+pub fn goes(law: &Unnamed) -> String {
+    let acts = match law.acts_on.as_str() {
+        "level" => "friction's levels change",
+        "viscous" => "viscous friction changes",
+        _ => "a torque depends",
+    };
+    let on = quantities(law);
+    match &law.rule {
+        UnnamedRule::Formula { expression } => {
+            let (preposition, like) = if law.acts_on == "torque" { ("on", "like") } else { ("with", "by") };
+            format!("{acts} {preposition} {on} {like} {expression} ({})", numbers(&law.parameters))
+        }
+        UnnamedRule::Table { knots, .. } => {
+            let preposition = if law.acts_on == "torque" { "on" } else { "with" };
+            let count = knots.first().map_or(0, Vec::len);
+            format!("{acts} {preposition} {on} as a table of {count} knots says")
+        }
+    }
+}
+
+fn quantities(law: &Unnamed) -> String {
+    let plain: Vec<String> = law.depends_on.iter().map(|of| of.replace('_', " ")).collect();
+    match plain.as_slice() {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// What usually makes such a law, and how it is looked for.
+fn could(law: &Unnamed) -> (&'static str, &'static str) {
+    let on: Vec<&str> = law.depends_on.iter().map(String::as_str).collect();
+    let acts_on_friction = law.acts_on != "torque";
+    match on.as_slice() {
+        ["time"] if law.parameters.contains_key("w") => (
+            "a pump, the mains, a structure that rings",
+            "stop what turns nearby; measure the torque at rest and see whether the tone is there",
+        ),
+        ["angle"] if law.parameters.contains_key("w") => (
+            "something geared to the spool: a gear, a belt, a bearing's balls",
+            "count the teeth or balls: the order w is their ratio to a turn of the spool",
+        ),
+        ["speed"] if !acts_on_friction => (
+            "drag of churned oil, a fan, eddy currents; friction of another form",
+            "run constant speeds both ways over the whole range, without oil if that can be",
+        ),
+        ["time"] | ["distance"] => (
+            "something that warms up, runs in or wears",
+            "repeat the first runs at the end, and after a rest of an hour",
+        ),
+        [first, ..] => cause_of(first, acts_on_friction),
+        [] => cause_of("", false),
+    }
+}
+
+/// What to say above a law in the extended model.
+pub fn comment(law: &Unnamed, found: &Found) -> String {
+    let (makes, _) = could(law);
+    let mut lines = vec![
+        "Found by stepvalve diagnose in what no cause of its list explains; it describes and names nothing."
+            .to_owned(),
+        format!("What could make it: {makes}."),
+    ];
+    if let Some(gain) = &found.diagnosis.gain.unnamed {
+        lines.push(format!(
+            "With it the error on runs not used for fitting is {} times as large (95 % between {} and {}).",
+            short(gain.ratio),
+            short(gain.ratio_ci95[0]),
+            short(gain.ratio_ci95[1])
+        ));
+    }
+    lines.extend(words::known(&law.parameters));
+    lines.join("\n")
+}
+
+/// The part of the report, where there are any.
+pub fn section(found: &Found) -> Option<Section> {
+    let laws = &found.diagnosis.unnamed;
+    if laws.is_empty() {
+        return None;
+    }
+    let row = |law: &Unnamed| {
+        let (makes, look) = could(law);
+        vec![law.id.to_string(), words::with_capital(&goes(law)), makes.to_owned(), look.to_owned()]
+    };
+    let header = ["in the extended model", "what it does", "what could make it", "how to look for it"];
+    let table = Table { header: header.map(str::to_owned).to_vec(), rows: laws.iter().map(row).collect() };
+    let what = "No cause of the list does this. The simplest law in the recorded quantities that leaves as little is in the extended \
+                model, fitted through it, and judged on runs kept aside. It holds over the range that these runs cover, and says nothing \
+                of why.";
+    let section = Section::new("Beyond the list: laws without a name");
+    Some(section.with(Block::Text(what.to_owned())).with(Block::Table(table)))
+}
