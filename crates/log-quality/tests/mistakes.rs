@@ -298,6 +298,18 @@ fn what_one_must_know_is_noted_with_its_place() {
 }
 
 /// So many in one run that their steps are no rare ones there.
+/// A temperature that rises beside a torque that holds looks like a motion one way with friction against it.
+#[test]
+fn a_run_at_rest_beside_a_warming_oil_is_no_exchange() {
+    let mut log = log();
+    let (mut noise, run) = (noise(), &mut log.runs[2]);
+    run.angle_rad = run.time_s.iter().map(|_| (0.3 * noise()).round() * 1e-5).collect();
+    run.torque_nm = Some(run.time_s.iter().map(|_| 1.6 + 0.01 * noise()).collect());
+    run.oil_temperature_c = Some(run.time_s.iter().map(|t| 40.0 + 0.8 * (t - run.time_s[0])).collect());
+    let found = inspect(&log, Some(&model()));
+    assert!(found.iter().all(|finding| finding.severity != Severity::Mistake), "{found:#?}");
+}
+
 #[test]
 fn many_wild_samples_of_one_run_are_noted() {
     let mut log = log();

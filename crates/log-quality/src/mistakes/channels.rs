@@ -24,8 +24,12 @@ impl Case<'_> {
         let mut best: Option<(Source, Vec<Sums>, Vec<usize>)> = None;
         for tried in self.other_sources(source).into_iter().filter(|of| !of.integrated) {
             let sums = self.expected.sums(&windows(self.log, tried), runs);
-            let explained =
-                |run: &usize| of(&sums, *run).tell() && of(&sums, *run).distance() <= 0.5 * AGREES;
+            // A run that says nothing as it is contradicts nothing. A slow drift in the angle's place goes one way, and any torque agrees
+            // with that.
+            let is_evidence =
+                |run: usize| of(given, run).tell() || sums.get(run).is_some_and(|of| of.zero().is_some());
+            let agrees = |run: usize| of(&sums, run).tell() && of(&sums, run).distance() <= 0.5 * AGREES;
+            let explained = |run: &usize| agrees(*run) && is_evidence(*run);
             let explained: Vec<usize> = suspects.iter().copied().filter(explained).collect();
             if explained.len() > best.as_ref().map_or(0, |(.., runs)| runs.len()) {
                 best = Some((tried, sums, explained));
