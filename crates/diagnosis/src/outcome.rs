@@ -177,7 +177,7 @@ pub struct Gain {
 /// The gain of laws without a name in the error on held-out runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UnnamedGain {
-    /// RMS of measured minus predicted with the accepted causes alone.
+    /// RMS of measured minus predicted with the accepted causes alone; with the given model where there are none.
     pub rms_before: f64,
     /// The same with the laws: that of the extended model.
     pub rms_after: f64,

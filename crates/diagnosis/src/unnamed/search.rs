@@ -154,7 +154,7 @@ fn screened(setting: &Setting<'_>, base: &Tried, terms: Vec<Term>) -> Result<Vec
         let able: Vec<(Candidate, &Term)> = chunk
             .iter()
             .enumerate()
-            .filter_map(|(index, term)| Some((candidate(setting, term, &format!("law-{index}"))?, term)))
+            .filter_map(|(index, term)| Some((candidate(setting, term, &format!("screened-{index}"))?, term)))
             .collect();
         let candidates: Vec<Candidate> = able.iter().map(|(candidate, _)| candidate.clone()).collect();
         for of in screen(setting, &candidates, &base.fitted)?.ranked {

@@ -9,7 +9,7 @@ use crate::measure::accept::{corrected, covariance, errors_of, parameters};
 use crate::measure::gain::{Part, gain, part_left_as_fitted};
 use crate::measure::judgement::Judgement;
 use crate::name::tried::{STEPS, Tried};
-use crate::outcome::{Cause, Corrected, Covariance, Gain, Parameters, Unnamed, UnnamedGain, UnnamedRule};
+use crate::outcome::{Cause, Corrected, Covariance, Parameters, Unnamed, UnnamedGain, UnnamedRule};
 use crate::show::residual::PieceResidual;
 use crate::unnamed::factor::Factor;
 use crate::unnamed::search::{Laws, search, without};
@@ -41,7 +41,6 @@ struct Kept {
     laws: Laws,
     point: Point,
     after: Vec<PieceResidual>,
-    gain: Gain,
     /// The part of the error on runs held out that is left, each sample counted by how well it is known.
     part: f64,
 }
@@ -58,24 +57,20 @@ pub(crate) fn unnamed(
     let found = judged.setting.campaign.with_reserve(|| search(&judged.setting, begin))?;
     for laws in found {
         let (point, after) = judged.everywhere(&laws.tried.fitted)?;
-        let gain = gain(&judged.setting, before, &after, judged.seed);
+        let plain = gain(&judged.setting, before, &after, judged.seed).ratio;
         let so_far = kept.as_ref().map_or(1.0, |kept| kept.part);
         let Part { ratio: part, ci95 } = part_left_as_fitted(&judged.setting, before, &after, judged.seed);
-        if part <= MOST_LEFT * so_far && ci95[1] < 1.0 && gain.ratio <= 1.0 {
-            kept = Some(Kept { laws, point, after, gain, part });
+        if part <= MOST_LEFT * so_far && ci95[1] < 1.0 && plain <= 1.0 {
+            kept = Some(Kept { laws, point, after, part });
         }
     }
     let Some(kept) = kept else { return Ok(None) };
-    let concluded = || told(judged, without_stand_ins(judged, before, punctual(judged, before, kept)?)?);
+    let concluded = || told(judged, (accepted, before), without_stand_ins(judged, punctual(judged, kept)?)?);
     judged.setting.campaign.with_reserve(concluded).map(Some)
 }
 
 /// The same without causes that the laws make idle: they stood in for them.
-fn without_stand_ins(
-    judged: &Judgement<'_>,
-    before: &[PieceResidual],
-    mut kept: Kept,
-) -> Result<Kept, DiagnosisError> {
+fn without_stand_ins(judged: &Judgement<'_>, mut kept: Kept) -> Result<Kept, DiagnosisError> {
     let all = kept.point.hypothesis.members.len() - kept.laws.terms.len();
     let mut left = all;
     for place in (0..all).rev() {
@@ -94,16 +89,23 @@ fn without_stand_ins(
         return Ok(kept);
     }
     let (point, after) = judged.everywhere(&kept.laws.tried.fitted)?;
-    let gain = gain(&judged.setting, before, &after, judged.seed);
-    Ok(Kept { point, after, gain, ..kept })
+    Ok(Kept { point, after, ..kept })
 }
 
-fn told(judged: &Judgement<'_>, kept: Kept) -> Result<Extended, DiagnosisError> {
-    let Kept { laws, point, after, gain: found, .. } = kept;
+/// `before` is what the accepted causes leave. Where none of them stays, the laws are held against the given model.
+fn told(
+    judged: &Judgement<'_>,
+    (accepted, before): (&Point, &[PieceResidual]),
+    kept: Kept,
+) -> Result<Extended, DiagnosisError> {
+    let Kept { laws, point, after, .. } = kept;
     let errors = errors_of(judged, &laws.tried.fitted)?;
     let first = point.hypothesis.members.len() - laws.terms.len();
     let members = point.hypothesis.members.iter().take(first).enumerate();
-    let causes = members.map(|(index, of)| (of.candidate.id, parameters(&errors, index))).collect();
+    let causes: Vec<_> = members.map(|(index, of)| (of.candidate.id, parameters(&errors, index))).collect();
+    let any_cause = causes.iter().any(|(id, _)| accepted.hypothesis.has(*id));
+    let base = if any_cause { before } else { &judged.before };
+    let found = gain(&judged.setting, base, &after, judged.seed);
     let (mut in_words, mut effects) = (Vec::new(), Vec::new());
     for (index, term) in laws.terms.iter().enumerate() {
         let Some(member) = point.hypothesis.members.get(first + index) else { continue };
@@ -212,7 +214,7 @@ fn lateness(judged: &Judgement<'_>, able: &[Candidate]) -> Option<Member> {
 }
 
 /// The same without a lateness that is within its errors, or a lead.
-fn punctual(judged: &Judgement<'_>, before: &[PieceResidual], kept: Kept) -> Result<Kept, DiagnosisError> {
+fn punctual(judged: &Judgement<'_>, kept: Kept) -> Result<Kept, DiagnosisError> {
     let hypothesis = &kept.point.hypothesis;
     let own = hypothesis.members.len() - kept.laws.terms.len();
     let late = hypothesis.members.iter().take(own).position(|of| of.candidate.id == EffectId::SensorDelay);
@@ -227,8 +229,7 @@ fn punctual(judged: &Judgement<'_>, before: &[PieceResidual], kept: Kept) -> Res
     let begin = Point { hypothesis: hypothesis.without(late), starts: kept.point.starts.clone() };
     let tried = Tried::from(&judged.setting, begin, STEPS)?;
     let (point, after) = judged.everywhere(&tried.fitted)?;
-    let gain = gain(&judged.setting, before, &after, judged.seed);
-    Ok(Kept { laws: Laws { tried, ..kept.laws }, point, after, gain, ..kept })
+    Ok(Kept { laws: Laws { tried, ..kept.laws }, point, after, ..kept })
 }
 
 /// A curve as a table: its values at its knots.

@@ -107,12 +107,14 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
 
 fn parameters(found: &Found) -> Section {
     let mut rows = Vec::new();
-    for cause in &found.diagnosis.causes {
-        for (key, of) in &cause.parameters {
+    let causes = found.diagnosis.causes.iter().map(|cause| (cause.id, &cause.parameters));
+    let laws = found.diagnosis.unnamed.iter().map(|law| (law.id, &law.parameters));
+    for (id, parameters) in causes.chain(laws) {
+        for (key, of) in parameters {
             let unit = behind(of);
             let [value, from, to] = with_interval(of);
             let within = format!("{from} to {to}{unit}");
-            rows.push(vec![cause.id.to_string(), key.clone(), format!("{value}{unit}"), within]);
+            rows.push(vec![id.to_string(), key.clone(), format!("{value}{unit}"), within]);
         }
     }
     let section = Section::new("Parameters");
