@@ -71,7 +71,7 @@ pub struct Cause {
     pub parameters: Parameters,
     /// The evidence for it, and how it was fitted.
     pub evidence: BTreeMap<String, Evidence>,
-    /// 1 − rms(all causes)/rms(all but this), on held-out runs.
+    /// 1 − rms(all causes)/rms(all but this), on held-out runs, without laws that have no name.
     pub rms_gain: f64,
 }
 
@@ -320,7 +320,7 @@ pub struct Diagnosis {
     pub causes: Vec<Cause>,
     /// Causes that can't be told apart.
     pub ambiguous: Vec<Ambiguity>,
-    /// Laws that no cause of the list has: they are in the extended model, and don't change the verdict.
+    /// Laws that no cause of the list has, in the extended model. They explain nothing; causes that stood in for them are withdrawn.
     pub unnamed: Vec<Unnamed>,
     /// Causes that were tried and rejected.
     pub rejected: Vec<Judged>,

@@ -28,7 +28,7 @@ use crate::show::observe::{runs_differ, speed_with_pressure};
 use crate::show::residual::PieceResidual;
 use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, orders, structure};
-use crate::show::tone::{Tone, tone};
+use crate::show::tone::{Tone, tone as show_tone};
 use crate::show::whiteness::{is_rounding, whiteness};
 use crate::unnamed::unnamed;
 use log_data::Channel;
@@ -61,7 +61,7 @@ fn conclusion(
     let ended = is_over || judged.setting.campaign.was_cut_short();
     let (point_of_all, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_of_all = structure(&judged.setting, &left_of_all);
-    let tone = tone(&judged.setting, &left_of_all);
+    let tone = show_tone(&judged.setting, &left_of_all);
     let mut against = Against {
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all, is_over),
         spared: Vec::new(),
@@ -104,11 +104,26 @@ fn conclusion(
     proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
     let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let noise = leaves_noise_alone(judged, &after, tone.as_ref());
-    let laws = if noise || !ambiguous.is_empty() { None } else { unnamed(judged, able, (&point, &after))? };
+    let laws =
+        if noise || !ambiguous.is_empty() { None } else { unnamed(judged, able, (&point, &after, &causes))? };
+    // Time that ran out in a search for laws ended that.
+    let ended = ended || !noise && judged.setting.workers.is_over();
     if let Some(laws) = &laws {
         (causes, against.stand_ins) = laws.beside(causes);
     }
     let verdict = verdict(&causes, &ambiguous, noise);
+    let mut gain = judged.gain_of(&after);
+    let (mut left, mut model) = ((after, corrected, covariance, structure_kept, tone), None);
+    let (mut told, mut nuisances) = (Vec::new(), judged.nuisances());
+    if let Some(laws) = laws {
+        nuisances.extend(laws.nuisances(&causes));
+        model = Some(laws.model(judged)?);
+        gain = Gain { unnamed: Some(laws.gain), ..judged.gain_of(&laws.after) };
+        let structure = structure(&judged.setting, &laws.after);
+        let tone = show_tone(&judged.setting, &laws.after);
+        (left, told) = ((laws.after, laws.corrected, laws.covariance, structure, tone), laws.told);
+    }
+    let (after, corrected, covariance, structure_kept, tone) = left;
     let mut rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     rejected.retain(|of| !offered.iter().any(|offered| offered.id == of.id));
     let untestable: Vec<Judged> = unable
@@ -137,21 +152,11 @@ fn conclusion(
     } else {
         next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
     };
-    let mut gain = judged.gain_of(&after);
-    let (mut corrected, mut covariance, mut after, mut structure_kept) =
-        (corrected, covariance, after, structure_kept);
-    let mut model = point
-        .hypothesis
-        .model(judged.setting.given)
-        .map_err(|source| judged.setting.campaign.refused(source))?;
-    let (mut told, mut nuisances) = (Vec::new(), judged.nuisances());
-    if let Some(laws) = laws {
-        nuisances.extend(laws.nuisances(&causes));
-        model = laws.model(judged)?;
-        gain = Gain { unnamed: Some(laws.gain), ..judged.gain_of(&laws.after) };
-        structure_kept = structure(&judged.setting, &laws.after);
-        (corrected, covariance, after, told) = (laws.corrected, laws.covariance, laws.after, laws.told);
-    }
+    let refused = |source| judged.setting.campaign.refused(source);
+    let model = match model {
+        Some(model) => model,
+        None => point.hypothesis.model(judged.setting.given).map_err(refused)?,
+    };
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),
         format_version: 1,
@@ -166,7 +171,7 @@ fn conclusion(
         next_experiment,
         search_ended: ended,
         structure_before: telling(&judged.structure_before),
-        structure_after: telling(&structure_kept),
+        structure_after: structure_left,
         description_before: description(judged, &judged.before, &judged.structure_before),
         description_after: description(judged, &after, &structure_kept),
         within_tolerance: corrected,

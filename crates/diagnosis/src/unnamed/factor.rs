@@ -2,6 +2,9 @@
 
 use valve_model::Covariate;
 
+/// A speed at which something saturates may be off by this factor from where its fit begins.
+const SATURATING_WITHIN: f64 = 30.0;
+
 /// A function of one covariate, or several that belong together, such as cosine and sine of one order.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Factor {
@@ -22,9 +25,10 @@ pub(crate) struct Factor {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Shape {
     pub key: &'static str,
-    /// Where its fit begins, and by which factor it may move from there.
+    /// Where its fit begins, and between which values it stays.
     pub start: f64,
-    pub within: f64,
+    pub least: f64,
+    pub most: f64,
     pub unit: String,
 }
 
@@ -40,22 +44,22 @@ impl Factor {
         Self { of: Covariate::Angle, texts, unit: "", shape: None, listed: true, knots: Vec::new() }
     }
 
-    /// Cosine and sine over a covariate, of a frequency that is fitted.
-    pub fn wave(of: Covariate, angular: f64) -> Self {
-        let texts = ["cos", "sin"].map(|function| format!("{function}(w*{})", of.name())).to_vec();
-        Self {
-            of,
-            texts,
-            unit: "",
-            shape: Some(Shape { key: "w", start: angular, within: 1.1, unit: format!("rad/{}", of.unit()) }),
-            listed: false,
-            knots: Vec::new(),
-        }
+    /// Cosine and sine over a covariate that spans so much, of a frequency that is fitted: within half a period over the span, beyond which
+    /// lies another wave.
+    pub fn wave(of: Covariate, frequency: f64, span: f64) -> Self {
+        let key = if of == Covariate::Angle { "order" } else { "w" };
+        let texts = ["cos", "sin"].map(|function| format!("{function}({key}*{})", of.name())).to_vec();
+        let beside = std::f64::consts::PI / span;
+        let (least, most) = (frequency - beside, frequency + beside);
+        let unit = format!("rad/{}", of.unit());
+        let shape = Some(Shape { key, start: frequency, least, most, unit });
+        Self { of, texts, unit: "", shape, listed: false, knots: Vec::new() }
     }
 
     /// A speed's part of one, saturating at a speed that is fitted.
     pub fn saturating(start: f64) -> Self {
-        let shape = Shape { key: "v", start, within: 30.0, unit: Covariate::Speed.unit().to_owned() };
+        let (least, most) = (start / SATURATING_WITHIN, start * SATURATING_WITHIN);
+        let shape = Shape { key: "v", start, least, most, unit: Covariate::Speed.unit().to_owned() };
         let text = "abs(speed)/(abs(speed) + v)";
         Self { shape: Some(shape), ..Self::plain(Covariate::Speed, text, "") }
     }

@@ -3,6 +3,7 @@
 use crate::extend::stroke::{tells_apart, turns};
 use crate::log::facts::Facts;
 use crate::unnamed::factor::Factor;
+use crate::unnamed::tone::Wave;
 use valve_model::{ActsOn, Covariate};
 
 /// The lowest orders of the angle, which are always looked at.
@@ -19,22 +20,19 @@ const SLOW_RAD_PER_S: f64 = 0.01;
 pub(crate) struct Suggested {
     /// Orders of the angle that stand out of it.
     pub orders: Vec<usize>,
-    /// The angular frequency of a tone, rad/s.
-    pub tone: Option<f64>,
+    /// A tone over the clock.
+    pub tone: Option<Wave>,
     /// An order of the angle that is no whole number.
-    pub order: Option<f64>,
+    pub order: Option<Wave>,
 }
 
 /// The functions, simplest first.
 pub(crate) fn library(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> Vec<Factor> {
     let mut factors =
-        if acts_on == ActsOn::Torque { of_signed_motion() } else { of_motion_either_way(facts) };
-    factors.extend(of_angle(facts, suggested));
+        if acts_on == ActsOn::Torque { of_signed_motion(facts) } else { of_motion_either_way(facts) };
+    factors.extend(of_angle(acts_on, facts, suggested));
     if facts.pressure_varies() {
-        let in_proportion = Factor::plain(Covariate::PressureDrop, "(pressure_drop/1e6)", "MPa");
-        factors.push(if acts_on == ActsOn::Viscous { in_proportion } else { in_proportion.on_the_list() });
-        factors.push(Factor::plain(Covariate::PressureDrop, "sqrt(abs(pressure_drop)/1e6)", "MPa^0.5"));
-        factors.push(Factor::plain(Covariate::PressureDrop, "(pressure_drop/1e6)^2", "MPa^2"));
+        factors.extend(of_pressure(acts_on));
     }
     if facts.temperature_varies() {
         let warmer = format!("(oil_temperature - {})", facts.reference_temperature_c);
@@ -42,18 +40,32 @@ pub(crate) fn library(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> 
         factors.push(if acts_on == ActsOn::Torque { in_proportion } else { in_proportion.on_the_list() });
         factors.push(Factor::plain(Covariate::OilTemperature, &format!("{warmer}^2"), "K^2"));
     }
-    if acts_on != ActsOn::Torque {
-        factors.extend(of_the_past(facts));
-    }
-    factors.extend(suggested.tone.map(|tone| Factor::wave(Covariate::Time, tone)));
+    factors.extend(of_the_past(facts).into_iter().filter(|factor| may_depend(acts_on, factor.of, facts)));
+    let tone = suggested.tone.filter(|_| acts_on == ActsOn::Torque);
+    factors.extend(tone.map(|tone| Factor::wave(Covariate::Time, tone.frequency, tone.span)));
     factors
 }
 
 /// Whether a law that acts on this may be a function of a quantity. A torque that only follows the clock, the distance or the rest can't be told
-/// from a transducer's zero that drifts.
-pub(crate) fn may_depend(acts_on: ActsOn, of: Covariate) -> bool {
-    let is_past = matches!(of, Covariate::Time | Covariate::TimeAtRest | Covariate::Distance);
-    acts_on != ActsOn::Torque || !is_past
+/// from a transducer's zero that drifts, nor can friction that follows the first two where all motion goes one way.
+pub(crate) fn may_depend(acts_on: ActsOn, of: Covariate, facts: &Facts) -> bool {
+    let drifts = matches!(of, Covariate::Time | Covariate::Distance);
+    match acts_on {
+        ActsOn::Torque => !drifts && of != Covariate::TimeAtRest,
+        ActsOn::Level | ActsOn::Viscous => !drifts || facts.excitation.both_ways,
+    }
+}
+
+/// Functions of the pressure: of the list are a torque by it, and levels by a power of its size up to 3/2.
+fn of_pressure(acts_on: ActsOn) -> [Factor; 3] {
+    let of = |text: &str, unit| Factor::plain(Covariate::PressureDrop, text, unit);
+    let root = of("sqrt(abs(pressure_drop)/1e6)", "MPa^0.5");
+    let square = of("(pressure_drop/1e6)^2", "MPa^2");
+    match acts_on {
+        ActsOn::Torque => [of("(pressure_drop/1e6)", "MPa").on_the_list(), root, square],
+        ActsOn::Level => [of("(abs(pressure_drop)/1e6)", "MPa").on_the_list(), root.on_the_list(), square],
+        ActsOn::Viscous => [of("(abs(pressure_drop)/1e6)", "MPa"), root, square],
+    }
 }
 
 /// Functions of what only grows, for factors of friction.
@@ -70,16 +82,19 @@ fn of_the_past(facts: &Facts) -> Vec<Factor> {
 }
 
 /// Functions of speed and acceleration for torques, which know the direction.
-fn of_signed_motion() -> Vec<Factor> {
+fn of_signed_motion(facts: &Facts) -> Vec<Factor> {
+    // Only what a model has can be off by a factor.
+    let known_if = |there: bool, factor: Factor| if there { factor.on_the_list() } else { factor };
+    let has_inertia = facts.load_inertia.is_some_and(|inertia| inertia > 0.0);
     let speed = |text: &str, unit| Factor::plain(Covariate::Speed, text, unit);
     let acceleration = |text: &str, unit| Factor::plain(Covariate::Acceleration, text, unit);
     vec![
-        speed("speed", "rad/s").on_the_list(),
+        known_if(facts.viscous > 0.0, speed("speed", "rad/s")),
         speed("abs(speed)", "rad/s"),
         speed("speed*abs(speed)", "(rad/s)^2"),
         speed("speed^2", "(rad/s)^2"),
         speed("speed^3", "(rad/s)^3"),
-        acceleration("acceleration", "rad/s^2").on_the_list(),
+        known_if(has_inertia, acceleration("acceleration", "rad/s^2")),
         acceleration("abs(acceleration)", "rad/s^2"),
         acceleration("acceleration*abs(acceleration)", "(rad/s^2)^2"),
     ]
@@ -104,7 +119,7 @@ fn of_motion_either_way(facts: &Facts) -> Vec<Factor> {
     factors
 }
 
-fn of_angle(facts: &Facts, suggested: &Suggested) -> Vec<Factor> {
+fn of_angle(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> Vec<Factor> {
     let (least, most) = facts.angle_rad;
     if most - least < SHORT_STROKE_RAD {
         return Vec::new();
@@ -113,7 +128,8 @@ fn of_angle(facts: &Facts, suggested: &Suggested) -> Vec<Factor> {
     orders.sort_unstable();
     orders.dedup();
     orders.retain(|order| tells_apart(&[*order], turns(facts)));
-    let harmonics = orders.into_iter().map(Factor::harmonic);
-    let own = suggested.order.map(|order| Factor::wave(Covariate::Angle, order));
+    let listed = acts_on != ActsOn::Viscous;
+    let harmonics = orders.into_iter().map(|order| Factor { listed, ..Factor::harmonic(order) });
+    let own = suggested.order.map(|order| Factor::wave(Covariate::Angle, order.frequency, order.span));
     std::iter::once(Factor::plain(Covariate::Angle, "angle", "rad")).chain(harmonics).chain(own).collect()
 }

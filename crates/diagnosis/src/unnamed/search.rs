@@ -51,10 +51,11 @@ struct Ranked {
     member: Member,
 }
 
-/// Searches from `begin` on. One law and more, each with those before it; last, those of them that the others don't make idle.
+/// Searches from `begin` on. First the fit without a law, then with one law and more, each with those before it; last, those of them that
+/// the others don't make idle.
 pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, DiagnosisError> {
     let mut laws = Laws { terms: Vec::new(), tried: Tried::from(setting, begin, STEPS)? };
-    let mut stages: Vec<Laws> = Vec::new();
+    let mut stages: Vec<Laws> = vec![laws.clone()];
     while laws.terms.len() < MOST_LAWS && !setting.is_over() {
         let kept = setting.sensitivities(&laws.tried.fitted.point)?;
         let quick = Setting { kept: kept.as_ref(), ..*setting };
@@ -74,7 +75,7 @@ pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, D
         laws.tried = Tried::from(setting, tried.fitted.point, STEPS)?;
         stages.push(laws.clone());
     }
-    if stages.len() > 1 {
+    if laws.terms.len() > 1 {
         let all = laws.terms.len();
         let fewer = without_idle(setting, laws)?;
         stages.extend((fewer.terms.len() < all).then_some(fewer));
@@ -138,7 +139,7 @@ fn curves(setting: &Setting<'_>) -> Vec<Term> {
     let curve = |of: Covariate| Some(Factor::curve(of, knots(setting.campaign, of)?));
     let all: Vec<Factor> = Covariate::ALL.into_iter().filter(there).filter_map(curve).collect();
     let over = |acts_on: ActsOn| {
-        let own = all.iter().filter(move |curve| may_depend(acts_on, curve.of));
+        let own = all.iter().filter(move |curve| may_depend(acts_on, curve.of, facts));
         own.map(move |curve| Term { acts_on, factors: vec![curve.clone()] })
     };
     [ActsOn::Torque, ActsOn::Level].into_iter().flat_map(over).collect()
@@ -225,12 +226,14 @@ fn best_of(
 
 /// The laws less those without which the others leave about as little.
 fn without_idle(setting: &Setting<'_>, mut laws: Laws) -> Result<Laws, DiagnosisError> {
+    let least = laws.tried.rms;
     for index in (0..laws.terms.len()).rev() {
         if laws.terms.len() < 2 || setting.is_over() {
             break;
         }
         let place = laws.tried.fitted.point.hypothesis.members.len() - laws.terms.len() + index;
-        if let Some(fewer) = without(setting, &laws.tried, place, None)? {
+        let Some(fewer) = without(setting, &laws.tried, place, None)? else { continue };
+        if part_cut(&fewer, least) < LEAST_PART {
             laws.terms.remove(index);
             laws.tried = fewer;
         }
@@ -238,7 +241,7 @@ fn without_idle(setting: &Setting<'_>, mut laws: Laws) -> Result<Laws, Diagnosis
     Ok(laws)
 }
 
-/// The fit without a member, if it leaves about as little; `instead` is a correction that takes its place.
+/// The fit without a member; `instead` is a correction that takes its place.
 pub(crate) fn without(
     setting: &Setting<'_>,
     tried: &Tried,
@@ -249,7 +252,10 @@ pub(crate) fn without(
     let mut hypothesis = point.hypothesis.without(place);
     hypothesis.corrections.extend(instead.cloned());
     let begin = Point { hypothesis, starts: point.starts.clone() };
-    let Some(fewer) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(None) };
-    let cut = fewer.rms.powi(2) - tried.rms.powi(2);
-    Ok((cut < LEAST_PART * fewer.rms.powi(2)).then_some(fewer))
+    if_possible(Tried::from(setting, begin, STEPS))
+}
+
+/// The part of the mean square without something that is cut by it, down to the RMS `least`.
+pub(crate) fn part_cut(without: &Tried, least: f64) -> f64 {
+    1.0 - (least / without.rms).powi(2)
 }

@@ -104,7 +104,7 @@ impl Term {
         let mut parameters: Vec<SuspectParameter> = names.iter().filter_map(amplitude).collect();
         for shape in self.factors.iter().filter_map(|factor| factor.shape.as_ref()) {
             let known = SuspectParameter::unknown(Label::new(shape.key)?);
-            let (min, max) = (shape.start / shape.within, shape.start * shape.within);
+            let (min, max) = (shape.least, shape.most);
             let unit = shape.unit.clone();
             parameters.push(SuspectParameter { start: Some(shape.start), min, max, unit, ..known });
         }
@@ -181,7 +181,9 @@ mod tests {
 
     #[test]
     fn shapes_are_fitted_and_no_amplitudes() {
-        for (factor, key) in [(Factor::saturating(0.5), "v"), (Factor::wave(Covariate::Time, 90.0), "w")] {
+        for (factor, key) in
+            [(Factor::saturating(0.5), "v"), (Factor::wave(Covariate::Time, 90.0, 30.0), "w")]
+        {
             let suspect = term(ActsOn::Level, &[factor]).suspect("own").unwrap();
             let last = suspect.parameters.len() - 1;
             assert_eq!(suspect.parameters[last].key, key);
@@ -198,7 +200,7 @@ mod tests {
             (ActsOn::Level, vec![pressure(), Factor::harmonic(1)], false),
             (ActsOn::Torque, vec![pressure(), speed()], false),
             (ActsOn::Level, vec![Factor::saturating(0.5)], false),
-            (ActsOn::Torque, vec![Factor::wave(Covariate::Angle, 2.4)], false),
+            (ActsOn::Torque, vec![Factor::wave(Covariate::Angle, 2.4, 30.0)], false),
         ] {
             assert_eq!(term(acts_on, &factors).is_listed(), listed, "{factors:?}");
         }

@@ -17,21 +17,33 @@ const MOST_STEPS: f64 = 20_000.0;
 const ORDERS: (f64, f64) = (0.3, 16.0);
 const BESIDE: f64 = 0.1;
 
-/// The angular frequency of the tone that a residual is mostly made of, rad/s.
-pub(crate) fn tone_over_the_clock(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<f64> {
+/// A wave over a quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Wave {
+    /// Radians for a unit of the quantity.
+    pub frequency: f64,
+    /// What the data span of it.
+    pub span: f64,
+}
+
+/// The tone over the clock that a residual is mostly made of.
+pub(crate) fn tone_over_the_clock(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Wave> {
     let around = TAU * tone(setting, left)?.hz;
     let time_s = |at: &Moment| at.time_s;
     let times = || setting.campaign.pieces.iter().flat_map(|piece| piece.driven.time_s()).copied();
     let span = times().max_by(f64::total_cmp)? - times().min_by(f64::total_cmp)?;
     let beside = TAU * BESIDE_HZ;
-    strongest(setting, left, ((around - beside).max(0.0), around + beside, span), time_s)
+    let range = ((around - beside).max(0.0), around + beside, span);
+    strongest(setting, left, range, time_s).map(|frequency| Wave { frequency, span })
 }
 
 /// The strongest order of the angle in a residual, if it is no whole number: what turns with another shaft.
-pub(crate) fn order_of_its_own(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<f64> {
+pub(crate) fn order_of_its_own(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Wave> {
     let turns = turns(&setting.campaign.facts);
-    let order = strongest(setting, left, (ORDERS.0, ORDERS.1, TAU * turns), |at| at.angle_rad)?;
-    ((order - order.round()).abs() > BESIDE.max(0.5 / turns)).then_some(order)
+    let span = TAU * turns;
+    let order = strongest(setting, left, (ORDERS.0, ORDERS.1, span), |at| at.angle_rad)?;
+    let is_own = (order - order.round()).abs() > BESIDE.max(0.5 / turns);
+    is_own.then_some(Wave { frequency: order, span })
 }
 
 /// The strongest of the angular frequencies from and to, over a quantity that spans so much.

@@ -47,8 +47,9 @@ pub fn section(found: &Found) -> Section {
     }
     let alone = |id: EffectId| alone(found, id).unwrap_or(0.0);
     // What was fitted, or not decided, was of use enough to be looked at.
-    let looked_at =
-        |judged: &Judged| ["fit", "not decided"].iter().any(|word| judged.reason.starts_with(word));
+    let looked_at = |judged: &Judged| {
+        ["fit", "not decided", "stood in"].iter().any(|word| judged.reason.starts_with(word))
+    };
     let (mut some, none): (Vec<&Judged>, Vec<&Judged>) =
         found.diagnosis.rejected.iter().partition(|judged| alone(judged.id) > OF_NO_USE || looked_at(judged));
     some.sort_by(|a, b| alone(b.id).total_cmp(&alone(a.id)));

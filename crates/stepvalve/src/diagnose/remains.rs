@@ -50,7 +50,7 @@ fn left(found: &Found) -> String {
             format!("What remains is, {times}.")
         }
         Verdict::Unexplained if !found.diagnosis.unnamed.is_empty() => {
-            format!("No cause is accepted. Beside the laws without a name there remains, {times}.")
+            format!("No cause is accepted. What remains beside the laws without a name is, {times}.")
         }
         Verdict::Ambiguous | Verdict::Unexplained => {
             format!("No cause is accepted, so all of the model's error remains: {times}.")

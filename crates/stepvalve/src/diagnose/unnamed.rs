@@ -14,7 +14,7 @@ pub fn sentence(found: &Found) -> String {
     let told: Vec<String> = laws.iter().map(goes).collect();
     let unit = unit(found.channel);
     format!(
-        " What no cause of the list does: {}. With that the error on runs not used for fitting falls from {} to {} {unit}.",
+        " Beyond the list, {}. With that the error on runs not used for fitting falls from {} to {} {unit}.",
         told.join("; beside it, "),
         short(gain.rms_before),
         short(gain.rms_after)
@@ -60,9 +60,9 @@ fn could(law: &Unnamed) -> (&'static str, &'static str) {
             "a pump, the mains, a structure that rings",
             "stop what turns nearby; measure the torque at rest and see whether the tone is there",
         ),
-        ["angle"] if law.parameters.contains_key("w") => (
+        ["angle"] if law.parameters.contains_key("order") => (
             "something geared to the spool: a gear, a belt, a bearing's balls",
-            "count the teeth or balls: the order w is their ratio to a turn of the spool",
+            "count the teeth or balls: the order is their number for a turn of the spool",
         ),
         ["speed"] if !acts_on_friction => (
             "drag of churned oil, a fan, eddy currents; friction of another form",
@@ -87,7 +87,8 @@ pub fn comment(law: &Unnamed, found: &Found) -> String {
     ];
     if let Some(gain) = &found.diagnosis.gain.unnamed {
         lines.push(format!(
-            "With it the error on runs not used for fitting is {} times as large (95 % between {} and {}).",
+            "With all laws without a name, and what is corrected beside them, the error on runs not used for fitting is {} times as large (95 % \
+             between {} and {}).",
             short(gain.ratio),
             short(gain.ratio_ci95[0]),
             short(gain.ratio_ci95[1])

@@ -41,7 +41,13 @@ pub fn headline(found: &Found) -> String {
     } else {
         "the error on runs not used for fitting"
     };
-    let falls = format!("{on}{}", falls(gain, unit));
+    // What laws without a name bring is told apart.
+    let falls = match gain.unnamed.as_ref() {
+        None => format!("{on}{}", falls(gain, unit)),
+        Some(laws) => {
+            format!("{on} falls from {} to {} {unit}", short(gain.rms_before), short(laws.rms_before))
+        }
+    };
     let sentences: Vec<String> = diagnosis.causes.iter().map(|cause| sentence_beside(cause, found)).collect();
     let groups: Vec<String> = diagnosis.ambiguous.iter().map(|group| names(&group.ids)).collect();
     let beside = if groups.is_empty() {
