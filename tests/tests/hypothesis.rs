@@ -115,6 +115,10 @@ fn what_is_no_law_is_refused_at_its_column() {
     for (text, says) in [
         ("torque += a*sped", "column 13: found an unknown name `sped`, expected speed (did you mean it?)"),
         ("torque += a/speed", "column 12: found an operation that has no finite value near speed"),
+        (
+            "torque += a*(speed + pressure_drop)",
+            "column 20: found 1/s beside Pa, expected quantities of one unit",
+        ),
         ("load += a*speed", "column 1: found `load += a*speed`"),
         ("torque += 1", "found a law that acts whatever its parameters are"),
     ] {

@@ -86,6 +86,14 @@ fn expressions_are_refused_at_their_column() {
             "m.toml:15:16: effect[0].expression: found an operation that has no finite value near speed ",
         ),
         ("a*(speed", "m.toml:15:23: effect[0].expression: found the end, expected an operator or `)`"),
+        (
+            "a*speed + speed + pressure_drop",
+            "m.toml:15:31: effect[0].expression: found 1/s beside Pa, expected quantities of one unit",
+        ),
+        (
+            "a*sin(speed)",
+            "m.toml:15:17: effect[0].expression: found a function of 1/s, expected a pure number",
+        ),
     ] {
         assert_refused(FORMULA, "a*speed*abs(speed)", to, expected);
     }
