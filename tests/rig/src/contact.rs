@@ -7,24 +7,12 @@
 use crate::forms::{Growth, Thermal, Wave};
 use crate::law::{ActsOn, Law};
 use crate::nominal::Nominal;
+use crate::surroundings::Surroundings;
 
 /// Most Maxwell elements.
 const ELEMENTS: usize = 4;
 /// Most states of a contact: elements, age, distance, two stages of a lag.
 pub(crate) const MOST_STATES: usize = ELEMENTS + 4;
-
-/// What surrounds the contact.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Surroundings {
-    pub angle_rad: f64,
-    pub speed_rad_per_s: f64,
-    /// Where the motion is given.
-    pub acceleration_rad_per_s2: f64,
-    pub pressure_mpa: f64,
-    pub celsius: f64,
-    /// Time on the log's clock.
-    pub clock_s: f64,
-}
 
 /// Elements that slip one after the other: parts of the stiffness and of the torque, and how sharply.
 #[derive(Debug, Clone)]

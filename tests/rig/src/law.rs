@@ -1,7 +1,7 @@
 //! Laws that no list of causes has: simple functions of what surrounds the spool, and products of two of them.
 
-use crate::contact::Surroundings;
 use crate::forms::Wave;
+use crate::surroundings::Surroundings;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 

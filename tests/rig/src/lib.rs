@@ -32,6 +32,7 @@ mod plan;
 mod radau;
 mod real;
 mod spool;
+mod surroundings;
 mod torque_plan;
 mod truth;
 

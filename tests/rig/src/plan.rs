@@ -1,7 +1,7 @@
 //! One run of an experiment: its motion, its samples, and pressure and temperature along it.
 
-use crate::contact::Surroundings;
 use crate::motion::Motion;
+use crate::surroundings::Surroundings;
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;

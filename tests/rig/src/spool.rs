@@ -1,10 +1,11 @@
 //! The rig's equations of motion: the torque that a driven spool takes, and the rotor that follows a command.
 
-use crate::contact::{Contact, MOST_STATES, Surroundings};
+use crate::contact::{Contact, MOST_STATES};
 use crate::forms::Wave;
 use crate::nominal::{FULL_STEPS, TEETH};
 use crate::plan::RunPlan;
 use crate::radau::Radau;
+use crate::surroundings::Surroundings;
 use std::f64::consts::TAU;
 
 /// The valve on the rig and its instruments, with everything that is hidden in it.

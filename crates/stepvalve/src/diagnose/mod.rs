@@ -7,6 +7,7 @@ mod extended;
 mod fix;
 mod leftover;
 pub mod logs;
+mod makers;
 mod page;
 mod progress;
 mod quality;
@@ -155,7 +156,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     progress.step("predicting every sample");
     let residuals = Residuals::of(&log, &model, &found).with_context(|| log_file.clone())?;
     progress.step("writing");
-    let headline = words::headline(&found);
+    let headline = words::headline(&found, &unnamed::sentence(&found));
     let page = page::page(&Material {
         title: arguments.title.as_deref().unwrap_or(&log.title),
         found: &found,

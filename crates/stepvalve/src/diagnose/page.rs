@@ -28,7 +28,7 @@ pub struct Material<'a> {
 pub fn page(material: &Material<'_>) -> String {
     let Material { title, found, quality: findings, log, residuals, files: (log_file, model_file) } =
         material;
-    let mut page = Page::new(format!("Diagnosis: {title}"), headline(found));
+    let mut page = Page::new(format!("Diagnosis: {title}"), headline(found, &unnamed::sentence(found)));
     let seen =
         found.diagnosis.observations.iter().filter(|_| found.diagnosis.verdict != Verdict::Unexplained);
     let summary = seen.fold(Section::new(""), |section, seen| section.with(Block::Text(seen.clone())));

@@ -1,6 +1,6 @@
 //! Laws without a name, in words: how they go, what usually makes such a thing, and the comments and the part of the report on them.
 
-use super::remains::cause_of;
+use super::makers::cause_of;
 use super::words::{self, numbers, short, unit};
 use diagnosis::{Found, Unnamed, UnnamedRule};
 use report::{Block, Section, Table};

@@ -1,6 +1,5 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
-use super::unnamed;
 use diagnosis::{
     BestOfGroup, Cause, Corrected, Diagnosis, Found, Gain, Nearest, ParameterFound, Parameters, Verdict,
 };
@@ -29,8 +28,8 @@ const HARDLY_FALLS: f64 = 0.7;
 /// An error of so many times the noise is more than that.
 const LOUDER: f64 = 1.1;
 
-/// The answer in one sentence, or two where causes have numbers.
-pub fn headline(found: &Found) -> String {
+/// The answer in one sentence, or two where causes have numbers; `laws` is the one on laws without a name.
+pub fn headline(found: &Found, laws: &str) -> String {
     let diagnosis = &found.diagnosis;
     let unit = unit(found.channel);
     let residual = diagnosis.residual.first();
@@ -44,8 +43,8 @@ pub fn headline(found: &Found) -> String {
     // What laws without a name bring is told apart.
     let falls = match gain.unnamed.as_ref() {
         None => format!("{on}{}", falls(gain, unit)),
-        Some(laws) => {
-            format!("{on} falls from {} to {} {unit}", short(gain.rms_before), short(laws.rms_before))
+        Some(of_laws) => {
+            format!("{on} falls from {} to {} {unit}", short(gain.rms_before), short(of_laws.rms_before))
         }
     };
     let sentences: Vec<String> = diagnosis.causes.iter().map(|cause| sentence_beside(cause, found)).collect();
@@ -81,7 +80,7 @@ pub fn headline(found: &Found) -> String {
                     "The model is wrong by {rms} {unit}, no more than the measurement scatters by, but not all of that is noise."
                 )
             };
-            says.push_str(&unnamed::sentence(found));
+            says.push_str(laws);
             for seen in &diagnosis.observations {
                 says.push(' ');
                 says.push_str(seen);
@@ -112,10 +111,9 @@ pub fn headline(found: &Found) -> String {
         }
         Verdict::PartlyExplained => {
             format!(
-                "{}{} {falls}; something is left that no cause explains.{beside}{}",
+                "{}{} {falls}; something is left that no cause explains.{beside}{laws}",
                 joined(&sentences),
-                lacking(&diagnosis.causes),
-                unnamed::sentence(found)
+                lacking(&diagnosis.causes)
             )
         }
     }
