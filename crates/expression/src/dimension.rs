@@ -3,6 +3,7 @@
 //! A written number, and a parameter, may have any unit: what they are multiplied with has then any unit, too. So only what is wrong
 //! whatever their units are is found.
 
+use crate::ExpressionError;
 use crate::function::{Binary, Unary};
 use crate::number::Number;
 use crate::program::Program;
@@ -154,22 +155,11 @@ fn beside_a_number(of: Dimension, function: Binary) -> Quantity {
     }
 }
 
-/// A place where quantities don't go together.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Misfit {
-    /// Characters before the operation in the text.
-    pub at: usize,
-    /// What stands there.
-    pub found: String,
-    /// What may stand there.
-    pub expected: &'static str,
-}
-
 /// The dimension of a program's value, where numbers and parameters leave it none but one; `None` where it may have any.
 ///
 /// # Errors
 /// The first operation on quantities that don't go together.
-pub fn dimension(program: &Program, variables: &[Dimension]) -> Result<Option<Dimension>, Misfit> {
+pub fn dimension(program: &Program, variables: &[Dimension]) -> Result<Option<Dimension>, ExpressionError> {
     let variables: Vec<Quantity> = variables.iter().map(|of| Quantity::Of(*of)).collect();
     let mut first = None;
     let value = program.run_watched(&variables, |index, made| {
@@ -189,7 +179,7 @@ pub fn dimension(program: &Program, variables: &[Dimension]) -> Result<Option<Di
             (format!("a function of {of}"), "a pure number, as the quantity divided by a parameter is")
         }
     };
-    Err(Misfit { at, found, expected })
+    Err(ExpressionError::new(at, found, expected))
 }
 
 #[cfg(test)]
@@ -204,7 +194,7 @@ mod tests {
         let variables = [per_s, Dimension::NONE, Dimension::PRESSURE, Dimension::TEMPERATURE];
         let parameters: Vec<(&str, f64)> =
             if text.contains('a') && text.starts_with("a*") { vec![("a", 2.0)] } else { Vec::new() };
-        dimension(&compile(text, &names, &parameters).unwrap(), &variables).map_err(|misfit| misfit.at)
+        dimension(&compile(text, &names, &parameters).unwrap(), &variables).map_err(|error| error.at)
     }
 
     #[test]

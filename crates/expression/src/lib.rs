@@ -23,7 +23,7 @@ mod poles;
 mod program;
 mod token;
 
-pub use dimension::{Dimension, Misfit, dimension};
+pub use dimension::{Dimension, dimension};
 pub use error::ExpressionError;
 pub use interval::Interval;
 pub use number::{Dual, Number};

@@ -85,8 +85,7 @@ pub fn check_expression(
 
 /// Numbers and parameters may have any unit, so that only what is wrong whatever they are is refused.
 fn check_dimension(program: &Program, acts_on: ActsOn) -> Result<(), ExpressionError> {
-    let made = dimension(program, &Covariate::ALL.map(Covariate::dimension))
-        .map_err(|misfit| ExpressionError::new(misfit.at, misfit.found, misfit.expected))?;
+    let made = dimension(program, &Covariate::ALL.map(Covariate::dimension))?;
     let expected = match acts_on {
         ActsOn::Torque => "a torque in N*m, as with a parameter before it: a*...",
         ActsOn::Level | ActsOn::Viscous => {
