@@ -6,9 +6,10 @@ use super::tables::rate;
 use crate::output::{Results, Sheet, digits};
 use crate::progress::Progress;
 use anyhow::Result;
-use hidden_effect_rig::{Campaign, Family, Hidden, LAWS, LogKind, STRONG, Truth, choose};
+use hidden_effect_rig::{Campaign, Family, Finding, Hidden, LAWS, LogKind, STRONG, Truth, choose};
 use log_data::quantile;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 /// A model leaves noise if it leaves at most so many times of it.
@@ -49,7 +50,7 @@ struct Row {
     /// Whether there is a law, and whether its first quantity is one that drives the hidden one.
     has_law: bool,
     is_right: bool,
-    named: Vec<String>,
+    named: BTreeSet<String>,
     wall_s: f64,
 }
 
@@ -125,10 +126,7 @@ fn ask(campaign: &Campaign, key: String, hides: bool, arguments: &Arguments) -> 
         after_as_known: found.pointer("/gain/over_noise_after").and_then(Value::as_f64).unwrap_or(f64::NAN),
         has_law: !list(found.get("unnamed")).is_empty(),
         is_right: list(hidden.as_ref()).contains(&first),
-        named: list(found.get("causes"))
-            .iter()
-            .map(|cause| cause.get("id").and_then(Value::as_str).unwrap_or("?").to_owned())
-            .collect(),
+        named: Finding::of(&found).named,
         wall_s,
     })
 }
@@ -163,8 +161,9 @@ impl Row {
 
     fn json(&self) -> Value {
         json!({
-            "key": self.key, "hides": self.hides, "before": self.before, "after": self.after, "after_as_known": self.after_as_known, "has_law": self.has_law,
-            "is_right": self.is_right, "named": self.named, "wall_s": self.wall_s,
+            "key": self.key, "hides": self.hides, "before": self.before, "after": self.after,
+            "after_as_known": self.after_as_known, "has_law": self.has_law, "is_right": self.is_right,
+            "named": self.named, "wall_s": self.wall_s,
         })
     }
 }

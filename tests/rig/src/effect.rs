@@ -97,6 +97,16 @@ pub(crate) enum Needs {
     Nothing,
 }
 
+impl Needs {
+    pub fn pressure(self) -> bool {
+        matches!(self, Self::Pressure | Self::Both)
+    }
+
+    pub fn temperature(self) -> bool {
+        matches!(self, Self::Temperature | Self::Both)
+    }
+}
+
 impl Effect {
     /// An effect by its name.
     pub fn from_name(name: &str) -> Option<Self> {

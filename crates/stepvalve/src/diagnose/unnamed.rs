@@ -44,11 +44,7 @@ pub fn goes(law: &Unnamed) -> String {
 
 fn quantities(law: &Unnamed) -> String {
     let plain: Vec<String> = law.depends_on.iter().map(|of| of.replace('_', " ")).collect();
-    match plain.as_slice() {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
+    words::listed(&plain.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// What usually makes such a law, and how it is looked for.

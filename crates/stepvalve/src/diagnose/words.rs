@@ -287,10 +287,14 @@ pub fn behind(of: &ParameterFound) -> String {
     if of.unit == "1" { String::new() } else { format!(" {}", of.unit) }
 }
 
-/// "a, b and c"
+/// The names of effects as [`listed`].
 pub fn names(ids: &[EffectId]) -> String {
-    let names: Vec<&str> = ids.iter().map(|id| id.name()).collect();
-    match names.as_slice() {
+    listed(&ids.iter().map(EffectId::name).collect::<Vec<_>>())
+}
+
+/// "a, b and c"
+pub fn listed(words: &[&str]) -> String {
+    match words {
         [] => String::new(),
         [one] => (*one).to_owned(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),

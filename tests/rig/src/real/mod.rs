@@ -14,7 +14,7 @@ mod world;
 
 use crate::campaign::Campaign;
 use crate::contact::Contact;
-use crate::effect::{Effect, Needs};
+use crate::effect::Effect;
 use crate::effects::Instance;
 use crate::hidden::Hidden;
 use crate::log_kind::LogKind;
@@ -123,10 +123,10 @@ impl Draft {
         let (mut runs, labels) = motions::plan(&nominal, &world, hidden.log, rng);
         for effect in hidden.effects() {
             let needs = effect.needs();
-            if matches!(needs, Needs::Pressure | Needs::Both) {
+            if needs.pressure() {
                 world.pressure = Presence::All;
             }
-            if matches!(needs, Needs::Temperature | Needs::Both) {
+            if needs.temperature() {
                 world.temperature = Presence::All;
             }
             if effect == Effect::TorqueOffset {
@@ -151,12 +151,9 @@ impl Draft {
             let all: Vec<f64> = self.runs.iter().flat_map(ends).collect();
             all.iter().copied().fold(f64::MIN, f64::max) - all.iter().copied().fold(f64::MAX, f64::min)
         };
-        match effect.needs() {
-            Needs::Pressure => spans(&|run| run.pressure_mpa) > LEAST_MPA,
-            Needs::Temperature => spans(&|run| run.celsius) > LEAST_K,
-            Needs::Both => spans(&|run| run.pressure_mpa) > LEAST_MPA && spans(&|run| run.celsius) > LEAST_K,
-            Needs::Nothing => true,
-        }
+        let needs = effect.needs();
+        (!needs.pressure() || spans(&|run| run.pressure_mpa) > LEAST_MPA)
+            && (!needs.temperature() || spans(&|run| run.celsius) > LEAST_K)
     }
 
     fn instance(&self, effect: Effect, rng: &mut Pcg64) -> Instance {
@@ -342,12 +339,9 @@ impl Draft {
     }
 
     fn has_channels_of(&self, effect: Effect) -> bool {
-        match effect.needs() {
-            Needs::Pressure => self.world.pressure != Presence::None,
-            Needs::Temperature => self.world.temperature != Presence::None,
-            Needs::Both => self.world.pressure != Presence::None && self.world.temperature != Presence::None,
-            Needs::Nothing => true,
-        }
+        let needs = effect.needs();
+        (!needs.pressure() || self.world.pressure != Presence::None)
+            && (!needs.temperature() || self.world.temperature != Presence::None)
     }
 
     fn effect(&self, one: &Shown) -> HiddenEffect {
