@@ -20,8 +20,8 @@ use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{
-    Ambiguity, BestOfGroup, Cause, Dependence, Description, Diagnosis, Gain, Judged, Nearest, Offered,
-    Verdict,
+    Ambiguity, BestOfGroup, Cause, Corrected, Covariance, Dependence, Description, Diagnosis, Gain, Judged,
+    Nearest, Offered, Unnamed, Verdict,
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure};
@@ -30,7 +30,7 @@ use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, orders, structure};
 use crate::show::tone::{Tone, tone as show_tone};
 use crate::show::whiteness::{is_rounding, whiteness};
-use crate::unnamed::unnamed;
+use crate::unnamed::{Extended, unnamed};
 use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
 
@@ -103,7 +103,7 @@ fn conclusion(
     let rivals = with_rivals(judged, &mut ambiguous)?;
     proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
     let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
-    let noise = leaves_noise_alone(judged, &after, tone.as_ref());
+    let noise = leaves_noise_alone(judged, (&after, &structure_kept), tone.as_ref());
     let laws =
         if noise || !ambiguous.is_empty() { None } else { unnamed(judged, able, (&point, &after, &causes))? };
     // Time that ran out in a search for laws ended that.
@@ -112,18 +112,20 @@ fn conclusion(
         (causes, against.stand_ins) = laws.beside(causes);
     }
     let verdict = verdict(&causes, &ambiguous, noise);
-    let mut gain = judged.gain_of(&after);
-    let (mut left, mut model) = ((after, corrected, covariance, structure_kept, tone), None);
-    let (mut told, mut nuisances) = (Vec::new(), judged.nuisances());
-    if let Some(laws) = laws {
-        nuisances.extend(laws.nuisances(&causes));
-        model = Some(laws.model(judged)?);
-        gain = Gain { unnamed: Some(laws.gain), ..judged.gain_of(&laws.after) };
-        let structure = structure(&judged.setting, &laws.after);
-        let tone = show_tone(&judged.setting, &laws.after);
-        (left, told) = ((laws.after, laws.corrected, laws.covariance, structure, tone), laws.told);
-    }
-    let (after, corrected, covariance, structure_kept, tone) = left;
+    let mut nuisances = judged.nuisances();
+    let Concluded { model, gain, after, corrected, covariance, structure: structure_kept, tone, told } =
+        match laws {
+            None => {
+                let refused = |source| judged.setting.campaign.refused(source);
+                let model = point.hypothesis.model(judged.setting.given).map_err(refused)?;
+                let (gain, structure) = (judged.gain_of(&after), structure_kept);
+                Concluded { model, gain, after, corrected, covariance, structure, tone, told: Vec::new() }
+            }
+            Some(laws) => {
+                nuisances.extend(laws.nuisances(&causes));
+                with_laws(judged, laws)?
+            }
+        };
     let mut rejected = rejected(selection, able, (&causes, &ambiguous), &against);
     rejected.retain(|of| !offered.iter().any(|offered| offered.id == of.id));
     let untestable: Vec<Judged> = unable
@@ -131,10 +133,9 @@ fn conclusion(
         .filter(|of| !ambiguous.iter().any(|group| group.ids.contains(&of.id)))
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
-    let is_open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
     let mut observations = observations(judged, verdict, &after, &structure_kept);
     // What is explained needs no further search.
-    let ended_open = ended && (is_open || verdict == Verdict::Ambiguous);
+    let ended_open = ended && !matches!(verdict, Verdict::NoDiscrepancy | Verdict::Explained);
     observations.extend(ended_open.then(|| cut_short(judged.setting.campaign)));
     let ripples = ripples_left(judged, verdict, &after);
     observations.extend(ripples_in_words(&ripples, judged.setting.campaign.kind.channel.unit()));
@@ -151,11 +152,6 @@ fn conclusion(
         AGAIN.to_owned()
     } else {
         next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
-    };
-    let refused = |source| judged.setting.campaign.refused(source);
-    let model = match model {
-        Some(model) => model,
-        None => point.hypothesis.model(judged.setting.given).map_err(refused)?,
     };
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),
@@ -185,11 +181,36 @@ fn conclusion(
     Ok(Found { proposed, rivals, ..found(judged, diagnosis, model, &after) })
 }
 
+/// The extended model, and what follows from it: with the accepted causes, and with laws without a name where there are any.
+struct Concluded {
+    model: Model,
+    gain: Gain,
+    after: Vec<PieceResidual>,
+    corrected: Vec<Corrected>,
+    covariance: Covariance,
+    structure: Structure,
+    tone: Option<Tone>,
+    told: Vec<Unnamed>,
+}
+
+fn with_laws(judged: &Judgement<'_>, laws: Extended) -> Result<Concluded, DiagnosisError> {
+    let model = laws.model(judged)?;
+    let gain = Gain { unnamed: Some(laws.gain), ..judged.gain_of(&laws.after) };
+    let structure = structure(&judged.setting, &laws.after);
+    let tone = show_tone(&judged.setting, &laws.after);
+    let Extended { after, corrected, covariance, told, .. } = laws;
+    Ok(Concluded { model, gain, after, corrected, covariance, structure, tone, told })
+}
+
 /// Whether what is left needs no explanation.
-fn leaves_noise_alone(judged: &Judgement<'_>, after: &[PieceResidual], tone: Option<&Tone>) -> bool {
+fn leaves_noise_alone(
+    judged: &Judgement<'_>,
+    (after, structure): (&[PieceResidual], &Structure),
+    tone: Option<&Tone>,
+) -> bool {
     is_rounding(&judged.setting, after)
         || judged.noise.share == 1.0
-            && is_noise(&structure(&judged.setting, after))
+            && is_noise(structure)
             && tone.is_none()
             && judged.setting.campaign.loose_ripples.is_empty()
 }

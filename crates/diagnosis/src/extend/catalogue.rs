@@ -201,10 +201,15 @@ fn series(id: EffectId, orders: usize, (step, most): (f64, f64)) -> Candidate {
     Candidate { id, parameters, probes, free: Vec::new(), optional: Vec::new(), series: true, own: None }
 }
 
+/// Whether a candidate takes the high orders that stand out.
+pub(crate) fn takes_orders(candidate: &Candidate) -> bool {
+    candidate.id == EffectId::PositionTorque
+}
+
 /// Tries these orders of a torque over the angle beside the low ones; other candidates stay as they are.
 pub(crate) fn look_for_orders(candidate: &mut Candidate, orders: &[usize]) {
     let step = candidate.parameters.first().map_or(0.0, |first| first.step);
-    if candidate.id != EffectId::PositionTorque {
+    if !takes_orders(candidate) {
         return;
     }
     candidate.probes.truncate(LOW_ORDERS);

@@ -200,6 +200,17 @@ impl Campaign {
         starts
     }
 
+    /// Whether any run, or block, is held out.
+    pub fn holds_out(&self) -> bool {
+        self.pieces.iter().any(|piece| piece.hold_out)
+    }
+
+    /// Whether a piece is one that errors are judged on: held out, or any where none is.
+    pub fn judges(&self) -> impl Fn(&Piece) -> bool + use<> {
+        let any_held = self.holds_out();
+        move |piece| piece.hold_out || !any_held
+    }
+
     /// Names of the runs, or blocks, that are held out.
     pub fn held_out(&self) -> Vec<String> {
         let mut held: Vec<usize> =

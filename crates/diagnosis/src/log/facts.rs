@@ -2,7 +2,7 @@
 //! what can be tested.
 
 use crate::log::kind::LogKind;
-use valve_model::{FrictionParams, Model};
+use valve_model::{Covariate, FrictionParams, Model};
 
 /// Magnitudes of the model and ranges of the data.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +119,20 @@ impl Facts {
 
     pub fn temperature_varies(&self) -> bool {
         self.temperature_c.is_some_and(|(least, most)| most - least > 3.0)
+    }
+
+    /// Whether a quantity varies enough for that; anything but the conditions does.
+    pub fn varies(&self, of: Covariate) -> bool {
+        match of {
+            Covariate::PressureDrop => self.pressure_varies(),
+            Covariate::OilTemperature => self.temperature_varies(),
+            Covariate::Angle
+            | Covariate::Speed
+            | Covariate::Acceleration
+            | Covariate::Time
+            | Covariate::TimeAtRest
+            | Covariate::Distance => true,
+        }
     }
 
     /// Holding torque and teeth of the motor in an angle log, in which the rotor's position on its teeth is predicted.

@@ -82,9 +82,7 @@ pub(crate) fn accept(
         let worst = (0..weighed.len()).min_by(least);
         let Some(worst) = worst.filter(|worst| weighed.len() > 1 && weighed[*worst].worth < HARMFUL) else {
             let causes = weighed.into_iter().map(|of| of.cause).collect();
-            let Errors { hypothesis, spread } = &errors;
-            let corrected = corrected(hypothesis, spread.as_ref());
-            let covariance = spread.as_ref().map(|spread| covariance(hypothesis, spread)).unwrap_or_default();
+            let (corrected, covariance) = (errors.corrected(), errors.covariance());
             return Ok(Accepted { point, after, causes, corrected, covariance, harmful, unclear });
         };
         harmful.push(weighed[worst].cause.id);
@@ -187,8 +185,7 @@ fn weigh(
     errors: &Errors,
 ) -> Result<Vec<Weighed>, DiagnosisError> {
     let setting = &judged.setting;
-    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
-    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let wanted = setting.campaign.judges();
     let all = rms_left(setting, after, &wanted);
     let all_as_fitted = rms_as_fitted(setting, after, &wanted);
     let hypothesis = &kept.point.hypothesis;
@@ -243,6 +240,18 @@ pub(crate) struct Errors {
     pub spread: Option<Spread>,
 }
 
+impl Errors {
+    /// The corrections that are large enough to be reported.
+    pub fn corrected(&self) -> Vec<Corrected> {
+        corrected(&self.hypothesis, self.spread.as_ref())
+    }
+
+    /// The covariance of everything that was fitted, in the units of the model file.
+    pub fn covariance(&self) -> Covariance {
+        self.spread.as_ref().map(|spread| covariance(&self.hypothesis, spread)).unwrap_or_default()
+    }
+}
+
 /// The covariance of a fit's numbers, with the errors of the motion and of the selection.
 pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
@@ -267,8 +276,7 @@ pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Error
 const CLEAR: f64 = 2.0;
 const MOVED: f64 = 1.0 / 3.0;
 
-/// The corrections that are large enough to be reported.
-pub(crate) fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
+fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec<Corrected> {
     let free = hypothesis.free().into_iter().enumerate();
     let each = free.filter_map(|(place, free)| {
         let Free::Correction(index) = free else { return None };
@@ -287,8 +295,7 @@ pub(crate) fn corrected(hypothesis: &Hypothesis, spread: Option<&Spread>) -> Vec
     each.collect()
 }
 
-/// The covariance of everything that was fitted, in the units of the model file.
-pub(crate) fn covariance(hypothesis: &Hypothesis, spread: &Spread) -> Covariance {
+fn covariance(hypothesis: &Hypothesis, spread: &Spread) -> Covariance {
     let free = hypothesis.free();
     let named = |free: &Free| match *free {
         Free::Zero => ("angle_zero_rad".to_owned(), 1.0),

@@ -6,7 +6,7 @@ use crate::extend::hypothesis::Member;
 use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::log::piece::Piece;
-use crate::measure::accept::{covariance, errors_of, parameters};
+use crate::measure::accept::{errors_of, parameters};
 use crate::measure::judgement::Judgement;
 use crate::outcome::RivalFit;
 use valve_model::{Effect, EffectId};
@@ -64,11 +64,7 @@ fn told(
         id: member.candidate.id,
         parameters: parameters(&errors, place),
         rms_after: judged.gain_of(&after).rms_after,
-        covariance: errors
-            .spread
-            .as_ref()
-            .map(|spread| covariance(&errors.hypothesis, spread))
-            .unwrap_or_default(),
+        covariance: errors.covariance(),
     };
     Ok(Some((effect, rival)))
 }

@@ -1,7 +1,6 @@
 //! The gain of the accepted causes on held-out runs, with a confidence interval from a bootstrap over runs.
 
 use crate::fit::equations::Setting;
-use crate::log::piece::Piece;
 use crate::outcome::Gain;
 use crate::show::residual::{PieceResidual, rms_as_fitted, rms_of, squares, squares_as_fitted};
 use rand::{RngExt, SeedableRng};
@@ -17,8 +16,7 @@ pub(crate) fn gain(
     after: &[PieceResidual],
     seed: u64,
 ) -> Gain {
-    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
-    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let wanted = setting.campaign.judges();
     let over_noise = |left: &[PieceResidual]| rms_as_fitted(setting, left, &wanted);
     let (over_noise_before, over_noise_after) = (over_noise(before), over_noise(after));
     let (before, after) = (squares(setting, before, &wanted), squares(setting, after, &wanted));
@@ -50,14 +48,9 @@ pub(crate) fn part_left_as_fitted(
     after: &[PieceResidual],
     seed: u64,
 ) -> Part {
-    let any_held = setting.campaign.pieces.iter().any(|piece| piece.hold_out);
-    let wanted = |piece: &Piece| piece.hold_out || !any_held;
+    let wanted = setting.campaign.judges();
     let squares = |left: &[PieceResidual]| squares_as_fitted(setting, left, &wanted);
-    let (before, after) = (squares(before), squares(after));
-    let held = |groups: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        groups.iter().zip(&before).filter(|(_, (_, count))| *count > 0.0).map(|(group, _)| *group).collect()
-    };
-    part_left(&held(&before), &held(&after), seed)
+    part_left(&squares(before), &squares(after), seed)
 }
 
 /// The root of the ratio of two sums of squares over groups, with an interval from a bootstrap over the groups.

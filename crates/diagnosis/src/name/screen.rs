@@ -2,7 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Probe};
-use crate::extend::catalogue::{high_orders, look_for_orders};
+use crate::extend::catalogue::{high_orders, look_for_orders, takes_orders};
 use crate::extend::hypothesis::Member;
 use crate::extend::stroke::{tells_apart, turns};
 use crate::fit::equations::{Column, Point, Setting, by_group};
@@ -13,7 +13,7 @@ use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
 use crate::numerics::loss::Loss;
 use crate::show::geared::is_over_the_angle;
 use crate::show::orders::standing_out;
-use crate::show::residual::left;
+use crate::show::residual::{PieceResidual, left};
 use nalgebra::DVector;
 use valve_model::EffectId;
 
@@ -114,6 +114,9 @@ fn with_orders(
     point: &Point,
 ) -> Result<Vec<Candidate>, DiagnosisError> {
     let mut candidates = candidates.to_vec();
+    if !candidates.iter().any(takes_orders) {
+        return Ok(candidates);
+    }
     let orders = orders_left(setting, point)?;
     candidates.iter_mut().for_each(|candidate| look_for_orders(candidate, &orders));
     Ok(candidates)
@@ -121,8 +124,13 @@ fn with_orders(
 
 /// The high orders that stand out of the residual at a point.
 pub(crate) fn orders_left(setting: &Setting<'_>, point: &Point) -> Result<Vec<usize>, DiagnosisError> {
+    Ok(orders_of(setting, &left(setting, point)?))
+}
+
+/// The high orders that stand out of a residual.
+pub(crate) fn orders_of(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<usize> {
     let facts = &setting.campaign.facts;
-    Ok(standing_out(setting, &left(setting, point)?, high_orders(facts), facts.kind.most_high_orders))
+    standing_out(setting, left, high_orders(facts), facts.kind.most_high_orders)
 }
 
 /// The pieces that the screening uses.

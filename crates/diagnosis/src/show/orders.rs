@@ -30,7 +30,6 @@ pub(crate) fn standing_out(
 
 /// The power of each order, from 1 on, in the weighted residual.
 fn powers(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0.0); HIGHEST];
     let (mut total, mut weights) = (0.0, 0.0);
     let fitted = || setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.is_fitted());
     let samples = |piece: &Piece, left: &PieceResidual| -> Vec<(f64, f64, f64)> {
@@ -47,15 +46,24 @@ fn powers(setting: &Setting<'_>, left: &[PieceResidual]) -> Vec<f64> {
         }
     }
     let mean = if weights > 0.0 { total / weights } else { 0.0 };
-    for (piece, left) in fitted() {
-        for (angle_rad, residual, weight) in samples(piece, left) {
-            let value = weight * (residual - mean);
-            let (sin_one, cos_one) = angle_rad.sin_cos();
-            let (mut sin, mut cos) = (sin_one, cos_one);
-            for (along, across) in &mut sums {
-                (*along, *across) = (*along + value * cos, *across + value * sin);
-                (sin, cos) = (sin * cos_one + cos * sin_one, cos * cos_one - sin * sin_one);
-            }
+    let values = fitted().flat_map(|(piece, left)| samples(piece, left));
+    let values = values.map(|(angle_rad, residual, weight)| (angle_rad, weight * (residual - mean)));
+    powers_at(values, (1.0, 1.0, HIGHEST))
+}
+
+/// The power of values over a quantity, given as (quantity, value), at so many angular frequencies from one on, a step apart.
+pub(crate) fn powers_at(
+    values: impl Iterator<Item = (f64, f64)>,
+    (from, step, count): (f64, f64, usize),
+) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); count];
+    for (x, value) in values {
+        let (mut sin, mut cos) = (from * x).sin_cos();
+        let (turn_sin, turn_cos) = (step * x).sin_cos();
+        for (along, across) in &mut sums {
+            (*along, *across) = (*along + value * cos, *across + value * sin);
+            // The next frequency is one rotation further.
+            (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
         }
     }
     sums.into_iter().map(|(along, across)| along * along + across * across).collect()

@@ -149,5 +149,5 @@ pub(crate) fn squares_as_fitted(
         *square += samples.map(|(value, weight)| (value * weight).powi(2)).sum::<f64>();
         *count += piece.count();
     }
-    groups
+    groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
 }

@@ -31,16 +31,10 @@ pub(crate) fn library(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> 
     let mut factors =
         if acts_on == ActsOn::Torque { of_signed_motion(facts) } else { of_motion_either_way(facts) };
     factors.extend(of_angle(acts_on, facts, suggested));
-    if facts.pressure_varies() {
-        factors.extend(of_pressure(acts_on));
-    }
-    if facts.temperature_varies() {
-        let warmer = format!("(oil_temperature - {})", facts.reference_temperature_c);
-        let in_proportion = Factor::plain(Covariate::OilTemperature, &warmer, "K");
-        factors.push(if acts_on == ActsOn::Torque { in_proportion } else { in_proportion.on_the_list() });
-        factors.push(Factor::plain(Covariate::OilTemperature, &format!("{warmer}^2"), "K^2"));
-    }
-    factors.extend(of_the_past(facts).into_iter().filter(|factor| may_depend(acts_on, factor.of, facts)));
+    factors.extend(of_pressure(acts_on));
+    factors.extend(of_temperature(acts_on, facts.reference_temperature_c));
+    factors.extend(of_the_past(facts));
+    factors.retain(|factor| facts.varies(factor.of) && may_depend(acts_on, factor.of, facts));
     let tone = suggested.tone.filter(|_| acts_on == ActsOn::Torque);
     factors.extend(tone.map(|tone| Factor::wave(Covariate::Time, tone.frequency, tone.span)));
     factors
@@ -66,6 +60,14 @@ fn of_pressure(acts_on: ActsOn) -> [Factor; 3] {
         ActsOn::Level => [of("(abs(pressure_drop)/1e6)", "MPa").on_the_list(), root.on_the_list(), square],
         ActsOn::Viscous => [of("(abs(pressure_drop)/1e6)", "MPa"), root, square],
     }
+}
+
+/// Functions of the temperature: of the list are levels and σ2 in proportion.
+fn of_temperature(acts_on: ActsOn, reference_c: f64) -> [Factor; 2] {
+    let warmer = format!("(oil_temperature - {reference_c})");
+    let in_proportion = Factor::plain(Covariate::OilTemperature, &warmer, "K");
+    let square = Factor::plain(Covariate::OilTemperature, &format!("{warmer}^2"), "K^2");
+    [if acts_on == ActsOn::Torque { in_proportion } else { in_proportion.on_the_list() }, square]
 }
 
 /// Functions of what only grows, for factors of friction.

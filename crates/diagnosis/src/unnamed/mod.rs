@@ -1,6 +1,8 @@
 //! Laws without a name: where no cause of the list explains what is left, the simplest law in the recorded quantities that does.
 
 mod factor;
+mod judge;
+mod kept;
 mod knots;
 mod library;
 mod search;
@@ -8,4 +10,5 @@ mod term;
 mod told;
 mod tone;
 
-pub(crate) use told::unnamed;
+pub(crate) use judge::unnamed;
+pub(crate) use told::Extended;

@@ -8,7 +8,7 @@ use crate::extend::hypothesis::{Correction, Member};
 use crate::extend::suspected::{candidate_of, why_not_suspected};
 use crate::fit::equations::{Point, Setting};
 use crate::measure::doubt::is_noise;
-use crate::name::screen::{orders_left, screen};
+use crate::name::screen::{orders_of, screen};
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, STEPS, Tried};
 use crate::show::residual::left;
@@ -65,7 +65,7 @@ pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, D
             break;
         }
         let suggested = Suggested {
-            orders: orders_left(setting, &laws.tried.fitted.point)?,
+            orders: orders_of(setting, &seen),
             tone: tone_over_the_clock(setting, &seen),
             order: order_of_its_own(setting, &seen),
         };
@@ -131,13 +131,9 @@ fn ranking(
 /// A free curve over each quantity, as a torque and as a factor of the levels.
 fn curves(setting: &Setting<'_>) -> Vec<Term> {
     let facts = &setting.campaign.facts;
-    let there = |of: &Covariate| match of {
-        Covariate::PressureDrop => facts.pressure_varies(),
-        Covariate::OilTemperature => facts.temperature_varies(),
-        _ => true,
-    };
     let curve = |of: Covariate| Some(Factor::curve(of, knots(setting.campaign, of)?));
-    let all: Vec<Factor> = Covariate::ALL.into_iter().filter(there).filter_map(curve).collect();
+    let all: Vec<Factor> =
+        Covariate::ALL.into_iter().filter(|of| facts.varies(*of)).filter_map(curve).collect();
     let over = |acts_on: ActsOn| {
         let own = all.iter().filter(move |curve| may_depend(acts_on, curve.of, facts));
         own.map(move |curve| Term { acts_on, factors: vec![curve.clone()] })

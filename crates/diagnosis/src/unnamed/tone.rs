@@ -3,6 +3,7 @@
 use crate::extend::stroke::turns;
 use crate::fit::equations::Setting;
 use crate::log::moments::{Moment, moments};
+use crate::show::orders::powers_at;
 use crate::show::residual::PieceResidual;
 use crate::show::tone::tone;
 use std::f64::consts::TAU;
@@ -55,19 +56,13 @@ fn strongest(
 ) -> Option<f64> {
     let steps = ((to - from) / TAU * STEPS_A_PERIOD * span).clamp(2.0, MOST_STEPS);
     let step = (to - from) / steps;
-    let mut sums = vec![(0.0, 0.0); steps as usize];
-    for (piece, left) in setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.is_fitted()) {
-        for ((residual, weight), at) in left.residual.iter().zip(&piece.weights).zip(moments(piece)) {
-            let (value, x) = (residual * weight * weight, over(&at));
-            let (mut sin, mut cos) = (from * x).sin_cos();
-            let (turn_sin, turn_cos) = (step * x).sin_cos();
-            for (along, across) in &mut sums {
-                (*along, *across) = (*along + value * cos, *across + value * sin);
-                (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
-            }
-        }
-    }
-    let power = |(along, across): &(f64, f64)| along * along + across * across;
-    let best = sums.iter().enumerate().max_by(|a, b| power(a.1).total_cmp(&power(b.1)))?.0;
+    let fitted = setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.is_fitted());
+    let values = fitted.flat_map(|(piece, left)| {
+        let weighted =
+            left.residual.iter().zip(&piece.weights).map(|(residual, weight)| residual * weight * weight);
+        moments(piece).map(|at| over(&at)).zip(weighted)
+    });
+    let powers = powers_at(values, (from, step, steps as usize));
+    let best = powers.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?.0;
     Some(from + step * best as f64)
 }

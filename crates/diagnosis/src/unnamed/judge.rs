@@ -1,0 +1,133 @@
+//! Which of the laws found are told: those that hold on the runs held out, without causes that they make idle.
+
+use crate::DiagnosisError;
+use crate::extend::candidate::Candidate;
+use crate::extend::hypothesis::{Free, Hypothesis, Member};
+use crate::fit::equations::Point;
+use crate::fit::spread::spread;
+use crate::measure::gain::gain;
+use crate::measure::judgement::Judgement;
+use crate::outcome::Cause;
+use crate::show::residual::PieceResidual;
+use crate::unnamed::kept::{HARDLY_MORE, Kept};
+use crate::unnamed::search::{Laws, part_cut, search, without};
+use crate::unnamed::told::{Extended, told};
+use valve_model::EffectId;
+
+/// A law must leave at most this part of the error on runs held out: a change that is smaller is none that a user would notice. A
+/// further one must leave at most this part of what those before it leave.
+const MOST_LEFT: f64 = 0.9;
+/// A cause stood in for a law if beside it it cuts less than this part of the mean square that it cut without, and less than this part of
+/// the mean square.
+const IDLE: f64 = 0.25;
+const MOST_OF_IDLE: f64 = 0.1;
+/// A transducer counts as late from this many standard errors on.
+const CLEAR: f64 = 2.0;
+
+/// Searches for laws beside the accepted causes. `None` if there are none, or they don't hold on the runs that were held out, or none were.
+pub(crate) fn unnamed(
+    judged: &Judgement<'_>,
+    able: &[Candidate],
+    (accepted, before, causes): (&Point, &[PieceResidual], &[Cause]),
+) -> Result<Option<Extended>, DiagnosisError> {
+    let campaign = judged.setting.campaign;
+    if !campaign.holds_out() {
+        return Ok(None);
+    }
+    let begin = beside_what_is_uncertain(judged, able, accepted);
+    // A search for causes that used up its samples says nothing against a law.
+    let mut stages = campaign.with_reserve(|| search(&judged.setting, begin))?.into_iter();
+    let Some(bare) = stages.next() else { return Ok(None) };
+    let (_, bare) = judged.everywhere(&bare.tried.fitted)?;
+    let mut kept: Option<Kept> = None;
+    for laws in stages {
+        let found = Kept::of(judged, &bare, laws)?;
+        let holds =
+            found.ci95[1] < 1.0 && gain(&judged.setting, before, &found.after, judged.seed).ratio <= 1.0;
+        let most = kept.as_ref().map_or(MOST_LEFT, |kept| {
+            let fewer = found.laws.terms.len() < kept.laws.terms.len();
+            kept.part * if fewer { HARDLY_MORE } else { MOST_LEFT }
+        });
+        if holds && found.part <= most {
+            kept = Some(found);
+        }
+    }
+    let Some(kept) = kept else { return Ok(None) };
+    let concluded = || {
+        let kept = punctual(judged, &bare, kept)?;
+        told(judged, (accepted, before), without_stand_ins(judged, &bare, causes, kept)?)
+    };
+    campaign.with_reserve(concluded).map(Some)
+}
+
+/// The same without causes that the laws make idle: they stood in for them. Beside the laws such a cause cuts a small part of what it cut
+/// without them.
+fn without_stand_ins(
+    judged: &Judgement<'_>,
+    bare: &[PieceResidual],
+    causes: &[Cause],
+    kept: Kept,
+) -> Result<Kept, DiagnosisError> {
+    let least = kept.laws.tried.rms;
+    let mut laws = kept.laws.clone();
+    for place in (0..kept.point.hypothesis.members.len() - laws.terms.len()).rev() {
+        let members = &laws.tried.fitted.point.hypothesis.members;
+        let Some(id) = members.get(place).map(|of| of.candidate.id) else { continue };
+        let Some(cause) = causes.iter().find(|cause| cause.id == id) else { continue };
+        if id == EffectId::SensorDelay || judged.setting.is_over() {
+            continue;
+        }
+        let instead = judged.corrections.iter().find(|of| of.id == id);
+        let Some(tried) = without(&judged.setting, &laws.tried, place, instead)? else { continue };
+        let alone = 1.0 - (1.0 - cause.rms_gain).powi(2);
+        if part_cut(&tried, least) < (IDLE * alone).min(MOST_OF_IDLE) {
+            laws.tried = tried;
+        }
+    }
+    if laws.tried.fitted.point.hypothesis.members.len() == kept.point.hypothesis.members.len() {
+        return Ok(kept);
+    }
+    let fewer = Kept::of(judged, bare, laws)?;
+    Ok(kept.or(fewer))
+}
+
+/// The accepted causes with everything that may be off without being a law: every correction that the tolerance allows, and, in a log
+/// with a transducer, its lateness.
+fn beside_what_is_uncertain(judged: &Judgement<'_>, able: &[Candidate], accepted: &Point) -> Point {
+    let own = &accepted.hypothesis;
+    let is_there = |id| own.corrections.iter().any(|of| of.id == id) || own.has(id);
+    let more = judged.corrections.iter().filter(|of| !is_there(of.id)).cloned();
+    let corrections = own.corrections.iter().cloned().chain(more).collect();
+    let late = if is_there(EffectId::SensorDelay) { None } else { lateness(judged, able) };
+    let members = own.members.iter().cloned().chain(late).collect();
+    Point { hypothesis: Hypothesis { members, corrections, ..own.clone() }, starts: accepted.starts.clone() }
+}
+
+/// A transducer's lateness, as the search found it if it did.
+fn lateness(judged: &Judgement<'_>, able: &[Candidate]) -> Option<Member> {
+    if !judged.setting.campaign.kind.motion_is_measured {
+        return None;
+    }
+    let members = &judged.selection.fitted.point.hypothesis.members;
+    let found = members.iter().find(|member| member.candidate.id == EffectId::SensorDelay).cloned();
+    let candidate = able.iter().find(|candidate| candidate.id == EffectId::SensorDelay);
+    found.or_else(|| candidate.map(|of| Member::new(of, of.neutral(), of.free.clone())))
+}
+
+/// The same without a lateness that is within its errors, or a lead.
+fn punctual(judged: &Judgement<'_>, bare: &[PieceResidual], kept: Kept) -> Result<Kept, DiagnosisError> {
+    let hypothesis = &kept.point.hypothesis;
+    let own = hypothesis.members.len() - kept.laws.terms.len();
+    let late = hypothesis.members.iter().take(own).position(|of| of.candidate.id == EffectId::SensorDelay);
+    let Some(late) = late.filter(|_| !judged.setting.is_over()) else { return Ok(kept) };
+    let place = hypothesis.free().iter().position(|free| *free == Free::Number(late, 0));
+    let spread = spread(&kept.laws.tried.fitted, judged.setting.loss());
+    let deviation =
+        place.zip(spread).map_or(f64::INFINITY, |(place, spread)| spread.deviation_given(place, &[]));
+    if hypothesis.get(Free::Number(late, 0)) > CLEAR * deviation {
+        return Ok(kept);
+    }
+    let Some(tried) = without(&judged.setting, &kept.laws.tried, late, None)? else { return Ok(kept) };
+    let punctual = Kept::of(judged, bare, Laws { tried, ..kept.laws.clone() })?;
+    Ok(kept.or(punctual))
+}
