@@ -1,9 +1,9 @@
 //! One judgement: the given model fitted, causes searched for, and corrections of the model's parameters refitted with them.
 
 use crate::DiagnosisError;
+use crate::alike::{if_noise_is_left, twins_in_place_of};
 use crate::asked::Asked;
 use crate::corrected::{CORRECTING, leaves_noise, with_corrections, within_tolerance};
-use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::{Nuisances, Point, Setting};
@@ -17,8 +17,7 @@ use crate::name::round::next_cause;
 use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
-use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
-use crate::name::twins::missing;
+use crate::name::tried::{EQUAL, NEARLY, Tried};
 use crate::numbers::numbers_off;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
@@ -30,14 +29,10 @@ use log_data::AngleZero;
 use std::collections::BTreeSet;
 use valve_model::EffectId;
 
-/// Steps of the fit of a parameter beyond its tolerance before it is decided whether noise is within reach.
-const FIRST_STEPS: usize = 2;
 /// Causes that are searched for beside corrections.
 const FEW: usize = 2;
 /// A candidate whose predicted residual RMS, or that after its first steps, is more than this many times the noise is not fitted further.
 const HOPELESS: f64 = 1.5;
-/// An alternative is not tried if its linearised residual RMS exceeds that of the cause by more than this, in noise RMS.
-const FAR_OFF: f64 = 0.03;
 /// Offsets of each run are accepted only if they cut the residual to this part of that with one common offset: they cost a parameter a run.
 const MUCH_LESS: f64 = 0.9;
 
@@ -278,8 +273,8 @@ fn beyond_tolerance(
     }
     found.retain(|(_, tried)| tried.rms < most);
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
-    if let Some(best) = found.first().map(|(id, tried)| (*id, tried.rms)) {
-        found.extend(twins_beside(setting, able, best, corrected)?);
+    if let Some((id, tried)) = found.first().cloned() {
+        found.extend(twins_in_place_of(setting, able, (id, &tried))?);
     }
     let alike: Vec<(EffectId, Option<Member>)> = found
         .iter()
@@ -302,56 +297,6 @@ fn beyond_tolerance(
     }
     state.rounds.push(round);
     Ok(Some(state))
-}
-
-/// The fit of a cause beside the corrections, without the correction of the same parameter, if it leaves no more than noise.
-fn if_noise_is_left(
-    setting: &Setting<'_>,
-    corrected: &Fitted,
-    member: Member,
-    hopeless: f64,
-) -> Result<Option<Tried>, DiagnosisError> {
-    let others = corrected.point.hypothesis.with_corrections_of(|id| id != member.candidate.id);
-    let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
-    // The prediction is nearly linear in such causes: if a few steps end far above noise, more steps would not reach it.
-    let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { return Ok(None) };
-    if tried.rms > hopeless {
-        return Ok(None);
-    }
-    let tried = tried.further(setting, STEPS)?;
-    Ok(if leaves_noise(setting, &tried.fitted)? { Some(tried) } else { None })
-}
-
-/// The twins of a parameter beyond its tolerance that these data can't tell from it, fitted in its place, if they leave no more
-/// than noise too. Only twins whose linearised gain is close to that of the parameter are fitted.
-fn twins_beside(
-    setting: &Setting<'_>,
-    able: &[Candidate],
-    (best, rms): (EffectId, f64),
-    corrected: &Fitted,
-) -> Result<Vec<(EffectId, Tried)>, DiagnosisError> {
-    let facts = &setting.campaign.facts;
-    let is_number = |id: EffectId| corrected.point.hypothesis.corrections.iter().any(|of| of.id == id);
-    let is_twin = |of: &&Candidate| missing(best, of.id, facts).is_some() && !is_number(of.id);
-    let twins: Vec<Candidate> = able.iter().filter(is_twin).cloned().collect();
-    if twins.is_empty() || setting.is_over() {
-        return Ok(Vec::new());
-    }
-    let hypothesis = corrected.point.hypothesis.with_corrections_of(|id| id != best);
-    let without = Point { hypothesis, starts: corrected.point.starts.clone() };
-    let Some(without) = if_possible(Tried::from(setting, without, FIRST_STEPS))? else {
-        return Ok(Vec::new());
-    };
-    let (mut found, hopeless) = (Vec::new(), rms + FAR_OFF);
-    for screened in screen(setting, &twins, &without.fitted)?.ranked {
-        if setting.is_over() || without.rms - screened.gain > hopeless {
-            break;
-        }
-        let id = screened.member.candidate.id;
-        let tried = if_noise_is_left(setting, &without.fitted, screened.member, hopeless)?;
-        found.extend(tried.map(|tried| (id, tried)));
-    }
-    Ok(found)
 }
 
 /// One cause or two that leave no more than noise together with corrections of the model's parameters, if there are such.

@@ -6,6 +6,7 @@
 //! (the search for causes), `measure` (gain and intervals), `unnamed` (laws that no cause has), `conclude` (verdict, reasons, next experiment).
 #![forbid(unsafe_code)]
 
+mod alike;
 mod asked;
 mod conclude;
 mod corrected;

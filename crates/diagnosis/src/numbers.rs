@@ -1,6 +1,7 @@
 //! Several parameters of the model that are off by more than their tolerance: a model of first guesses, compared with a record.
 
 use crate::DiagnosisError;
+use crate::alike::twins_in_place_of;
 use crate::asked::Asked;
 use crate::corrected::leaves_noise;
 use crate::error::if_possible;
@@ -15,7 +16,7 @@ use crate::name::tried::{NEARLY, STEPS, Tried};
 use valve_model::EffectId;
 
 /// The relative standard deviation of a parameter that is a first guess: read from a plot or a data sheet.
-const GUESSED: f64 = 0.3;
+pub(crate) const GUESSED: f64 = 0.3;
 
 /// With all parameters free, the residual may be a little above noise if it is at most this fraction of the one with
 /// corrections alone: a parameter that is not fitted (the bristles' damping) is a first guess too.
@@ -64,6 +65,17 @@ pub(crate) fn numbers_off(
             accepted: Some(*id),
         };
         state.rounds.push(round);
+    }
+    let ids: Vec<EffectId> = off.iter().map(|(id, _)| *id).collect();
+    for id in ids {
+        let twins = twins_in_place_of(setting, asked.able, (id, &tried))?;
+        let twins = twins.into_iter().filter(|(_, twin)| twin.rms <= tried.rms + NEARLY * tried.rms.max(1.0));
+        let (alike, members): (Vec<EffectId>, Vec<_>) =
+            twins.map(|(twin, tried)| (twin, tried.fitted.point.hypothesis.members.last().cloned())).unzip();
+        if !alike.is_empty() {
+            state.alternatives.extend(members.into_iter().flatten().map(|member| (id, member)));
+            state.ambiguous.push((id, alike));
+        }
     }
     state.take(tried);
     Ok(Some(state))

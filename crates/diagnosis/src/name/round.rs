@@ -3,13 +3,16 @@
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
+use crate::extend::candidate::Candidate;
+use crate::extend::catalogue::candidate;
+use crate::extend::hypothesis::Member;
 use crate::extend::untestable::is_confounded;
-use crate::fit::equations::Setting;
+use crate::fit::equations::{Point, Setting};
 use crate::name::rivals::{Rival, angle_between, as_good, as_good_within, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
 use crate::name::threshold::{cut_of_squares, reaches_threshold};
-use crate::name::tried::NEARLY;
+use crate::name::tried::{NEARLY, STEPS, Tried};
 use crate::name::twins::missing;
 use valve_model::EffectId;
 
@@ -75,6 +78,17 @@ pub(crate) fn next_cause(
     Ok(true)
 }
 
+/// A twin that is a number of the model, fitted in the place of the chosen one and of its own correction.
+fn in_place_of(setting: &Setting<'_>, chosen: &Rival, number: &Candidate) -> Result<Rival, DiagnosisError> {
+    let point = &chosen.fitted.point;
+    let mut hypothesis = point.hypothesis.with_corrections_of(|id| id != number.id);
+    hypothesis.members.pop();
+    let member = Member::new(number, number.neutral(), number.free.clone());
+    let begin = Point { hypothesis: hypothesis.with(member), starts: point.starts.clone() };
+    let Tried { fitted, held_out, rms } = Tried::from(setting, begin, STEPS)?;
+    Ok(Rival { id: number.id, fitted, held_out, rms })
+}
+
 /// The effects that can't be told apart from the chosen one: equal held-out error, or twins whose separating data are missing.
 /// Twins that have not been fitted yet are fitted here.
 fn look_alikes(
@@ -97,6 +111,15 @@ fn look_alikes(
         let refused = state.dropped.iter().any(|(id, _)| *id == screened.member.candidate.id);
         if !fitted && !refused && screened.gain > WORTH * most {
             rivals.extend(if_possible(fit_rival(setting, screened, state, chosen.rms))?);
+        }
+    }
+    // Numbers of the model are not screened beside their own corrections. One that does as well in the cause's place is a twin; one
+    // that does a part of it is a correction at its bound.
+    let corrections = chosen.fitted.point.hypothesis.corrections.iter();
+    for number in corrections.map(|of| of.id).filter(|id| missing(chosen.id, *id, facts).is_some()) {
+        if let Some(number) = candidate(number, facts).filter(|_| !setting.is_over()) {
+            let rival = if_possible(in_place_of(setting, chosen, &number))?;
+            rivals.extend(rival.filter(|rival| as_good(chosen, rival)));
         }
     }
     for rival in rivals.iter().filter(|rival| lacking(rival.id)) {
