@@ -1,5 +1,6 @@
 //! What a diagnosis returns to its caller: its progress, and its result.
 
+use crate::contest::Contest;
 use crate::outcome::Diagnosis;
 use log_data::Channel;
 use valve_model::{Effect, EffectId, Model};
@@ -73,6 +74,8 @@ pub struct Found {
     pub proposed: Vec<Effect>,
     /// Every effect of each ambiguous group, in their order, fitted in place of the others.
     pub rivals: Vec<Effect>,
+    /// Each ambiguous group of which two effects or more were fitted, for the next experiment.
+    pub contests: Vec<Contest>,
     /// The channel that the model predicts.
     pub channel: Channel,
     /// Whether each run's zero of the torque, or a hum, was subtracted before the error was computed: predictions contain neither.

@@ -9,6 +9,7 @@
 mod alike;
 mod asked;
 mod conclude;
+mod contest;
 mod corrected;
 mod diagnose;
 mod error;
@@ -30,6 +31,7 @@ mod suspect;
 mod unnamed;
 mod workers;
 
+pub use contest::{Choice, Contest, Trial, choose};
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
 pub use found::{Event, Found, Shown};

@@ -7,6 +7,7 @@ use crate::conclude::reasons::{Against, ambiguities, rejected};
 use crate::conclude::ripples::{
     drifting, kept_out, offer, ripples, ripples_in_words, ripples_left, tell_phases,
 };
+use crate::contest::Contest;
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Member;
 use crate::extend::untestable::Untestable;
@@ -100,7 +101,7 @@ fn conclusion(
     let nearest = nearest.filter(|_| against.spared.is_empty());
     let mut ambiguous = ambiguities(selection, &against, facts);
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
-    let rivals = with_rivals(judged, &mut ambiguous)?;
+    let (rivals, contests) = with_rivals(judged, &mut ambiguous)?;
     proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
     let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let noise = leaves_noise_alone(judged, (&after, &structure_kept), tone.as_ref());
@@ -178,7 +179,7 @@ fn conclusion(
         ripples,
         observations,
     };
-    Ok(Found { proposed, rivals, ..found(judged, diagnosis, model, &after) })
+    Ok(Found { proposed, rivals, contests, ..found(judged, diagnosis, model, &after) })
 }
 
 /// The extended model, and what follows from it: with the accepted causes, and with laws without a name where there are any.
@@ -253,17 +254,27 @@ fn propose(
     Ok(effects)
 }
 
-/// Puts the fitted rivals into each group, and returns their effects.
-fn with_rivals(judged: &Judgement<'_>, ambiguous: &mut [Ambiguity]) -> Result<Vec<Effect>, DiagnosisError> {
-    let mut effects = Vec::new();
+/// Puts the fitted rivals into each group, and returns their effects, and the contest of each group.
+fn with_rivals(
+    judged: &Judgement<'_>,
+    ambiguous: &mut [Ambiguity],
+) -> Result<(Vec<Effect>, Vec<Contest>), DiagnosisError> {
+    let (mut effects, mut contests) = (Vec::new(), Vec::new());
+    let deviation = judged.noise_where_it_counts() * judged.noise.per_independent.sqrt();
+    let noise = (deviation, judged.setting.nuisances.zero_nm);
     for group in ambiguous {
         let Some(best) = group.ids.first() else { continue };
-        for (effect, rival) in rivals(judged, *best)? {
-            effects.push(effect);
-            group.rivals.push(rival);
+        let mut contenders = Vec::new();
+        for rival in rivals(judged, *best)? {
+            effects.push(rival.effect);
+            group.rivals.push(rival.fit);
+            contenders.extend(rival.contender);
         }
+        let travel_rad = judged.setting.campaign.facts.travel_rad;
+        let samples = judged.setting.campaign.samples as f64 / judged.noise.per_independent;
+        contests.extend(Contest::new(judged.setting.given, contenders, noise, (travel_rad, samples)));
     }
-    Ok(effects)
+    Ok((effects, contests))
 }
 
 /// The sentence on a search that was ended early.
@@ -398,6 +409,7 @@ fn found(judged: &Judgement<'_>, diagnosis: Diagnosis, extended: Model, after: &
         shown,
         proposed: Vec::new(),
         rivals: Vec::new(),
+        contests: Vec::new(),
         samples: (campaign.samples, campaign.pieces.iter().map(Piece::len).sum()),
     }
 }
