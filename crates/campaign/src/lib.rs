@@ -22,4 +22,5 @@ pub use columns::{Column, Metric, Values, columns};
 pub use effects::{Group, Level, Share, Shares, course, shares};
 pub use error::CampaignError;
 pub use plan::{Campaign, RunTexts};
+pub use recorded::record;
 pub use row::{Diagnosed, Failure, MotionMetrics, Row, Stage};

@@ -1,8 +1,19 @@
 //! A run in memory as run.h5 would hold it, for the diagnosis: the same channels, sample for sample.
 
-use closed_loop::CycleOutputs;
+use closed_loop::{CycleOutputs, InProcess, Parts};
 use log_data::{Extra, Log, Run};
 use signals::validity;
+
+/// Runs a loop to its end in one thread: its log, as `stepvalve diagnose` has it of run.h5.
+pub fn record(parts: &Parts) -> Log {
+    let mut recorded = Recorded::new(parts.timeline.period_ns);
+    let mut cycles = InProcess::new(parts);
+    // `cycles.cycle()` would be the iterator's.
+    while let Some(outputs) = InProcess::cycle(&mut cycles) {
+        recorded.note(&outputs);
+    }
+    recorded.into_log()
+}
 
 /// Gathers a run's channels cycle by cycle.
 #[derive(Debug, Default)]

@@ -121,7 +121,7 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
 /// parameter is corrected only if the data require it. The causes' intervals treat all corrections as uncertain nevertheless.
 ///
 /// All of them are held at once if the error allows that, else one after the other.
-fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
+pub(crate) fn without_idle_corrections(setting: &Setting<'_>, joint: Tried) -> Result<Tried, DiagnosisError> {
     let idle = idle_corrections(setting, &joint);
     if idle.is_empty() {
         return Ok(joint);

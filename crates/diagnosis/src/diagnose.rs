@@ -208,14 +208,14 @@ fn hum_of_first(
     Ok(mains(&setting, &left(&setting, first)?))
 }
 
-fn begin(campaign: &Campaign, ready: &Ready) -> Point {
+pub(crate) fn begin(campaign: &Campaign, ready: &Ready) -> Point {
     let common = campaign.angle_zero == Some(AngleZero::Common);
     let hypothesis = Hypothesis { zero_rad: common.then_some(0.0), ..Hypothesis::default() };
     Point { hypothesis, starts: campaign.pieces.iter().map(|piece| piece.first_start(ready)).collect() }
 }
 
 /// Refuses a model whose prediction is not finite.
-fn check_finite(
+pub(crate) fn check_finite(
     campaign: &Campaign,
     ready: &Ready,
     first: &Point,

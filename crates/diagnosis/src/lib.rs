@@ -18,6 +18,7 @@ mod fit;
 #[cfg(test)]
 mod fixtures;
 mod found;
+mod identify;
 mod judge;
 mod log;
 mod measure;
@@ -35,6 +36,7 @@ pub use contest::{Choice, Contest, Trial, choose};
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
 pub use found::{Event, Found, Shown};
+pub use identify::{Identification, Identified, identify, resonance_hz};
 pub use log::gaps::bridged;
 pub use options::Options;
 pub use outcome::{

@@ -1,0 +1,159 @@
+//! The numbers of a model from a record: friction, inertia, delay, all of them first guesses.
+//!
+//! A record of command and angle is read twice: as the torque that the motor exerts, which is blurred but smooth in every
+//! number, then as the angle itself, from the numbers found so. What is returned predicts runs that were held out better than
+//! the given model, or is the given model.
+
+mod guesses;
+mod motor_torque;
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::fit::equations::Setting;
+use crate::found::Event;
+use crate::log::campaign::Campaign;
+use crate::log::piece::Piece;
+use crate::measure::gain::{gain, part_left_as_fitted};
+use crate::options::Options;
+use crate::outcome::Gain;
+use crate::show::residual::{PieceResidual, left, settled};
+use crate::workers::Workers;
+use guesses::{Asked, Fit};
+use log_data::{Channel, Log};
+use motor_torque::as_torques;
+use valve_model::{Effect, EffectId, EffectValue, Model, MotorParams};
+
+/// Fits, at most, each from the last one's numbers.
+const FITS: usize = 4;
+
+/// From this many times the noise on a fit has not found the minimum, and is begun elsewhere.
+const FAR: f64 = 1.2;
+
+/// Factors on the static torque to begin with. When a rotor breaks away is the roughest question to an angle.
+const BREAK_AWAY: [f64; 3] = [0.8, 1.25, 0.65];
+
+/// A number of the model, and how well the record shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Identified {
+    /// The effect that is a factor on it.
+    pub id: EffectId,
+    /// Its standard error in parts of it; that of a first guess where the record doesn't show it.
+    pub std_error: f64,
+}
+
+/// The numbers that a record shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The model with them; the given one where they predict held-out runs no better than its own.
+    pub model: Model,
+    /// Whether they do.
+    pub better: bool,
+    /// Every number that the record could show, of the model that was found.
+    pub numbers: Vec<Identified>,
+    /// Errors on held-out runs with the given numbers, and with those found.
+    pub gain: Gain,
+    /// The channel that the model predicts.
+    pub channel: Channel,
+}
+
+/// Fits the numbers of a model to a log: friction's levels, stiffness, damping and Stribeck speed, the load's inertia, a delay
+/// between command and angle. The holding torque stays as a data sheet has it, known within 3 %, unless the load's inertia is known.
+///
+/// # Errors
+/// [`DiagnosisError`]: a run or a model that can't be used.
+pub fn identify(
+    log: &Log,
+    model: &Model,
+    options: &Options,
+    workers: &dyn Workers,
+    tell: &mut dyn FnMut(Event<'_>),
+) -> Result<Identification, DiagnosisError> {
+    let asked = Asked { log, options, workers };
+    let (begun, _) = asked.campaign(model)?;
+    let is_angle = !begun.kind.residual_is_torque();
+    drop(begun);
+    let torques = if is_angle { as_torques(log, model, workers) } else { None };
+    let mut from = model.clone();
+    if let Some(torques) = &torques {
+        tell(Event::Step("reading the motor's torque off lag and motion"));
+        let coarse = if_possible(converge(Asked { log: torques, ..asked }, model))?;
+        from = coarse.map_or(from, |coarse| coarse.model);
+    }
+    tell(Event::Step("fitting all numbers through the model"));
+    let mut best = judged(asked, model, converge(asked, &from)?)?;
+    let others =
+        std::iter::once(Some(model.clone())).chain(BREAK_AWAY.map(|factor| with_static(&from, factor)));
+    for other in others.flatten().filter(|_| is_angle) {
+        if best.gain.over_noise_after <= FAR || workers.is_over() {
+            break;
+        }
+        tell(Event::Step("once more, from other numbers"));
+        if let Some(fit) = if_possible(converge(asked, &other))? {
+            let found = judged(asked, model, fit)?;
+            if found.gain.over_noise_after < best.gain.over_noise_after {
+                best = found;
+            }
+        }
+    }
+    Ok(best)
+}
+
+/// A model with another static torque; `None` for a law without one.
+fn with_static(model: &Model, factor: f64) -> Option<Model> {
+    let other = Effect::new(EffectId::StaticLevel, &[("factor", EffectValue::Number(factor))]).ok()?;
+    let mut model = model.clone();
+    model.effects.push(other);
+    model.with_factors_in_its_numbers().ok()
+}
+
+/// Fits until no number goes as far as one fit may take it.
+fn converge(asked: Asked<'_>, model: &Model) -> Result<Fit, DiagnosisError> {
+    let mut fit = asked.fit(model)?;
+    for _ in 1..FITS {
+        if !fit.at_bound || asked.workers.is_over() {
+            break;
+        }
+        match if_possible(asked.fit(&fit.model))? {
+            Some(further) => fit = further,
+            None => break,
+        }
+    }
+    Ok(fit)
+}
+
+/// A fit against the given model, on runs that it was not fitted on, both weighted by the fitted model's errors.
+fn judged(asked: Asked<'_>, given: &Model, fit: Fit) -> Result<Identification, DiagnosisError> {
+    let (campaign, _) = asked.campaign(&fit.model)?;
+    let (before, after) = (left_by(asked, &campaign, given)?, left_by(asked, &campaign, &fit.model)?);
+    let setting = Setting::new(&campaign, given, Asked::nuisances(&campaign), asked.workers);
+    let gain = gain(&setting, &before, &after, asked.options.seed);
+    let part = part_left_as_fitted(&setting, &before, &after, asked.options.seed);
+    // Beyond what chance makes of it, and in plain units too.
+    let better = part.ci95[1] < 1.0 && gain.ratio < 1.0;
+    let numbers =
+        fit.errors.iter().map(|(id, std_error)| Identified { id: *id, std_error: *std_error }).collect();
+    let model = if better { fit.model } else { given.clone() };
+    Ok(Identification { model, better, numbers, gain, channel: campaign.kind.channel })
+}
+
+fn left_by(
+    asked: Asked<'_>,
+    campaign: &Campaign,
+    model: &Model,
+) -> Result<Vec<PieceResidual>, DiagnosisError> {
+    let setting = Setting::new(campaign, model, Asked::nuisances(campaign), asked.workers);
+    let ready = campaign.ready(model)?;
+    let first = crate::diagnose::begin(campaign, &ready);
+    let point = campaign.with_reserve(|| settled(&setting, &first, &|_: &Piece| true))?;
+    left(&setting, &point)
+}
+
+/// The frequency at which a rotor and its load swing about their command, Hz: √(N_r·T_hold/(J_rotor + J_load))/2π.
+pub fn resonance_hz(model: &Model) -> Option<f64> {
+    let of = |motor: MotorParams| {
+        let load = model.load.map_or(0.0, |load| load.inertia_kg_m2);
+        let stiffness = f64::from(motor.rotor_teeth) * motor.holding_torque_nm;
+        (stiffness / (motor.rotor_inertia_kg_m2 + load)).sqrt() / std::f64::consts::TAU
+    };
+    model.motor.map(of)
+}
