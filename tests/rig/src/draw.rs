@@ -2,6 +2,7 @@
 
 use crate::campaign::Campaign;
 use crate::hidden::{Family, Hidden};
+use crate::ordered::OrderedRun;
 use crate::{exact, real};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -18,6 +19,17 @@ impl Campaign {
         match hidden.family {
             Family::Exact => exact::try_draw(seed, hidden),
             Family::Real => real::try_draw(seed, hidden),
+        }
+    }
+}
+
+impl Campaign {
+    /// The machine of a campaign of the exact family, with the runs of several orders made behind the campaign's own, one after the
+    /// other. The log holds those of the last order.
+    pub fn try_order(seed: u64, hidden: &Hidden, orders: &[Vec<OrderedRun>]) -> Option<Self> {
+        match hidden.family {
+            Family::Exact => exact::try_order(seed, hidden, orders),
+            Family::Real => None,
         }
     }
 }

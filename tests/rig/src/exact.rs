@@ -8,6 +8,7 @@ use crate::hidden::{Gap, Hidden, twins};
 use crate::log_kind::LogKind;
 use crate::measure::{channel, measure};
 use crate::nominal::{Nominal, log_uniform};
+use crate::ordered::{OrderedRun, plans};
 use crate::plan::RunPlan;
 use crate::spool::{Outputs, Valve};
 use crate::truth::{HiddenEffect, Truth};
@@ -43,10 +44,15 @@ struct Residual {
 
 /// Draws a campaign; `None` where the rotor loses steps whatever is drawn.
 pub(crate) fn try_draw(seed: u64, hidden: &Hidden) -> Option<Campaign> {
-    (0..ATTEMPTS).find_map(|attempt| try_once(seed, attempt, hidden))
+    (0..ATTEMPTS).find_map(|attempt| try_once(seed, attempt, hidden, &[]))
 }
 
-fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
+/// The same with the runs of several orders, one after the other, made behind the campaign's own; the log holds the last order's.
+pub(crate) fn try_order(seed: u64, hidden: &Hidden, orders: &[Vec<OrderedRun>]) -> Option<Campaign> {
+    (0..ATTEMPTS).find_map(|attempt| try_once(seed, attempt, hidden, orders))
+}
+
+fn try_once(seed: u64, attempt: u64, hidden: &Hidden, orders: &[Vec<OrderedRun>]) -> Option<Campaign> {
     let mut rng = Pcg64::seed_from_u64(seed ^ (attempt << 48));
     let nominal = Nominal::draw(&mut rng);
     let runs = match hidden.log {
@@ -69,8 +75,19 @@ fn try_once(seed: u64, attempt: u64, hidden: &Hidden) -> Option<Campaign> {
     let outputs = if all.is_empty() { plain } else { draft.measure(&all)? };
     let step_rad = draft.encoder_step_rad(noise);
     let quiet = hidden.noise_free;
+    let mut held = 0;
+    for order in orders {
+        held = draft.runs.len();
+        let further = plans(order, &draft.runs).ok()?;
+        draft.runs.extend(further);
+    }
+    let outputs = if held > 0 { draft.measure(&all)? } else { outputs };
+    // What was measured before has its noise already.
+    let mut rng = if held > 0 { Pcg64::seed_from_u64(seed ^ held as u64) } else { rng };
     let truth = draft.truth(seed, hidden, noise, if quiet { 0.0 } else { step_rad }, &residuals);
-    let log = draft.log(seed, &outputs, if quiet { 0.0 } else { noise }, truth.encoder_step_rad, &mut rng);
+    let mut log =
+        draft.log(seed, &outputs, if quiet { 0.0 } else { noise }, truth.encoder_step_rad, &mut rng);
+    log.runs.drain(..held);
     let model_toml =
         draft.nominal.toml(&format!("nominal valve of seed {seed}"), hidden.log == LogKind::Angle);
     Some(Campaign { log, model_toml, truth })

@@ -38,19 +38,36 @@ pub enum Gap {
     NoPresliding,
 }
 
+impl Gap {
+    const ALL: [Self; 8] = [
+        Self::OnePressure,
+        Self::SlidingOnly,
+        Self::NoShake,
+        Self::OneFrequency,
+        Self::Trend,
+        Self::OneWay,
+        Self::Gentle,
+        Self::NoPresliding,
+    ];
+
+    /// Its name on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OnePressure => "one-pressure",
+            Self::SlidingOnly => "sliding-only",
+            Self::NoShake => "no-shake",
+            Self::OneFrequency => "one-frequency",
+            Self::Trend => "trend",
+            Self::OneWay => "one-way",
+            Self::Gentle => "gentle",
+            Self::NoPresliding => "no-presliding",
+        }
+    }
+}
+
 /// A gap by its name on a command line.
 pub fn gap_from_name(name: &str) -> Option<Gap> {
-    Some(match name {
-        "one-pressure" => Gap::OnePressure,
-        "sliding-only" => Gap::SlidingOnly,
-        "no-shake" => Gap::NoShake,
-        "one-frequency" => Gap::OneFrequency,
-        "trend" => Gap::Trend,
-        "one-way" => Gap::OneWay,
-        "gentle" => Gap::Gentle,
-        "no-presliding" => Gap::NoPresliding,
-        _ => return None,
-    })
+    Gap::ALL.into_iter().find(|gap| gap.name() == name)
 }
 
 /// What to hide.

@@ -1,9 +1,10 @@
 //! `hidden-effect-rig`: writes a campaign's log, its nominal model, and the truth.
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use clap::{Parser, ValueEnum};
 use hidden_effect_rig::{
     Campaign, Family as RigFamily, Hidden, LAWS, LogKind, OUTSIDE, STRONG, WEAK, effects_of, gap_from_name,
+    ordered,
 };
 use std::path::PathBuf;
 
@@ -35,6 +36,10 @@ struct Arguments {
     /// Neither noise nor encoder steps
     #[arg(long)]
     noise_free: bool,
+    /// Make these runs (next-experiment.toml) behind the campaign's own, and write them alone; those of earlier plans, given first,
+    /// are made too
+    #[arg(long, value_name = "PLAN.toml")]
+    plan: Vec<PathBuf>,
     /// The folder to write
     #[arg(long)]
     out: PathBuf,
@@ -89,8 +94,18 @@ fn main() -> Result<()> {
         noise_free: arguments.noise_free,
         ..Hidden::with(log, &effects, strength)
     };
-    let campaign = Campaign::try_draw(arguments.seed, &hidden)
-        .ok_or_else(|| anyhow!("seed {}: no attempt shows what is to be hidden", arguments.seed))?;
+    let order = |file: &PathBuf| {
+        let text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
+        ordered(&text).with_context(|| file.display().to_string())
+    };
+    let orders = arguments.plan.iter().map(order).collect::<Result<Vec<_>>>()?;
+    let campaign = if orders.is_empty() {
+        Campaign::try_draw(arguments.seed, &hidden)
+    } else {
+        Campaign::try_order(arguments.seed, &hidden, &orders)
+    };
+    let campaign =
+        campaign.ok_or_else(|| anyhow!("seed {}: no attempt shows what is to be hidden", arguments.seed))?;
     campaign.write(&arguments.out)?;
     let samples: usize = campaign.log.runs.iter().map(log_data::Run::len).sum();
     println!("{}: {} runs, {samples} samples", arguments.out.display(), campaign.log.runs.len());

@@ -8,6 +8,9 @@ use crate::radau::Radau;
 use crate::surroundings::Surroundings;
 use std::f64::consts::TAU;
 
+/// No coupling gives as much at rest, rad.
+const ELSEWHERE_RAD: f64 = 0.05;
+
 /// The valve on the rig and its instruments, with everything that is hidden in it.
 #[derive(Debug, Clone)]
 pub(crate) struct Valve {
@@ -169,6 +172,13 @@ impl Valve {
         let mut rates = |t: f64, y: &[f64], out: &mut [f64]| {
             self.driven_rates(run, t, y, out);
         };
+        // A spool behind a coupling is taken along, unmeasured, to where an ordered run begins.
+        let begin_rad = run.motion.at(0.0).value;
+        if let (Some(_), Some(angle_rad)) = (self.coupling, states.first_mut())
+            && (*angle_rad - begin_rad).abs() > ELSEWHERE_RAD
+        {
+            *angle_rad = begin_rad;
+        }
         radau.integrate(&mut rates, -run.rest_s, 0.0, states);
         let mut now_s = 0.0;
         let mut scratch = vec![0.0; states.len()];
