@@ -12,6 +12,7 @@ mod doctor;
 mod drive;
 mod errand;
 mod events;
+mod experiment;
 mod export;
 mod files;
 mod findings;
@@ -19,8 +20,10 @@ mod home;
 mod import;
 mod in_process;
 mod inspect;
+mod investigate;
 mod keep;
 mod list;
+mod live_motion;
 mod loaded;
 mod metrics;
 mod new;
@@ -40,6 +43,7 @@ mod shell;
 mod simulate;
 mod strangers;
 mod summary;
+mod threads;
 mod tune;
 mod watch;
 
@@ -116,6 +120,8 @@ enum Command {
     Conclude,
     /// Find what a model gets wrong about measured runs, name the cause, extend the model, measure the gain
     Diagnose(diagnose::Arguments),
+    /// Diagnose, plan the experiment that decides, make it, diagnose again: until it is decided
+    Investigate(Box<investigate::Arguments>),
     /// Turn tables (CSV, MAT, NumPy) into a valve-log
     Import(Box<import::Arguments>),
     /// Say what is wrong with a log itself: units, signs, exchanged channels, rails, gaps, missing samples
@@ -174,6 +180,7 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Conclude => conclude::conclude(),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Investigate(arguments) => investigate::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::DrawPage(arguments) => report::draw(&arguments),

@@ -4,7 +4,7 @@ mod causes;
 mod closed_loop;
 mod explore;
 mod extended;
-mod fix;
+pub mod fix;
 mod leftover;
 pub mod logs;
 mod makers;
@@ -17,15 +17,18 @@ mod residuals;
 mod results;
 mod runs;
 mod suspects;
-mod threads;
 mod unnamed;
-mod words;
+pub mod words;
 
-use crate::files::{name, names};
+use crate::experiment::{self, Asked, Experiment, Range, Valve};
+use crate::files::{self, name, names};
 use crate::findings;
 use crate::say::say;
+use crate::threads::Threads;
 use anyhow::Context;
-use diagnosis::{Diagnosis, Options, Verdict};
+use config::Scenario;
+use diagnosis::{Diagnosis, Found, Options, Verdict};
+use log_data::Log;
 use log_quality::Finding;
 use logs::Reading;
 use page::Material;
@@ -36,7 +39,7 @@ use results::Results;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use supervisor::{Failure, Outcome};
-use threads::Threads;
+use valve_model::Model;
 
 /// What to hold against what.
 #[derive(clap::Args)]
@@ -90,13 +93,32 @@ pub struct Arguments {
     /// machine
     #[arg(long, value_name = "TIME", value_parser = limit, default_value = DEFAULT_LIMIT)]
     limit: Duration,
+    /// The scenario whose limits the next experiment keeps, for a log of a commanded valve; without, no set-points are proposed
+    #[arg(long, value_name = "SCENARIO.toml")]
+    scenario: Option<PathBuf>,
+    /// What the next experiment may do: angle, speed, acceleration, pressure_drop or oil_temperature with a range, such as
+    /// pressure_drop=0MPa..16MPa; without, as far as the log went. Any number of them
+    #[arg(long, value_name = "RANGE", value_parser = experiment::range)]
+    within: Vec<Range>,
+    /// The longest that the next experiment may take
+    #[arg(long, value_name = "TIME", value_parser = limit, default_value = "60s")]
+    experiment_time: Duration,
+    /// Whether it is a step of an investigation: then it says less.
+    #[arg(skip)]
+    step: bool,
+    #[arg(skip)]
+    orders_alone: bool,
 }
 
 /// What is simulated is bounded at about 40 s of two idle cores; a machine that is slow, or busy, comes to an end too. The conclusion takes
 /// up to half as long again.
 const DEFAULT_LIMIT: &str = "80s";
 
-fn limit(text: &str) -> Result<Duration, String> {
+/// A time with its unit.
+///
+/// # Errors
+/// What was found and expected.
+pub fn limit(text: &str) -> Result<Duration, String> {
     let refused = || format!("found `{text}`, expected a time above zero with its unit: 500ms, 30s or 2min");
     let place = text.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(refused)?;
     let (number, unit) = text.split_at(place);
@@ -110,7 +132,11 @@ fn limit(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(number * unit_s).ok().filter(|limit| !limit.is_zero()).ok_or_else(refused)
 }
 
-fn tolerance(text: &str) -> Result<f64, String> {
+/// A standard deviation in parts.
+///
+/// # Errors
+/// What was found and expected.
+pub fn tolerance(text: &str) -> Result<f64, String> {
     let refused = || format!("found `{text}`, expected a number from 0 to 0.25");
     text.parse().ok().filter(|part: &f64| (0.0..=0.25).contains(part)).ok_or_else(refused)
 }
@@ -120,20 +146,84 @@ fn noise(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|noise: &f64| noise.is_normal() && *noise > 0.0).ok_or_else(refused)
 }
 
+/// A diagnosis that is one step of an investigation.
+pub struct Step {
+    pub logs: Vec<PathBuf>,
+    pub model: PathBuf,
+    pub out: PathBuf,
+    pub tolerance: f64,
+    pub scenario: Option<PathBuf>,
+    pub within: Vec<Range>,
+    pub experiment_time: Duration,
+    /// The longest that it may search.
+    pub most: Duration,
+    /// Whether the next experiment is made by orders to a running instance.
+    pub orders_alone: bool,
+}
+
+impl Arguments {
+    /// Of a step, with the defaults of the command.
+    pub fn of_a_step(step: Step) -> Self {
+        let usual = limit(DEFAULT_LIMIT).unwrap_or(step.most);
+        Self {
+            logs: step.logs,
+            model: step.model,
+            out: step.out,
+            force: true,
+            exclude: Vec::new(),
+            fix: Vec::new(),
+            hypothesis: Vec::new(),
+            effects: None,
+            title: None,
+            rivals: false,
+            seed: 0,
+            noise: None,
+            tolerance: step.tolerance,
+            limit: usual.min(step.most),
+            scenario: step.scenario,
+            within: step.within,
+            experiment_time: step.experiment_time,
+            step: true,
+            orders_alone: step.orders_alone,
+        }
+    }
+}
+
+/// What a diagnosis came to; its files are written.
+pub struct Finished {
+    pub found: Found,
+    pub next: Option<Experiment>,
+    pub headline: String,
+    quality: Vec<Finding>,
+}
+
+/// Diagnoses, writes all files when all is done, and tells what was found.
+///
+/// # Errors
+/// As [`diagnosed`].
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let Finished { found, headline, quality, .. } = diagnosed(arguments)?;
+    summary(&found.diagnosis, &headline, &quality, &arguments.out);
+    Ok(Outcome::Done)
+}
+
 /// Diagnoses, and writes all files when all is done.
 ///
 /// # Errors
 /// [`Failure::Input`] where the log or the model can't be used, naming run and row, or files exist;
 /// [`Failure::Failed`] where writing fails.
-pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub fn diagnosed(arguments: &Arguments) -> Result<Finished, Failure> {
     let results = Results::new(&arguments.out, arguments.force)?;
     let model_file = name(&arguments.model);
     let log_file = names(&arguments.logs);
     let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
     let suspects = suspects::read(&arguments.hypothesis, arguments.effects.as_ref())?;
+    let valve = arguments.scenario.as_deref().map(read_scenario).transpose()?;
     let log = logs::read(&arguments.logs, &arguments.exclude)?;
     let quality = log_quality::inspect(&log, Some(&model));
-    findings::show(&quality);
+    if !arguments.step {
+        findings::show(&quality);
+    }
     let log = log_quality::without_wild(log);
     let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     if model.load.is_none() {
@@ -141,7 +231,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "note: the model has no [load]: the inertia behind the transducer, or the motor, counts as none",
         );
     }
-    let progress = Progress::new(words::unit(logs::predicted(&readings, &model)));
+    let progress = Progress::new(words::unit(logs::predicted(&readings, &model)), arguments.step);
     let (seed, noise, tolerance) = (arguments.seed, arguments.noise, arguments.tolerance);
     let options = Options { seed, noise, tolerance, fixed, suspects };
     let threads = Threads::new(Some(arguments.limit));
@@ -153,6 +243,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     found.diagnosis.observations.extend(told);
     progress.step("simulating the gain in the loop");
     found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
+    progress.step("planning the next experiment");
+    let next = next_experiment(arguments, valve.as_ref(), &found, (&log, &model))?;
+    if let Some(next) = &next {
+        found.diagnosis.next_experiment = next.said.clone();
+    }
     progress.step("predicting every sample");
     let residuals = Residuals::of(&log, &model, &found).with_context(|| log_file.clone())?;
     progress.step("writing");
@@ -170,13 +265,41 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ("model-extended.toml".to_owned(), extended::text(&found, &model, &log_file, &model_file)),
         ("report.html".to_owned(), page),
     ];
+    texts.extend(next.iter().flat_map(|next| next.files.clone()));
     if arguments.rivals {
         texts.extend(extended::rivals(&found, &model));
     }
     results.write(&texts, |path| residuals.write(path, &log))?;
     progress.end();
-    summary(&found.diagnosis, &headline, &quality, &arguments.out);
-    Ok(Outcome::Done)
+    Ok(Finished { found, next, headline, quality })
+}
+
+/// A scenario with its text.
+fn read_scenario(path: &Path) -> Result<(String, Scenario), Failure> {
+    let text = files::read(path)?;
+    let scenario = config::parse_scenario(&text, &name(path)).map_err(Failure::input)?;
+    Ok((text, scenario))
+}
+
+/// The experiment that would decide what the log leaves open.
+fn next_experiment(
+    arguments: &Arguments,
+    valve: Option<&(String, Scenario)>,
+    found: &Found,
+    (log, model): (&Log, &Model),
+) -> Result<Option<Experiment>, Failure> {
+    let beside = |of: &String| {
+        let path = files::beside(arguments.scenario.as_deref().unwrap_or(Path::new("")), of);
+        name(&std::path::absolute(&path).unwrap_or(path))
+    };
+    let valve = valve.map(|(text, scenario)| Valve {
+        scenario,
+        text,
+        models: (beside(&scenario.truth), beside(&scenario.belief)),
+        sines: !arguments.orders_alone,
+    });
+    let most_s = arguments.experiment_time.as_secs_f64();
+    experiment::next(found, &Asked { log, model, valve, within: &arguments.within, most_s })
 }
 
 fn summary(diagnosis: &Diagnosis, headline: &str, quality: &[Finding], out: &Path) {

@@ -22,12 +22,14 @@ pub struct Progress {
     unit: &'static str,
     /// Why the search has begun anew.
     again: Cell<Option<&'static str>>,
+    /// Only steps are told.
+    quiet: bool,
     _pulse: Pulse,
 }
 
 impl Progress {
     /// Begins to tell of a channel with this unit.
-    pub fn new(unit: &'static str) -> Self {
+    pub fn new(unit: &'static str, quiet: bool) -> Self {
         let drawn = stderr().is_terminal();
         let bar = if drawn { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let (true, Ok(style)) = (drawn, ProgressStyle::with_template("{spinner} {elapsed} {msg}")) {
@@ -36,7 +38,7 @@ impl Progress {
         }
         let shown = bar.clone();
         let pulse = Pulse::new(move || format!("still: {}", shown.message()));
-        Self { bar, drawn, unit, again: Cell::new(None), _pulse: pulse }
+        Self { bar, drawn, unit, again: Cell::new(None), quiet, _pulse: pulse }
     }
 
     /// A step begins.
@@ -85,6 +87,8 @@ impl Progress {
     }
 
     fn aside(&self, tell: impl FnOnce()) {
-        self.bar.suspend(tell);
+        if !self.quiet {
+            self.bar.suspend(tell);
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The folder for the results: all files appear when all are whole.
 
 use super::extended::rival_file;
+use crate::experiment;
 use crate::files::name;
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
@@ -49,12 +50,13 @@ impl Results {
         for (partial, path) in written {
             if self.replace { partial.replace() } else { partial.appear() }.with_context(|| name(&path))?;
         }
-        self.remove_rivals_but(texts)
+        self.remove_old_but(texts)
     }
 
-    /// Models of rivals that the replaced diagnosis had and this one doesn't have.
-    fn remove_rivals_but(&self, texts: &[(String, String)]) -> anyhow::Result<()> {
-        let old = EffectId::ALL.iter().map(|id| rival_file(*id));
+    /// Models of rivals and experiments that the replaced diagnosis had and this one doesn't have.
+    fn remove_old_but(&self, texts: &[(String, String)]) -> anyhow::Result<()> {
+        let rivals = EffectId::ALL.iter().map(|id| rival_file(*id));
+        let old = rivals.chain([experiment::TOML_FILE.to_owned(), experiment::CSV_FILE.to_owned()]);
         for file in old.filter(|old| self.replace && texts.iter().all(|(new, _)| new != old)) {
             let path = self.folder.join(file);
             if path.exists() {

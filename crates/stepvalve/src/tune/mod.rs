@@ -1,147 +1,148 @@
-//! `stepvalve tune`: the belief's friction from a short motion.
+//! `stepvalve tune`: the belief's numbers from a short motion, or from a record.
 
-mod fit;
 mod motion;
-mod torque;
+mod record;
+mod told;
 
-use crate::files;
+use crate::diagnose::{fix, logs, logs::Reading};
+use crate::experiment::first_motions;
+use crate::files::{self, name};
+use crate::live_motion::{Agreed, LiveValve};
+use crate::operator::Which;
 use crate::pulse::Pulse;
-use crate::say::say;
+use crate::threads::Threads;
 use anyhow::{Context, anyhow};
-use config::{ModelComments, parse_model, parse_scenario, write_model};
-use fit::{COUNT, Fit, KEYS, fit};
-use motion::{identification, record};
+use clap::ArgGroup;
+use diagnosis::{Event, Options, identify};
+use log_data::Log;
+use processes::complain;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use supervisor::{Failure, Outcome};
-use valve_model::{FrictionParams, LuGreParams, Model};
+use valve_model::{EffectId, Model};
 
-/// What to tune and where to write it.
+/// What to tune, on what, and where to write it.
 #[derive(clap::Args)]
+#[command(group = ArgGroup::new("source").required(true).args(["scenario", "record", "live"]))]
 pub struct Arguments {
     /// The scenario: its truth stands for the valve, its belief is where the search begins
     #[arg(value_name = "SCENARIO.toml")]
-    scenario: PathBuf,
-    /// The model file to write
+    scenario: Option<PathBuf>,
+    /// A record of the valve in place of a simulated motion: a run's folder, its run.h5 or .mcap segments, or any valve-log with
+    /// angle and angle_command. It should move slowly and fast, far and little
+    #[arg(long, value_name = "RECORD", num_args = 1..)]
+    record: Vec<PathBuf>,
+    /// The running instance, armed: motions of it, each after you have agreed to it
+    #[arg(long)]
+    live: bool,
+    /// Where the search begins, for a record; else the belief that the record carries
+    #[arg(long, value_name = "MODEL.toml", conflicts_with = "scenario")]
+    belief: Option<PathBuf>,
+    /// The model file to write; it must not exist
     #[arg(long, value_name = "BELIEF.toml")]
     out: PathBuf,
+    /// A number of the belief that is known exactly, SECTION.KEY=VALUE as in the model file. A motion shows torques in parts of
+    /// the motor's holding torque alone: with load.inertia_kg_m2 known it shows the holding torque too
+    #[arg(long, value_name = "PARAMETER=VALUE")]
+    fix: Vec<String>,
+    /// Decides which parts of the motion judge the result: the same seed, the same answer
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// With --live: which instance
+    #[command(flatten)]
+    which: Which,
 }
 
-/// A parameter counts as known if its standard error is below this part of it.
-const KNOWN: f64 = 0.2;
+/// What is searched for longer than this ends with what it has.
+const LIMIT: Duration = Duration::from_secs(120);
 
-/// Moves the valve, fits, prints and writes.
+/// A record, and the belief that it is held against.
+struct Source {
+    log: Log,
+    belief: Model,
+    fixed: Vec<EffectId>,
+    /// In words.
+    of: String,
+}
+
+/// Moves the valve or reads its record, fits, prints and writes.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scenario without an encoder or a belief that is not LuGre; [`Failure::Failed`] where the file
-/// can't be written.
+/// [`Failure::Input`] for a scenario without an encoder, a record that shows nothing, or an output that exists;
+/// [`Failure::Failed`] where the file can't be written.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (scenario, truth, belief) = load(&arguments.scenario)?;
-    let FrictionParams::LuGre(start) = belief.friction else {
-        let law = belief.friction.law();
-        return Err(Failure::Input(anyhow!(
-            "the belief's law is \"{law}\", expected \"lugre\", which is what tune fits"
-        )));
+    let out = &arguments.out;
+    if out.exists() {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    }
+    let Source { log, belief, fixed, of } = match &arguments.scenario {
+        Some(scenario) => simulated(scenario, &arguments.fix)?,
+        None if arguments.live => match live(&arguments.which, &arguments.fix)? {
+            Some(source) => source,
+            None => return Ok(Outcome::Interrupted),
+        },
+        None => record::source(&arguments.record, arguments.belief.as_deref(), &arguments.fix)?,
     };
-    if !scenario.encoder.fitted {
+    if belief.motor.is_none() || log.runs.iter().any(|run| run.angle_command_rad.is_none()) {
         return Err(Failure::Input(anyhow!(
-            "no encoder is fitted, and the command alone says nothing of friction"
+            "{of}: expected angle and angle_command in every run, and a belief with a [motor]; what a torque transducer measured is held \
+             against a model by `stepvalve diagnose --tolerance 0.25`"
         )));
     }
-    let motion = identification(&scenario);
+    // Missing samples are bridged; where too many are missing, a run is cut.
+    let readings = logs::readings(log, &belief).with_context(|| of.clone()).map_err(Failure::Input)?;
+    let Some(Reading { log, told, .. }) = readings.into_iter().next() else {
+        return Err(Failure::Input(anyhow!("{of}: no run is left")));
+    };
+    told.iter().for_each(complain);
+    let options = Options { seed: arguments.seed, fixed, ..Options::default() };
     let pulse = Pulse::new(|| "fitting the belief".to_owned());
-    let seen = record(&motion, &truth, &belief).context("the identification run").map_err(Failure::Input)?;
-    let found = fit(&belief, &start, &seen, motion.period_s()).context("the fit")?;
+    let mut tell = |event: Event<'_>| {
+        if let Event::Step(step) | Event::Again(step) = event {
+            complain(step);
+        }
+    };
+    let found = identify(&log, &belief, &options, &Threads::new(Some(LIMIT)), &mut tell);
+    let found = found.context(of.clone()).map_err(Failure::Input)?;
     drop(pulse);
-    report(&found, &start, motion.duration_s);
-    let tuned = Model { friction: FrictionParams::LuGre(found.friction), ..belief };
-    whole_file::write(&arguments.out, write_model(&tuned, &comments(&found)))
-        .with_context(|| files::name(&arguments.out))?;
+    told::report(&found, &belief, &of);
+    whole_file::write(out, told::file(&found, &belief, &of)).with_context(|| name(out))?;
     Ok(Outcome::Done)
 }
 
-fn load(path: &Path) -> Result<(config::Scenario, Model, Model), Failure> {
-    let file = files::name(path);
-    let scenario = parse_scenario(&files::read(path)?, &file).map_err(Failure::input)?;
-    let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
-    let model = |name: &str| {
-        let path = beside(name);
-        parse_model(&files::read(&path)?, &files::name(&path)).map_err(Failure::input)
-    };
-    let (truth, belief) = (model(&scenario.truth)?, model(&scenario.belief)?);
-    Ok((scenario, truth, belief))
-}
-
-fn values(params: &LuGreParams) -> [f64; COUNT] {
-    [
-        params.coulomb_torque_nm,
-        params.static_torque_nm,
-        params.stribeck_velocity_rad_per_s,
-        params.bristle_stiffness_nm_per_rad,
-        params.bristle_damping_nm_s_per_rad,
-        params.viscous_nm_s_per_rad,
-    ]
-}
-
-fn report(found: &Fit, start: &LuGreParams, duration_s: f64) {
-    say(format_args!("identification run of {duration_s:.1} s, {} steps of the search", found.steps));
-    say(format_args!("{:32} {:>12} {:>12} {:>12}", "", "before", "found", "std error"));
-    let (before, after) = (values(start), values(&found.friction));
-    for (((key, before), after), error) in KEYS.iter().zip(before).zip(after).zip(found.std_errors) {
-        let doubt = if error < KNOWN * after { "" } else { "   not shown by this motion" };
-        say(format_args!("{key:32} {before:>12.5} {after:>12.5} {error:>12.2e}{doubt}"));
+/// The identification motion of a scenario's simulated valve.
+fn simulated(path: &Path, fixes: &[String]) -> Result<Source, Failure> {
+    let file = name(path);
+    let scenario = config::parse_scenario(&files::read(path)?, &file).map_err(Failure::input)?;
+    let truth = files::beside(path, &scenario.truth);
+    let truth = config::parse_model(&files::read(&truth)?, &name(&truth)).map_err(Failure::input)?;
+    let (belief, fixed) = fix::read(&files::beside(path, &scenario.belief), fixes)?;
+    if !scenario.encoder.fitted {
+        return Err(Failure::Input(anyhow!(
+            "{file}: no encoder is fitted, and the command alone says nothing of friction"
+        )));
     }
-    let (before, after) = (found.rms_before_rad * 1e3, found.rms_after_rad * 1e3);
-    say(format_args!("encoder minus model: {before:.4} mrad RMS before, {after:.4} after"));
+    let motion = motion::identification(&scenario);
+    let log = motion::made(&motion, &truth, &belief).context("the identification motion");
+    let of = format!("an identification motion of {:.0} s, simulated", motion.duration_s);
+    Ok(Source { log: log.map_err(Failure::Input)?, belief, fixed, of })
 }
 
-fn comments(found: &Fit) -> ModelComments {
-    let header = "Friction as `stepvalve tune` found it; behind each number its standard error.";
-    KEYS.iter()
-        .zip(found.std_errors)
-        .fold(ModelComments::new().with_header(header), |comments, (key, error)| {
-            comments.with_key("friction", key, format!("± {error:.1e}"))
-        })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SCENARIO: &str = include_str!("../../../../rt-config/scenarios/sine-1hz.toml");
-    const RIG: &str = include_str!("../../../../rt-config/models/rig.toml");
-
-    #[test]
-    fn a_wrong_belief_is_put_right() {
-        let scenario = parse_scenario(SCENARIO, "sine-1hz.toml").unwrap();
-        let truth = parse_model(RIG, "rig.toml").unwrap();
-        let FrictionParams::LuGre(right) = truth.friction else { panic!("{:?}", truth.friction) };
-        for factors in [[1.3, 0.9, 1.5, 1.5, 1.0, 5.0], [0.6, 1.2, 0.6, 0.6, 1.5, 0.3]] {
-            let [coulomb, static_level, velocity, stiffness, damping, viscous] = factors;
-            let start = LuGreParams {
-                coulomb_torque_nm: right.coulomb_torque_nm * coulomb,
-                static_torque_nm: right.static_torque_nm * static_level,
-                stribeck_velocity_rad_per_s: right.stribeck_velocity_rad_per_s * velocity,
-                bristle_stiffness_nm_per_rad: right.bristle_stiffness_nm_per_rad * stiffness,
-                bristle_damping_nm_s_per_rad: right.bristle_damping_nm_s_per_rad * damping,
-                viscous_nm_s_per_rad: right.viscous_nm_s_per_rad * viscous,
-                ..right
-            };
-            let belief = Model { friction: FrictionParams::LuGre(start), ..truth.clone() };
-            let motion = identification(&scenario);
-            assert!(motion.duration_s <= 60.0);
-            let seen = record(&motion, &truth, &belief).unwrap();
-            let found = fit(&belief, &start, &seen, motion.period_s()).unwrap();
-            // What is left is the encoder's own: counts of 0.048 mrad and noise of 0.01.
-            assert!(found.rms_after_rad < 2.5e-5, "{} rad", found.rms_after_rad);
-            let pairs =
-                values(&found.friction).into_iter().zip(values(&right)).zip(found.std_errors).zip(KEYS);
-            for (((found, right), error), key) in pairs {
-                let off = (found - right).abs();
-                assert!(
-                    off < 6.0 * error || off < 2e-3 * right,
-                    "{key}: {found} ± {error}, {right} is right"
-                );
-            }
-        }
+/// Motions of a running instance; `None` where its operator agreed to none, or ended them.
+fn live(which: &Which, fixes: &[String]) -> Result<Option<Source>, Failure> {
+    let valve = LiveValve::find(which)?;
+    let folder = tempfile::tempdir().context("a folder for the record").map_err(Failure::Failed)?;
+    let record = folder.path().join("live.h5");
+    let motions = first_motions(valve.scenario(), valve.belief(), &[]);
+    if !matches!(valve.make(&motions, &record)?, Agreed::Made) {
+        return Ok(None);
     }
+    valve.write_files(folder.path())?;
+    let (belief, fixed) = fix::read(&folder.path().join("belief.toml"), fixes)?;
+    Ok(Some(Source {
+        log: logs::read(&[record], &[])?,
+        belief,
+        fixed,
+        of: "motions of the running instance".to_owned(),
+    }))
 }

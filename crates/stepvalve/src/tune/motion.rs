@@ -1,8 +1,9 @@
-//! The identification run: a motion that shows every parameter of the friction law, and what drive and encoder say of it.
+//! The identification motion: it shows every number of the friction law, and the load's inertia.
 
-use closed_loop::{InProcess, WiringError, wire};
+use campaign::record;
+use closed_loop::{WiringError, wire};
 use config::{Compensation, Damping, Scenario, ScheduledSetPoint, SetPoint};
-use signals::ControllerState;
+use log_data::Log;
 use valve_model::Model;
 
 /// The parts of the motion: length in s, and the sine (amplitude in rad, frequency in Hz).
@@ -19,32 +20,30 @@ const PARTS: [(f64, f64, f64); 7] = [
     (2.5, 0.6, 3.0),
 ];
 
+/// How often the motion is made: what is fitted to one is judged on another.
+const TIMES: usize = 2;
+
+/// The way to the middle of the angles, s.
+const THERE_S: f64 = 1.5;
+
 /// Rest between the parts, s.
 const REST_S: f64 = 0.3;
-
-/// What was seen in a cycle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// The command at the cycle's beginning, rad.
-    pub command_rad: f64,
-    /// The encoder's reading there, rad.
-    pub angle_rad: f64,
-    /// Pressure drop, Pa.
-    pub pressure_drop_pa: f64,
-    /// Oil temperature, °C.
-    pub oil_temperature_c: f64,
-}
 
 /// The scenario with the identification motion in place of its own, scaled down to its limits.
 pub fn identification(scenario: &Scenario) -> Scenario {
     let mut scenario = scenario.clone();
     let limits = &scenario.limits;
-    let room =
-        |limit: Option<f64>| limit.map_or(f64::INFINITY, |limit| (limit - scenario.initial_angle_rad).abs());
+    // About the middle, where there is most room.
+    let middle_rad = match (limits.min_angle_rad, limits.max_angle_rad) {
+        (Some(least), Some(most)) => 0.5 * (least + most),
+        _ => scenario.initial_angle_rad,
+    };
+    let room = |limit: Option<f64>| limit.map_or(f64::INFINITY, |limit| (limit - middle_rad).abs());
     let room_rad = 0.95 * room(limits.min_angle_rad).min(room(limits.max_angle_rad));
-    let mut time_s = REST_S;
-    let mut set_points = Vec::new();
-    for (length_s, amplitude_rad, frequency_hz) in PARTS {
+    let to_middle = SetPoint::Angle { angle_rad: middle_rad };
+    let mut set_points = vec![ScheduledSetPoint { time_s: REST_S, set_point: to_middle, line: 0 }];
+    let mut time_s = REST_S + THERE_S;
+    for (length_s, amplitude_rad, frequency_hz) in PARTS.repeat(TIMES) {
         let most = largest_amplitude(limits, frequency_hz).min(room_rad);
         let amplitude_rad = amplitude_rad.min(most);
         set_points.push(ScheduledSetPoint {
@@ -53,9 +52,8 @@ pub fn identification(scenario: &Scenario) -> Scenario {
             line: 0,
         });
         time_s += length_s;
-        // Back to where it began, so that the amplitudes always have their room.
-        let angle_rad = scenario.initial_angle_rad;
-        set_points.push(ScheduledSetPoint { time_s, set_point: SetPoint::Angle { angle_rad }, line: 0 });
+        // Back to the middle, so that the amplitudes always have their room.
+        set_points.push(ScheduledSetPoint { time_s, set_point: to_middle, line: 0 });
         time_s += REST_S;
     }
     scenario.duration_s = time_s;
@@ -77,23 +75,10 @@ fn largest_amplitude(limits: &config::MotionLimits, frequency_hz: f64) -> f64 {
     ))
 }
 
-/// Runs the motion in one thread and keeps what drive and encoder said while it ran; of the truth nothing else.
+/// Runs the motion in one thread: the log of what drive and encoder said while it ran.
 ///
 /// # Errors
 /// A model that the scenario can't be wired with.
-pub fn record(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Vec<Sample>, WiringError> {
-    let parts = wire(scenario, truth, belief)?;
-    let microstep_rad = parts.controller.params.drive.microstep_angle_rad;
-    let seen = InProcess::new(&parts).filter(|cycle| cycle.status.state == ControllerState::Running.code());
-    Ok(seen
-        .map(|cycle| {
-            let feedback = &cycle.plant.feedback;
-            Sample {
-                command_rad: feedback.accepted_microsteps as f64 * microstep_rad,
-                angle_rad: feedback.angle_rad,
-                pressure_drop_pa: feedback.pressure_drop_pa,
-                oil_temperature_c: feedback.oil_temperature_c,
-            }
-        })
-        .collect())
+pub fn made(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Log, WiringError> {
+    Ok(record(&wire(scenario, truth, belief)?))
 }

@@ -1,0 +1,69 @@
+//! Records of a valve, as logs: folders of runs, run files, segments of a record.
+
+use super::Source;
+use crate::diagnose::{fix, logs};
+use crate::files::{self, name, names, segments};
+use anyhow::{Context, anyhow};
+use std::path::{Path, PathBuf};
+use supervisor::Failure;
+use valve_model::{EffectId, Model};
+
+/// What records say, and the belief: the one given, else the one that the first record carries.
+///
+/// # Errors
+/// [`Failure::Input`] where a record can't be read, or no belief is known.
+pub(super) fn source(
+    records: &[PathBuf],
+    belief: Option<&Path>,
+    fixes: &[String],
+) -> Result<Source, Failure> {
+    let folder = tempfile::tempdir().context("a folder for run files").map_err(Failure::Failed)?;
+    let logs: Vec<PathBuf> = records
+        .iter()
+        .enumerate()
+        .map(|(place, record)| run_file(record, folder.path(), place))
+        .collect::<Result<_, _>>()?;
+    let log = logs::read(&logs, &[])?;
+    let (belief, fixed) = match belief {
+        Some(file) => fix::read(file, fixes)?,
+        None => carried(records, folder.path(), fixes)?,
+    };
+    Ok(Source { log, belief, fixed, of: names(records) })
+}
+
+fn is_segment(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "mcap")
+}
+
+/// The run file of a record; segments are converted.
+fn run_file(record: &Path, folder: &Path, place: usize) -> Result<PathBuf, Failure> {
+    let of_folder = files::run_file(record);
+    if of_folder.is_file() && !is_segment(&of_folder) {
+        return Ok(of_folder);
+    }
+    if !record.is_dir() && !is_segment(record) {
+        return Ok(record.to_owned());
+    }
+    let converted = folder.join(format!("record-{place}.h5"));
+    let segments = segments(&[record.to_owned()])?;
+    run_log::convert(&segments, &converted).map_err(Failure::input)?;
+    Ok(converted)
+}
+
+/// The belief that the first record with segments carries.
+fn carried(records: &[PathBuf], folder: &Path, fixes: &[String]) -> Result<(Model, Vec<EffectId>), Failure> {
+    let of = |record: &PathBuf| {
+        let here = if record.is_dir() { record.clone() } else { record.parent()?.to_owned() };
+        let segments = if is_segment(record) { vec![record.clone()] } else { segments(&[here]).ok()? };
+        recording::read_info(segments.first()?).ok()
+    };
+    let Some(info) = records.iter().find_map(of) else {
+        return Err(Failure::Input(anyhow!(
+            "{}: no record (.mcap) that carries a belief is beside it: give --belief MODEL.toml",
+            names(records)
+        )));
+    };
+    let file = folder.join("the record's belief");
+    std::fs::write(&file, &info.texts.belief).with_context(|| name(&file)).map_err(Failure::Failed)?;
+    fix::read(&file, fixes)
+}
