@@ -22,6 +22,7 @@ mod scope;
 mod sim;
 mod stalls;
 mod timing;
+mod tune;
 mod watched;
 
 use anyhow::{Context, Result};
@@ -79,6 +80,10 @@ enum Bench {
     DiagnosisSpeed(diagnosis::speed::Arguments),
     /// Laws that no cause of the list has, and what `stepvalve diagnose` makes of them
     DiagnosisUnnamed(diagnosis::unnamed::Arguments),
+    /// Causes that a record can't tell apart, and how `stepvalve investigate` decides between them
+    DiagnosisTwins(diagnosis::twins::Arguments),
+    /// Wrong beliefs, put right by `stepvalve tune`, and what that is worth in the loop
+    Tune(tune::Arguments),
     /// Faults by the thousand without a clock: in one thread, in lockstep, in files; --docs docs/safety.md
     Safety(safety::Arguments),
     /// Faults by the thousand in real time: processes killed, stopped, starved; --docs docs/safety.md
@@ -138,6 +143,8 @@ fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
         Bench::DataQuality(arguments) => data_quality::run(arguments, quick),
         Bench::DiagnosisSpeed(arguments) => diagnosis::speed::run(arguments, quick),
         Bench::DiagnosisUnnamed(arguments) => diagnosis::unnamed::run(arguments, quick),
+        Bench::DiagnosisTwins(arguments) => diagnosis::twins::run(arguments, quick),
+        Bench::Tune(arguments) => tune::run(arguments, quick),
         Bench::Safety(arguments) => safety::run(arguments, quick),
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),
         Bench::SafetyBus(arguments) => safety::run_bus(arguments, quick),

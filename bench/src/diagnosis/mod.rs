@@ -12,6 +12,7 @@ mod row;
 mod run;
 pub mod speed;
 mod tables;
+pub mod twins;
 pub mod unnamed;
 
 use crate::output::Results;
