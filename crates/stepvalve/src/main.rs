@@ -106,7 +106,7 @@ enum Command {
     Check(check::Arguments),
     /// Simulate and diagnose scenarios by the thousand, with values varied; DIR/campaign.h5 and DIR/campaign.html
     Campaign(Box<campaign::Arguments>),
-    /// Find the belief's friction parameters from a short motion, and how well they are known
+    /// Fit the belief's numbers to a motion, a record or a running valve, and say how well they are known
     Tune(tune::Arguments),
     /// Check whether this machine holds the loop: what stands in the way, what to do, and how late a process wakes
     Doctor(doctor::Arguments),

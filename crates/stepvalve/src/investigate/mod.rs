@@ -22,7 +22,7 @@ use simulated::Simulated;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use story::{End, Story, Told};
-use supervisor::{Failure, Outcome};
+use supervisor::{Failure, InstanceName, Outcome};
 
 /// What to hold against what, and where experiments are made.
 #[derive(clap::Args)]
@@ -63,9 +63,9 @@ pub struct Arguments {
     /// Begins nothing new after this time, and tells what is known then
     #[arg(long, value_name = "TIME", value_parser = limit, default_value = "10min")]
     limit: Duration,
-    /// With --live: which instance
-    #[command(flatten)]
-    which: Which,
+    /// With --live: the instance [default: the one that runs, if it is the only one]
+    #[arg(long, value_name = "NAME", requires = "live")]
+    instance: Option<InstanceName>,
 }
 
 /// Investigates, and writes the story when it ends.
@@ -124,9 +124,10 @@ fn machine_of(arguments: &Arguments) -> Result<Box<dyn Machine>, Failure> {
     if let Some(scenario) = &arguments.scenario {
         return Ok(Box::new(Simulated::new(scenario)?));
     }
+    let which = Which { instance: arguments.instance.clone(), json: false };
     match &arguments.measure {
         Some(command) => Ok(Box::new(Measured::new(&arguments.log, command))),
-        None => Ok(Box::new(Live::find(&arguments.which, &arguments.out, &arguments.within)?)),
+        None => Ok(Box::new(Live::find(&which, &arguments.out, &arguments.within)?)),
     }
 }
 

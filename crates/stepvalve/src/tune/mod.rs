@@ -18,7 +18,7 @@ use log_data::Log;
 use processes::complain;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use supervisor::{Failure, Outcome};
+use supervisor::{Failure, InstanceName, Outcome};
 use valve_model::{EffectId, Model};
 
 /// What to tune, on what, and where to write it.
@@ -48,9 +48,9 @@ pub struct Arguments {
     /// Decides which parts of the motion judge the result: the same seed, the same answer
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// With --live: which instance
-    #[command(flatten)]
-    which: Which,
+    /// With --live: the instance [default: the one that runs, if it is the only one]
+    #[arg(long, value_name = "NAME", requires = "live")]
+    instance: Option<InstanceName>,
 }
 
 /// What is searched for longer than this ends with what it has.
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let Source { log, belief, fixed, of } = match &arguments.scenario {
         Some(scenario) => simulated(scenario, &arguments.fix)?,
-        None if arguments.live => match live(&arguments.which, &arguments.fix)? {
+        None if arguments.live => match live(arguments.instance.clone(), &arguments.fix)? {
             Some(source) => source,
             None => return Ok(Outcome::Interrupted),
         },
@@ -129,8 +129,8 @@ fn simulated(path: &Path, fixes: &[String]) -> Result<Source, Failure> {
 }
 
 /// Motions of a running instance; `None` where its operator agreed to none, or ended them.
-fn live(which: &Which, fixes: &[String]) -> Result<Option<Source>, Failure> {
-    let valve = LiveValve::find(which)?;
+fn live(instance: Option<InstanceName>, fixes: &[String]) -> Result<Option<Source>, Failure> {
+    let valve = LiveValve::find(&Which { instance, json: false })?;
     let folder = tempfile::tempdir().context("a folder for the record").map_err(Failure::Failed)?;
     let record = folder.path().join("live.h5");
     let motions = first_motions(valve.scenario(), valve.belief(), &[]);
