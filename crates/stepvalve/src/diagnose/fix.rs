@@ -53,8 +53,8 @@ fn set(table: &mut Table, fix: &str) -> anyhow::Result<Vec<EffectId>> {
 /// The effects that are a factor on a number of the model.
 fn factors_on(section: &str, key: &str) -> Vec<EffectId> {
     let is_on = |id: &&EffectId| {
-        let words = |keys: &str| keys.split([' ', ',', '`']).any(|word| word == key);
-        id.spec().folded_into.is_some_and(|number| number.section == section && words(number.keys))
+        let number = id.spec().folded_into.filter(|number| number.section == section);
+        number.is_some_and(|number| number.each_key().any(|own| own == key))
     };
     EffectId::ALL.iter().filter(is_on).copied().collect()
 }
@@ -63,7 +63,7 @@ fn factors_on(section: &str, key: &str) -> Vec<EffectId> {
 fn known() -> Vec<String> {
     let mut known: Vec<String> = Vec::new();
     for number in EffectId::ALL.iter().filter_map(|id| id.spec().folded_into) {
-        for key in number.keys.split([' ', ',', '`']).filter(|word| word.contains('_')) {
+        for key in number.each_key() {
             let name = format!("{}.{key}", number.section);
             if !known.contains(&name) {
                 known.push(name);

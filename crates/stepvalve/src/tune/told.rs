@@ -22,8 +22,7 @@ struct Place {
 /// The number that an effect is a factor on; of two the first.
 fn place(id: EffectId) -> Option<Place> {
     let number = id.spec().folded_into?;
-    let key = number.keys.split([' ', ',', '`']).find(|word| word.contains('_'))?;
-    Some(Place { section: number.section, key })
+    Some(Place { section: number.section, key: number.each_key().next()? })
 }
 
 /// A line of the table.

@@ -45,6 +45,13 @@ pub struct ModelNumber {
     pub label: &'static str,
 }
 
+impl ModelNumber {
+    /// Each of their keys, as files have it.
+    pub fn each_key(&self) -> impl Iterator<Item = &'static str> + use<> {
+        self.keys.split([' ', ',', '`']).filter(|word| word.contains('_'))
+    }
+}
+
 /// Which logs an effect shows in: torque logs hold torque and angle, angle logs command and angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeenIn {
