@@ -45,4 +45,4 @@ pub use outcome::{
     RivalFit, Unnamed, UnnamedGain, UnnamedRule, Verdict, Whiteness,
 };
 pub use suspect::{Suspect, SuspectParameter};
-pub use workers::{OneAfterTheOther, Workers};
+pub use workers::{OneAfterTheOther, Workers, map};

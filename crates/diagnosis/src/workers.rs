@@ -24,11 +24,7 @@ impl Workers for OneAfterTheOther {
 }
 
 /// The results of `job` for each number below `count`, in order: the same whatever the number of threads.
-pub(crate) fn map<T: Send + Sync>(
-    workers: &dyn Workers,
-    count: usize,
-    job: impl Fn(usize) -> T + Sync,
-) -> Vec<T> {
+pub fn map<T: Send + Sync>(workers: &dyn Workers, count: usize, job: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let slots: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
     workers.run(count, &|index| {
         if let Some(slot) = slots.get(index) {

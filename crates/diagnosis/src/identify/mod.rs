@@ -69,11 +69,8 @@ pub fn identify(
     tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Identification, DiagnosisError> {
     let asked = Asked { log, options, workers };
-    let (begun, _) = asked.campaign(model)?;
-    let is_angle = !begun.kind.residual_is_torque();
-    drop(begun);
-    let torques = if is_angle { as_torques(log, model, workers) } else { None };
     let mut from = model.clone();
+    let torques = as_torques(log, model, workers);
     if let Some(torques) = &torques {
         tell(Event::Step("reading the motor's torque off lag and motion"));
         let coarse = if_possible(converge(Asked { log: torques, ..asked }, model))?;
@@ -83,7 +80,7 @@ pub fn identify(
     let mut best = judged(asked, model, converge(asked, &from)?)?;
     let others =
         std::iter::once(Some(model.clone())).chain(BREAK_AWAY.map(|factor| with_static(&from, factor)));
-    for other in others.flatten().filter(|_| is_angle) {
+    for other in others.flatten().filter(|_| torques.is_some()) {
         if best.gain.over_noise_after <= FAR || workers.is_over() {
             break;
         }

@@ -7,9 +7,8 @@ mod within;
 
 use crate::threads::Threads;
 use config::{Scenario, ScheduledSetPoint};
-use diagnosis::{Choice, Contest, Found, Trial, Workers, choose};
+use diagnosis::{Choice, Contest, Found, Trial, choose, map};
 use log_data::{Channel, Log};
-use std::sync::OnceLock;
 use supervisor::Failure;
 use valve_model::Model;
 use within::Machine;
@@ -100,15 +99,11 @@ fn of_valve(
     threads: &Threads,
 ) -> Result<Experiment, Failure> {
     let parts = valve::parts(valve.scenario, asked.model, asked.within, valve.sines);
-    let slots: Vec<OnceLock<Option<Trial>>> = parts.iter().map(|_| OnceLock::new()).collect();
-    threads.run(parts.len(), &|index| {
-        if let (Some(part), Some(slot)) = (parts.get(index), slots.get(index)) {
-            // Set once: each number is handed out once.
-            let _ = slot.set(valve::trial(valve.scenario, asked.model, *part));
-        }
+    let made = map(threads, parts.len(), |index| {
+        let part = *parts.get(index)?;
+        Some((part, valve::trial(valve.scenario, asked.model, part)?))
     });
-    let made = parts.iter().zip(slots).filter_map(|(part, slot)| Some((*part, slot.into_inner()??)));
-    let (parts, trials): (Vec<valve::Part>, Vec<Trial>) = made.unzip();
+    let (parts, trials): (Vec<valve::Part>, Vec<Trial>) = made.into_iter().flatten().unzip();
     let choice = choose(contest, &trials, asked.most_s, threads);
     let chosen: Vec<valve::Part> =
         choice.chosen.iter().filter_map(|index| parts.get(*index).copied()).collect();
