@@ -14,7 +14,7 @@ use signals::SetPointKind;
 use std::io::{BufRead, stdin};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
-use supervisor::{Failure, Interruption, Request, ask, ask_status, whereabouts};
+use supervisor::{Failure, Interruption, Request, Status, ask, ask_status, whereabouts};
 use valve_model::Model;
 
 /// How long an order may take.
@@ -109,39 +109,38 @@ impl LiveValve {
     /// [`Failure::Failed`] where the valve is not armed, refuses, or stops.
     pub fn make(&self, set_points: &[ScheduledSetPoint], path: &Path) -> Result<Agreed, Failure> {
         let interruption = Interruption::watch()?;
-        self.is_running()?;
+        self.running()?;
         let begun = SystemTime::now();
         let motions = motions(set_points, self.scenario.initial_angle_rad);
-        let (mut made, mut first) = (0, None);
+        let mut first = None;
         for (place, motion) in motions.iter().enumerate() {
-            let before = made == 0;
             say(format_args!("motion {} of {}: {}", place + 1, motions.len(), in_words(motion)));
             if !is_agreed()? {
-                return if before { Ok(Agreed::Declined) } else { self.keep(first, begun, path) };
+                break;
             }
             first.get_or_insert_with(Instant::now);
             if !self.follow(motion, &interruption)? {
                 ask(&self.socket, &Request::Hold, PATIENCE)?;
                 return Ok(Agreed::Interrupted);
             }
-            made += 1;
         }
         self.keep(first, begun, path)
     }
 
+    /// Writes the record from the first motion on, if there was one.
     fn keep(&self, first: Option<Instant>, begun: SystemTime, path: &Path) -> Result<Agreed, Failure> {
-        std::thread::sleep(WRITTEN);
         let Some(first) = first else { return Ok(Agreed::Declined) };
+        std::thread::sleep(WRITTEN);
         let log = self.recorded(first.elapsed(), begun)?;
         run_log::write_log(path, &log).with_context(|| name(path)).map_err(Failure::Failed)?;
         Ok(Agreed::Made)
     }
 
-    /// Refuses where the valve follows no set-points.
-    fn is_running(&self) -> Result<(), Failure> {
+    /// The status of a valve that follows set-points; else a refusal.
+    fn running(&self) -> Result<Status, Failure> {
         let status = ask_status(&self.socket, PATIENCE)?;
         if status.state == "running" {
-            return Ok(());
+            return Ok(status);
         }
         let fault = if status.fault == "none" { String::new() } else { format!(" ({})", status.fault) };
         Err(Failure::Failed(anyhow!(
@@ -160,7 +159,7 @@ impl LiveValve {
                 if interruption.wanted() {
                     return Ok(false);
                 }
-                self.is_running()?;
+                self.running()?;
                 std::thread::sleep(LOOK.min(due.saturating_sub(begun.elapsed())));
             }
             let answer = ask(&self.socket, &order(&of.set_point)?, PATIENCE)?;
@@ -174,8 +173,7 @@ impl LiveValve {
             if interruption.wanted() {
                 return Ok(false);
             }
-            self.is_running()?;
-            if !ask_status(&self.socket, PATIENCE)?.moving {
+            if !self.running()?.moving {
                 return Ok(true);
             }
             if ordered.elapsed() > LATE {

@@ -41,6 +41,7 @@ mod schema;
 mod scope;
 mod shell;
 mod simulate;
+mod sines;
 mod strangers;
 mod summary;
 mod threads;

@@ -1,10 +1,11 @@
 //! An experiment for a valve that is commanded: set-points in a scenario of its own.
 
-use super::motion::{Bounds, Motion};
+use super::motion::Motion;
 use super::within::{Conditions, Range, What};
+use crate::sines::largest_amplitude;
 use campaign::record;
 use closed_loop::wire;
-use config::{Profile, Scenario, ScheduledSetPoint, SetPoint};
+use config::{MotionLimits, Profile, Scenario, ScheduledSetPoint, SetPoint};
 use diagnosis::Trial;
 use std::f64::consts::TAU;
 use toml::{Table, Value};
@@ -13,8 +14,6 @@ use valve_model::{FrictionLaw, Model};
 /// At rest between motions, s; longer where the pressure is another.
 const BETWEEN_S: f64 = 0.4;
 const OTHER_PRESSURE_S: f64 = 1.5;
-/// A sine's start overshoots its speed, acceleration and jerk by these factors.
-const STARTING: [f64; 3] = [1.01, 1.16, 1.56];
 /// Sines, Hz and s; small ones in parts of the presliding range.
 const SINES: [(f64, f64); 5] = [(0.5, 4.0), (1.0, 3.0), (3.0, 2.0), (8.0, 1.5), (20.0, 1.0)];
 const SMALL: [f64; 3] = [0.5, 1.0, 3.0];
@@ -38,15 +37,8 @@ pub fn parts(scenario: &Scenario, model: &Model, within: &[Range], sines: bool) 
     let limits = &scenario.limits;
     let limit = |limit: Option<f64>| limit.map_or(TAU, |limit| (limit - scenario.initial_angle_rad).abs());
     let room_rad = 0.95 * limit(limits.min_angle_rad).min(limit(limits.max_angle_rad));
-    let bounds = Bounds {
-        range_rad: 2.0 * room_rad,
-        speed_rad_per_s: limits.max_speed_rad_per_s,
-        acceleration_rad_per_s2: limits.max_acceleration_rad_per_s2,
-        presliding_rad: FrictionLaw::new(&model.friction).break_away_deflection_rad(),
-        finest_rad: 0.0,
-        step_s: scenario.period_s(),
-    };
-    let mut motions = motions(&bounds, limits.max_jerk_rad_per_s3, limits.position_limited());
+    let presliding_rad = FrictionLaw::new(&model.friction).break_away_deflection_rad();
+    let mut motions = motions(limits, room_rad, presliding_rad);
     motions.retain(|motion| sines || !matches!(motion, Motion::Sine { .. }));
     let pressures: Vec<Option<f64>> = match within.iter().rev().find(|range| range.is_of(What::PressureDrop))
     {
@@ -60,35 +52,29 @@ pub fn parts(scenario: &Scenario, model: &Model, within: &[Range], sines: bool) 
     pressures.into_iter().flat_map(at).collect()
 }
 
-fn motions(bounds: &Bounds, jerk: f64, is_limited: bool) -> Vec<Motion> {
+fn motions(limits: &MotionLimits, room_rad: f64, presliding_rad: f64) -> Vec<Motion> {
     let mut all = Vec::new();
-    let largest = |frequency_hz: f64| {
-        let turning = TAU * frequency_hz;
-        (bounds.speed_rad_per_s / (STARTING[0] * turning))
-            .min(bounds.acceleration_rad_per_s2 / (STARTING[1] * turning * turning))
-            .min(jerk / (STARTING[2] * turning * turning * turning))
-            .min(0.5 * bounds.range_rad)
-    };
+    let speed_rad_per_s = limits.max_speed_rad_per_s;
+    let largest = |frequency_hz: f64| largest_amplitude(limits, frequency_hz).min(room_rad);
     for (frequency_hz, for_s) in SINES {
         for part in [1.0, 0.2] {
             all.push(Motion::Sine { amplitude_rad: part * largest(frequency_hz), frequency_hz, for_s });
         }
     }
     for part in SMALL {
-        let amplitude_rad = part * bounds.presliding_rad;
+        let amplitude_rad = part * presliding_rad;
         if amplitude_rad > 0.0 && amplitude_rad < largest(2.0) {
             all.push(Motion::Sine { amplitude_rad, frequency_hz: 2.0, for_s: 2.0 });
         }
     }
     for (part, rest_s) in LADDERS {
-        let way_rad = part * 0.5 * bounds.range_rad;
-        let speed_rad_per_s = bounds.speed_rad_per_s;
+        let way_rad = part * room_rad;
         let for_s = STEPS as f64 * (rest_s + 2.0 * way_rad / speed_rad_per_s + 0.2);
         all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, for_s });
     }
-    if !is_limited {
-        let turning = SPEEDS
-            .map(|part| Motion::OneWay { speed_rad_per_s: part * bounds.speed_rad_per_s, for_s: TURNING_S });
+    if !limits.position_limited() {
+        let turning =
+            SPEEDS.map(|part| Motion::OneWay { speed_rad_per_s: part * speed_rad_per_s, for_s: TURNING_S });
         all.extend(turning);
     }
     all

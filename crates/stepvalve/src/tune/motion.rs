@@ -1,5 +1,6 @@
 //! The identification motion: it shows every number of the friction law, and the load's inertia.
 
+use crate::sines::largest_amplitude;
 use campaign::record;
 use closed_loop::{WiringError, wire};
 use config::{Compensation, Damping, Scenario, ScheduledSetPoint, SetPoint};
@@ -63,16 +64,6 @@ pub fn identification(scenario: &Scenario) -> Scenario {
     scenario.control.observer = false;
     scenario.control.damping = Damping::None;
     scenario
-}
-
-/// The largest sine that the limits of motion allow, the trajectory's start of it included, rad.
-fn largest_amplitude(limits: &config::MotionLimits, frequency_hz: f64) -> f64 {
-    let by = |limit: f64, factor: f64, power: i32| limit / (factor * frequency_hz.powi(power));
-    by(limits.max_speed_rad_per_s, 6.3, 1).min(by(limits.max_acceleration_rad_per_s2, 45.5, 2)).min(by(
-        limits.max_jerk_rad_per_s3,
-        385.0,
-        3,
-    ))
 }
 
 /// Runs the motion in one thread: the log of what drive and encoder said while it ran.
