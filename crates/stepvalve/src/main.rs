@@ -12,7 +12,6 @@ mod doctor;
 mod drive;
 mod errand;
 mod events;
-mod experiment;
 mod export;
 mod files;
 mod findings;
@@ -41,10 +40,8 @@ mod schema;
 mod scope;
 mod shell;
 mod simulate;
-mod sines;
 mod strangers;
 mod summary;
-mod threads;
 mod tune;
 mod watch;
 

@@ -3,6 +3,7 @@
 use diagnosis::{Evidence, Found, Judged};
 use log_data::Channel;
 use report::{Block, Section, Table};
+use study::words;
 use valve_model::EffectId;
 
 /// A cause that alone would cut the error by less, in parts of the noise, is named, no more.
@@ -17,7 +18,7 @@ pub fn section(found: &Found) -> Section {
     for cause in &found.diagnosis.causes {
         let mut speaks_for = format!(
             "{}; without it {:.1} % of the error on kept-aside runs comes back",
-            super::words::sentence(cause, found.channel),
+            words::sentence(cause, found.channel),
             100.0 * cause.rms_gain
         );
         for evidence in cause.evidence.values() {
@@ -35,10 +36,10 @@ pub fn section(found: &Found) -> Section {
                 match group.best.as_ref().filter(|best| best.id == *id) {
                     None => group.rivals.iter().find(|rival| rival.id == *id).map_or_else(
                         || "explains it".to_owned(),
-                        |rival| format!("explains it: {}", super::words::numbers(&rival.parameters)),
+                        |rival| format!("explains it: {}", words::numbers(&rival.parameters)),
                     ),
                     Some(best) => {
-                        format!("explains it, and fitted best: {}", super::words::numbers(&best.parameters))
+                        format!("explains it, and fitted best: {}", words::numbers(&best.parameters))
                     }
                 },
                 format!("so do its rivals: {}", group.reason),

@@ -1,11 +1,11 @@
 //! Of the report: the error over everything that was recorded, in plots in which what is selected in one lights up in all.
 
-use super::words::{self, is_changed, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::Channel;
 use log_data::median;
 use report::{Axis, Block, Covariate, Hue, Linked, LinkedSeries, Section};
 use std::f64::consts::TAU;
+use study::words::{self, is_changed, short, unit};
 
 /// Samples in the plots.
 const SAMPLES: usize = 8000;

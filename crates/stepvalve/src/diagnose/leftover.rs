@@ -1,11 +1,11 @@
 //! Of the report: whether what is left is the measurement's own noise, neighbour by neighbour, by frequency and by order of
 //! the angle.
 
-use super::words::{self, unit};
 use diagnosis::{Band, Description, Found, Order};
 use log_data::Channel;
 use report::{Axis, Block, Hue, Section, Style, Table, XyPlot, XySeries};
 use std::f64::consts::TAU;
+use study::words::{self, unit};
 
 /// An amplitude that chance makes as large with a greater probability is none.
 const CHANCE: f64 = 0.01;

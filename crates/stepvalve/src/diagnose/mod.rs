@@ -1,45 +1,34 @@
 //! `stepvalve diagnose`: measured runs against a model; what it gets wrong, why, and what that is worth.
 
 mod causes;
-mod closed_loop;
 mod explore;
-mod extended;
 pub mod fix;
 mod leftover;
 pub mod logs;
-mod makers;
 mod page;
 mod progress;
 mod quality;
-mod reading;
 mod remains;
-mod residuals;
 mod results;
 mod runs;
 mod suspects;
 mod unnamed;
-pub mod words;
 
-use crate::experiment::{self, Asked, Experiment, Range, Valve};
 use crate::files::{self, name, names};
 use crate::findings;
 use crate::say::say;
-use crate::threads::Threads;
 use anyhow::Context;
 use config::Scenario;
-use diagnosis::{Diagnosis, Found, Options, Verdict};
-use log_data::Log;
-use log_quality::Finding;
-use logs::Reading;
+use diagnosis::{Options, Verdict};
 use page::Material;
 use processes::complain;
 use progress::Progress;
-use residuals::Residuals;
 use results::Results;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use study::experiment::{self, Range, Valve};
+use study::{Answer, Case, Fixed, Question, Residuals, Threads, extended, words};
 use supervisor::{Failure, Outcome};
-use valve_model::Model;
 
 /// What to hold against what.
 #[derive(clap::Args)]
@@ -189,21 +178,12 @@ impl Arguments {
     }
 }
 
-/// What a diagnosis came to; its files are written.
-pub struct Finished {
-    pub found: Found,
-    pub next: Option<Experiment>,
-    pub headline: String,
-    quality: Vec<Finding>,
-}
-
 /// Diagnoses, writes all files when all is done, and tells what was found.
 ///
 /// # Errors
 /// As [`diagnosed`].
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let Finished { found, headline, quality, .. } = diagnosed(arguments)?;
-    summary(&found.diagnosis, &headline, &quality, &arguments.out);
+    summary(&diagnosed(arguments)?, &arguments.out);
     Ok(Outcome::Done)
 }
 
@@ -212,66 +192,57 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// # Errors
 /// [`Failure::Input`] where the log or the model can't be used, naming run and row, or files exist;
 /// [`Failure::Failed`] where writing fails.
-pub fn diagnosed(arguments: &Arguments) -> Result<Finished, Failure> {
+pub fn diagnosed(arguments: &Arguments) -> Result<Answer, Failure> {
     let results = Results::new(&arguments.out, arguments.force)?;
     let model_file = name(&arguments.model);
     let log_file = names(&arguments.logs);
-    let (model, fixed) = fix::read(&arguments.model, &arguments.fix)?;
+    let of_log = |error: anyhow::Error| Failure::Input(error.context(log_file.clone()));
+    let Fixed { model, effects: fixed } = fix::read(&arguments.model, &arguments.fix)?;
     let suspects = suspects::read(&arguments.hypothesis, arguments.effects.as_ref())?;
-    let valve = arguments.scenario.as_deref().map(read_scenario).transpose()?;
-    let log = logs::read(&arguments.logs, &arguments.exclude)?;
-    let quality = log_quality::inspect(&log, Some(&model));
+    let scenario = arguments.scenario.as_deref().map(read_scenario).transpose()?;
+    let case = Case::new(logs::read(&arguments.logs, &arguments.exclude)?, &model);
+    let case = case.map_err(of_log)?;
     if !arguments.step {
-        findings::show(&quality);
+        findings::show(&case.quality);
     }
-    let log = log_quality::without_wild(log);
-    let readings = logs::readings(log, &model).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     if model.load.is_none() {
         complain(
             "note: the model has no [load]: the inertia behind the transducer, or the motor, counts as none",
         );
     }
-    let progress = Progress::new(words::unit(logs::predicted(&readings, &model)), arguments.step);
+    let progress = Progress::new(words::unit(case.channel()), arguments.step);
     let (seed, noise, tolerance) = (arguments.seed, arguments.noise, arguments.tolerance);
-    let options = Options { seed, noise, tolerance, fixed, suspects };
+    let question = Question {
+        options: Options { seed, noise, tolerance, fixed, suspects },
+        valve: scenario.as_ref().map(|scenario| valve(arguments, scenario)),
+        within: &arguments.within,
+        most_s: arguments.experiment_time.as_secs_f64(),
+    };
     let threads = Threads::new(Some(arguments.limit));
-    let best = reading::diagnose_best(readings, &model, &options, &threads, &progress);
-    let best = best.map(|best| best.context("no run is left"));
-    let (mut found, Reading { log, told, .. }) =
-        best.with_context(|| log_file.clone()).map_err(Failure::Input)?.map_err(Failure::Input)?;
-    told.iter().for_each(complain);
-    found.diagnosis.observations.extend(told);
-    progress.step("simulating the gain in the loop");
-    found.diagnosis.gain.closed_loop = closed_loop::gain(&found, &model);
-    progress.step("planning the next experiment");
-    let next = next_experiment(arguments, valve.as_ref(), &found, (&log, &model))?;
-    if let Some(next) = &next {
-        found.diagnosis.next_experiment = next.said.clone();
-    }
+    let answer = case.answer(&question, &threads, &mut |event| progress.show(event)).map_err(of_log)?;
+    answer.told.iter().for_each(complain);
     progress.step("predicting every sample");
-    let residuals = Residuals::of(&log, &model, &found).with_context(|| log_file.clone())?;
+    let residuals = Residuals::of(&answer.log, &model, &answer.found).with_context(|| log_file.clone())?;
     progress.step("writing");
-    let headline = words::headline(&found, &unnamed::sentence(&found));
     let page = page::page(&Material {
-        title: arguments.title.as_deref().unwrap_or(&log.title),
-        found: &found,
-        quality: &quality,
-        log: &log,
+        title: arguments.title.as_deref().unwrap_or(&answer.log.title),
+        answer: &answer,
         residuals: &residuals,
         files: (&log_file, &model_file),
     });
     let mut texts = vec![
-        ("diagnosis.json".to_owned(), quality::json(&found.diagnosis, &quality)?),
-        ("model-extended.toml".to_owned(), extended::text(&found, &model, &log_file, &model_file)),
+        ("diagnosis.json".to_owned(), answer.json()?),
+        ("model-extended.toml".to_owned(), answer.extended(&model, &log_file, &model_file)),
         ("report.html".to_owned(), page),
     ];
-    texts.extend(next.iter().flat_map(|next| next.files.clone()));
+    texts.extend(answer.next.iter().flat_map(|next| next.files.clone()));
     if arguments.rivals {
-        texts.extend(extended::rivals(&found, &model));
+        texts.extend(extended::rivals(&answer.found, &model));
     }
-    results.write(&texts, |path| residuals.write(path, &log))?;
+    let write = |path: &Path| run_log::write_log(path, &residuals.beside(&answer.log)).context("residuals");
+    results.write(&texts, write)?;
     progress.end();
-    Ok(Finished { found, next, headline, quality })
+    Ok(answer)
 }
 
 /// A scenario with its text.
@@ -281,34 +252,28 @@ fn read_scenario(path: &Path) -> Result<(String, Scenario), Failure> {
     Ok((text, scenario))
 }
 
-/// The experiment that would decide what the log leaves open.
-fn next_experiment(
-    arguments: &Arguments,
-    valve: Option<&(String, Scenario)>,
-    found: &Found,
-    (log, model): (&Log, &Model),
-) -> Result<Option<Experiment>, Failure> {
+/// The valve of a scenario, for experiments: its models named wherever the experiment will lie.
+fn valve<'a>(arguments: &Arguments, (text, scenario): &'a (String, Scenario)) -> Valve<'a> {
     let beside = |of: &String| {
         let path = files::beside(arguments.scenario.as_deref().unwrap_or(Path::new("")), of);
         name(&std::path::absolute(&path).unwrap_or(path))
     };
-    let valve = valve.map(|(text, scenario)| Valve {
+    Valve {
         scenario,
         text,
         models: (beside(&scenario.truth), beside(&scenario.belief)),
         sines: !arguments.orders_alone,
-    });
-    let most_s = arguments.experiment_time.as_secs_f64();
-    experiment::next(found, &Asked { log, model, valve, within: &arguments.within, most_s })
+    }
 }
 
-fn summary(diagnosis: &Diagnosis, headline: &str, quality: &[Finding], out: &Path) {
-    say(format_args!("{}: {headline}", diagnosis.verdict.name()));
+fn summary(answer: &Answer, out: &Path) {
+    let diagnosis = &answer.found.diagnosis;
+    say(format_args!("{}: {}", diagnosis.verdict.name(), answer.headline()));
     for cause in &diagnosis.causes {
         say(format_args!("  {}: {}", cause.id, words::numbers(&cause.parameters)));
     }
     for law in &diagnosis.unnamed {
-        say(format_args!("  {}, without a name: {}", law.id, unnamed::goes(law)));
+        say(format_args!("  {}, without a name: {}", law.id, study::unnamed::goes(law)));
     }
     for group in &diagnosis.ambiguous {
         let names: Vec<&str> = group.ids.iter().map(|id| id.name()).collect();
@@ -324,7 +289,7 @@ fn summary(diagnosis: &Diagnosis, headline: &str, quality: &[Finding], out: &Pat
         say(format_args!("  seen: {seen}"));
     }
     words::first_guesses(diagnosis).iter().for_each(|guesses| say(format_args!("next: {guesses}")));
-    let mend = quality::mend_first(quality);
+    let mend = study::quality::mend_first(&answer.quality);
     mend.iter().for_each(|mend| say(format_args!("next: {mend}")));
     if mend.is_empty() && diagnosis.verdict != Verdict::NoDiscrepancy {
         say(format_args!("next: {}", diagnosis.next_experiment));

@@ -1,24 +1,19 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
-use super::residuals::Residuals;
-use super::words::{self, behind, headline, is_changed, short, unit, with_interval};
 use super::{causes, explore, leftover, quality, remains, runs, unnamed};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
-use log_quality::Finding;
 use report::{Block, Page, Section, Table};
+use study::words::{self, behind, is_changed, short, unit, with_interval};
+use study::{Answer, Residuals};
 
 /// What a page is made of.
 pub struct Material<'a> {
     /// The page's title.
     pub title: &'a str,
     /// What was found.
-    pub found: &'a Found,
-    /// What is wrong with the log itself.
-    pub quality: &'a [Finding],
-    /// The log.
-    pub log: &'a Log,
-    /// Its samples, predicted.
+    pub answer: &'a Answer,
+    /// The log's samples, predicted.
     pub residuals: &'a Residuals,
     /// The files: logs and model.
     pub files: (&'a str, &'a str),
@@ -26,9 +21,9 @@ pub struct Material<'a> {
 
 /// The page.
 pub fn page(material: &Material<'_>) -> String {
-    let Material { title, found, quality: findings, log, residuals, files: (log_file, model_file) } =
-        material;
-    let mut page = Page::new(format!("Diagnosis: {title}"), headline(found, &unnamed::sentence(found)));
+    let Material { title, answer, residuals, files: (log_file, model_file) } = material;
+    let Answer { found, log, quality: findings, .. } = answer;
+    let mut page = Page::new(format!("Diagnosis: {title}"), answer.headline());
     let seen =
         found.diagnosis.observations.iter().filter(|_| found.diagnosis.verdict != Verdict::Unexplained);
     let summary = seen.fold(Section::new(""), |section, seen| section.with(Block::Text(seen.clone())));

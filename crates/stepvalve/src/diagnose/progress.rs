@@ -1,6 +1,5 @@
 //! How far a diagnosis is: a line that changes on a terminal; elsewhere a line for each step, and while a step goes on.
 
-use super::words;
 use crate::pulse::Pulse;
 use crate::say::say;
 use diagnosis::Event;
@@ -9,6 +8,7 @@ use processes::complain;
 use std::cell::Cell;
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
+use study::words;
 
 /// Causes of the first ranking that are told.
 const FIRST: usize = 5;

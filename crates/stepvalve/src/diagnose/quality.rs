@@ -1,7 +1,5 @@
-//! What is wrong with the log itself, beside what the model gets wrong.
+//! The part of the report on what is wrong with the log itself.
 
-use anyhow::Context;
-use diagnosis::Diagnosis;
 use log_quality::{Finding, Severity};
 use report::{Block, Section, Table};
 
@@ -19,19 +17,4 @@ pub fn section(found: &[Finding]) -> Section {
     };
     let rows = found.iter().map(row).collect();
     section.with(Block::Table(Table { header, rows }))
-}
-
-/// What to mend in the log before anything that was found in it is believed.
-pub fn mend_first(found: &[Finding]) -> Vec<String> {
-    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);
-    mistakes.map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
-}
-
-/// diagnosis.json, with `data_quality`.
-pub fn json(diagnosis: &Diagnosis, found: &[Finding]) -> anyhow::Result<String> {
-    let mut all = serde_json::to_value(diagnosis).context("diagnosis.json")?;
-    if let Some(fields) = all.as_object_mut() {
-        fields.insert("data_quality".to_owned(), serde_json::to_value(found).context("data_quality")?);
-    }
-    serde_json::to_string_pretty(&all).context("diagnosis.json")
 }

@@ -1,11 +1,11 @@
 //! Of the report: what the models leave, and what to do next, in words to act on.
 
-use super::makers::cause_of;
-use super::quality::mend_first;
-use super::words::{first_guesses, names, short, unit};
 use diagnosis::{Dependence, Found, Verdict};
 use log_quality::Finding;
 use report::{Block, Section, Table};
+use study::cause_of;
+use study::quality::mend_first;
+use study::words::{first_guesses, names, short, unit};
 
 /// Dependences that are spelled out.
 const MOST: usize = 4;

@@ -1,10 +1,9 @@
 //! The folder for the results: all files appear when all are whole.
 
-use super::extended::rival_file;
-use crate::experiment;
 use crate::files::name;
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
+use study::{experiment, extended::rival_file};
 use supervisor::Failure;
 use valve_model::EffectId;
 use whole_file::Partial;

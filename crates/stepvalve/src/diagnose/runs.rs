@@ -1,10 +1,10 @@
 //! Of the report: all runs in a table, the worst first; each opens what was measured and predicted.
 
-use super::residuals::{Residuals, Sampled};
-use super::words::{self, is_changed, short, unit};
 use diagnosis::{Found, Shown};
 use log_data::{Channel, Log, Run};
 use report::{Axis, Band, Block, Hue, OpeningRow, OpeningTable, Section, Style, XyPlot, XySeries};
+use study::words::{self, is_changed, short, unit};
+use study::{Residuals, Sampled};
 
 /// Rows of samples that the page holds, of all runs together, and of one run at least and at most.
 const ALL_ROWS: usize = 40_000;

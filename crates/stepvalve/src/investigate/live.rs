@@ -1,13 +1,13 @@
 //! A valve that runs: motions are asked for over its socket, each after the operator has agreed to it.
 
 use super::machine::{Machine, Made};
-use crate::experiment::{Range, first_motions};
 use crate::files::name;
 use crate::live_motion::{Agreed, LiveValve};
 use crate::operator::Which;
 use anyhow::Context;
 use config::{ScheduledSetPoint, parse_scenario};
 use std::path::{Path, PathBuf};
+use study::experiment::{Range, first_motions};
 use supervisor::Failure;
 
 /// A running instance; its scenario, as it was started with, lies in the investigation's folder.

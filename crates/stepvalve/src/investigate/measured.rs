@@ -1,12 +1,12 @@
 //! A rig that a command of the user's moves and measures.
 
 use super::machine::{Machine, Made};
-use crate::experiment::CSV_FILE;
 use crate::files::name;
 use crate::pulse::Pulse;
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use study::experiment::CSV_FILE;
 use supervisor::Failure;
 
 /// What was measured first, and the command that measures.

@@ -6,8 +6,7 @@ mod measured;
 mod simulated;
 mod story;
 
-use crate::diagnose::{self, Finished, Step, limit};
-use crate::experiment::{Range, TOML_FILE, range};
+use crate::diagnose::{self, Step, limit};
 use crate::files::name;
 use crate::operator::Which;
 use crate::say::say;
@@ -22,6 +21,8 @@ use simulated::Simulated;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use story::{End, Story, Told};
+use study::Answer;
+use study::experiment::{Range, TOML_FILE, range};
 use supervisor::{Failure, InstanceName, Outcome};
 
 /// What to hold against what, and where experiments are made.
@@ -100,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             }
         }
         let finished = diagnosed(arguments, &*machine, &logs, &folder, begun)?;
-        say(format_args!("{number}: {}", finished.headline));
+        say(format_args!("{number}: {}", finished.headline()));
         let end = ended(arguments, &finished, number, begun);
         plan = finished.next.as_ref().filter(|next| next.decides).map(|_| folder.join(TOML_FILE));
         story.steps.push(Told::new(&finished, plan.as_deref(), number));
@@ -138,7 +139,7 @@ fn diagnosed(
     logs: &[PathBuf],
     folder: &Path,
     begun: Instant,
-) -> Result<Finished, Failure> {
+) -> Result<Answer, Failure> {
     complain(format_args!("diagnosing {} records", logs.len()));
     let left = arguments.limit.saturating_sub(begun.elapsed());
     diagnose::diagnosed(&diagnose::Arguments::of_a_step(Step {
@@ -155,7 +156,7 @@ fn diagnosed(
 }
 
 /// Whether that was the last experiment, and why.
-fn ended(arguments: &Arguments, finished: &Finished, number: usize, begun: Instant) -> Option<End> {
+fn ended(arguments: &Arguments, finished: &Answer, number: usize, begun: Instant) -> Option<End> {
     match finished.found.diagnosis.verdict {
         Verdict::Explained => return Some(End::Decided),
         Verdict::NoDiscrepancy => return Some(End::Agrees),

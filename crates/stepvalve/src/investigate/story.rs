@@ -1,12 +1,12 @@
 //! The story of an investigation: a page and JSON.
 
-use crate::diagnose::{Finished, words};
 use crate::files::name;
 use anyhow::Context;
 use diagnosis::{Cause, Found, Shown, Verdict};
 use report::{Axis, Block, Hue, Page, Section, Style, Table, XyPlot, XySeries};
 use serde::Serialize;
 use std::path::Path;
+use study::{Answer, words};
 use supervisor::Failure;
 
 /// The page's name.
@@ -86,13 +86,13 @@ pub struct Told {
 
 impl Told {
     /// What a diagnosis came to.
-    pub fn new(finished: &Finished, plan: Option<&Path>, number: usize) -> Self {
+    pub fn new(finished: &Answer, plan: Option<&Path>, number: usize) -> Self {
         let diagnosis = &finished.found.diagnosis;
         let group =
             |ids: &Vec<_>| ids.iter().map(|id: &valve_model::EffectId| id.name().to_owned()).collect();
         Self {
             verdict: diagnosis.verdict.name(),
-            headline: finished.headline.clone(),
+            headline: finished.headline(),
             causes: diagnosis.causes.clone(),
             open: diagnosis.ambiguous.iter().map(|of| group(&of.ids)).collect(),
             samples: finished.found.samples.0,

@@ -1,7 +1,5 @@
 //! `stepvalve predict`: what the model has for measured runs.
 
-pub mod runs;
-
 use crate::files::{self, name};
 use crate::pulse::Pulse;
 use crate::say::say;
@@ -11,10 +9,10 @@ use indicatif::ProgressBar;
 use log_data::{Attribute, Channel, Log, Run};
 use prediction::{Predicted, Start};
 use run_log::{Late, RunLogError};
-use runs::{Done, Task, predict_all, take_tasks};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver};
+use study::{Done, Task, predict_all, take_tasks};
 use supervisor::{Failure, Outcome};
 use valve_model::Model;
 
@@ -83,7 +81,7 @@ fn predict_and_write(
         let (sender, done) = mpsc::channel();
         let progress = &progress;
         scope.spawn(move || {
-            predict_all(log, model, tasks, &sender, progress);
+            predict_all(log, model, tasks, &sender, &|| progress.inc(1));
         });
         write(out, log, done)
     });

@@ -4,13 +4,11 @@ mod motion;
 mod record;
 mod told;
 
-use crate::diagnose::{fix, logs, logs::Reading};
-use crate::experiment::first_motions;
+use crate::diagnose::{fix, logs};
 use crate::files::{self, name};
 use crate::live_motion::{Agreed, LiveValve};
 use crate::operator::Which;
 use crate::pulse::Pulse;
-use crate::threads::Threads;
 use anyhow::{Context, anyhow};
 use clap::ArgGroup;
 use diagnosis::{Event, Options, identify};
@@ -18,6 +16,8 @@ use log_data::Log;
 use processes::complain;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use study::experiment::first_motions;
+use study::{Fixed, Reading, Threads, readings};
 use supervisor::{Failure, InstanceName, Outcome};
 use valve_model::{EffectId, Model};
 
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         )));
     }
     // Missing samples are bridged; where too many are missing, a run is cut.
-    let readings = logs::readings(log, &belief).with_context(|| of.clone()).map_err(Failure::Input)?;
+    let readings = readings(log, &belief).with_context(|| of.clone()).map_err(Failure::Input)?;
     let Some(Reading { log, told, .. }) = readings.into_iter().next() else {
         return Err(Failure::Input(anyhow!("{of}: no run is left")));
     };
@@ -116,7 +116,7 @@ fn simulated(path: &Path, fixes: &[String]) -> Result<Source, Failure> {
     let scenario = config::parse_scenario(&files::read(path)?, &file).map_err(Failure::input)?;
     let truth = files::beside(path, &scenario.truth);
     let truth = config::parse_model(&files::read(&truth)?, &name(&truth)).map_err(Failure::input)?;
-    let (belief, fixed) = fix::read(&files::beside(path, &scenario.belief), fixes)?;
+    let Fixed { model: belief, effects: fixed } = fix::read(&files::beside(path, &scenario.belief), fixes)?;
     if !scenario.encoder.fitted {
         return Err(Failure::Input(anyhow!(
             "{file}: no encoder is fitted, and the command alone says nothing of friction"
@@ -138,7 +138,7 @@ fn live(instance: Option<InstanceName>, fixes: &[String]) -> Result<Option<Sourc
         return Ok(None);
     }
     valve.write_files(folder.path())?;
-    let (belief, fixed) = fix::read(&folder.path().join("belief.toml"), fixes)?;
+    let Fixed { model: belief, effects: fixed } = fix::read(&folder.path().join("belief.toml"), fixes)?;
     Ok(Some(Source {
         log: logs::read(&[record], &[])?,
         belief,

@@ -1,10 +1,10 @@
 //! The identification motion: it shows every number of the friction law, and the load's inertia.
 
-use crate::sines::largest_amplitude;
 use campaign::record;
 use closed_loop::{WiringError, wire};
 use config::{Compensation, Damping, Scenario, ScheduledSetPoint, SetPoint};
 use log_data::Log;
+use study::largest_amplitude;
 use valve_model::Model;
 
 /// The parts of the motion: length in s, and the sine (amplitude in rad, frequency in Hz).

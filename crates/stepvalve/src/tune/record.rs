@@ -2,11 +2,11 @@
 
 use super::Source;
 use crate::diagnose::{fix, logs};
-use crate::files::{self, name, names, segments};
+use crate::files::{self, names, segments};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
+use study::Fixed;
 use supervisor::Failure;
-use valve_model::{EffectId, Model};
 
 /// What records say, and the belief: the one given, else the one that the first record carries.
 ///
@@ -24,9 +24,9 @@ pub(super) fn source(
         .map(|(place, record)| run_file(record, folder.path(), place))
         .collect::<Result<_, _>>()?;
     let log = logs::read(&logs, &[])?;
-    let (belief, fixed) = match belief {
+    let Fixed { model: belief, effects: fixed } = match belief {
         Some(file) => fix::read(file, fixes)?,
-        None => carried(records, folder.path(), fixes)?,
+        None => carried(records, fixes)?,
     };
     Ok(Source { log, belief, fixed, of: names(records) })
 }
@@ -51,7 +51,7 @@ fn run_file(record: &Path, folder: &Path, place: usize) -> Result<PathBuf, Failu
 }
 
 /// The belief that the first record with segments carries.
-fn carried(records: &[PathBuf], folder: &Path, fixes: &[String]) -> Result<(Model, Vec<EffectId>), Failure> {
+fn carried(records: &[PathBuf], fixes: &[String]) -> Result<Fixed, Failure> {
     let of = |record: &PathBuf| {
         let here = if record.is_dir() { record.clone() } else { record.parent()?.to_owned() };
         let segments = if is_segment(record) { vec![record.clone()] } else { segments(&[here]).ok()? };
@@ -63,7 +63,5 @@ fn carried(records: &[PathBuf], folder: &Path, fixes: &[String]) -> Result<(Mode
             names(records)
         )));
     };
-    let file = folder.join("the record's belief");
-    std::fs::write(&file, &info.texts.belief).with_context(|| name(&file)).map_err(Failure::Failed)?;
-    fix::read(&file, fixes)
+    study::fixed(&info.texts.belief, "the record's belief", fixes).map_err(Failure::Input)
 }

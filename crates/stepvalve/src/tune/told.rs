@@ -1,9 +1,9 @@
 //! What was found, on the terminal and in the model file.
 
-use crate::diagnose::words;
 use crate::say::say;
 use config::{ModelComments, write_model};
 use diagnosis::{Identification, Identified, resonance_hz};
+use study::words;
 use toml::Table;
 use valve_model::{EffectId, Model};
 

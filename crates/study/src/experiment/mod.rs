@@ -9,13 +9,13 @@ use crate::threads::Threads;
 use config::{Scenario, ScheduledSetPoint};
 use diagnosis::{Choice, Contest, Found, Trial, choose, map};
 use log_data::{Channel, Log};
-use supervisor::Failure;
 use valve_model::Model;
 use within::Machine;
 pub use within::{Range, range};
 
-/// The files of an experiment.
+/// The file that says what an experiment is.
 pub const TOML_FILE: &str = "next-experiment.toml";
+/// The file of its motion, for a rig.
 pub const CSV_FILE: &str = "next-experiment.csv";
 
 /// A sensor with this part of the noise is proposed where it would decide.
@@ -23,6 +23,7 @@ const BETTER: f64 = 0.1;
 
 /// A valve that set-points can be given to.
 pub struct Valve<'a> {
+    /// The scenario whose limits it has.
     pub scenario: &'a Scenario,
     /// The scenario's text.
     pub text: &'a str,
@@ -34,9 +35,13 @@ pub struct Valve<'a> {
 
 /// What an experiment is to be for, and to keep within.
 pub struct Asked<'a> {
+    /// The log.
     pub log: &'a Log,
+    /// The given model.
     pub model: &'a Model,
-    pub valve: Option<Valve<'a>>,
+    /// The valve, where it is commanded.
+    pub valve: Option<&'a Valve<'a>>,
+    /// What the user allows.
     pub within: &'a [Range],
     /// The longest that it may take, s.
     pub most_s: f64,
@@ -55,14 +60,14 @@ pub struct Experiment {
 /// The experiment that tells the first group of a diagnosis apart; `None` where none is open.
 ///
 /// # Errors
-/// [`Failure::Input`] for limits that leave no motion.
-pub fn next(found: &Found, asked: &Asked<'_>) -> Result<Option<Experiment>, Failure> {
+/// Limits that leave no motion.
+pub fn next(found: &Found, asked: &Asked<'_>) -> anyhow::Result<Option<Experiment>> {
     let Some(contest) = found.contests.first() else { return Ok(None) };
     let threads = Threads::new(None);
     if found.channel == Channel::Torque {
         return of_rig(contest, asked, &threads).map(Some);
     }
-    match &asked.valve {
+    match asked.valve {
         Some(valve) => of_valve(contest, asked, valve, &threads).map(Some),
         None => Ok(None),
     }
@@ -73,7 +78,7 @@ pub fn first_motions(scenario: &Scenario, model: &Model, within: &[Range]) -> Ve
     valve::scenario(scenario, &valve::parts(scenario, model, within, false)).set_points
 }
 
-fn of_rig(contest: &Contest, asked: &Asked<'_>, threads: &Threads) -> Result<Experiment, Failure> {
+fn of_rig(contest: &Contest, asked: &Asked<'_>, threads: &Threads) -> anyhow::Result<Experiment> {
     let machine = Machine::of(asked.log, asked.model, asked.within)?;
     let parts = rig::parts(&machine);
     let trials: Vec<Trial> = parts.iter().map(|part| part.trial(&machine)).collect();
@@ -97,7 +102,7 @@ fn of_valve(
     asked: &Asked<'_>,
     valve: &Valve<'_>,
     threads: &Threads,
-) -> Result<Experiment, Failure> {
+) -> anyhow::Result<Experiment> {
     let parts = valve::parts(valve.scenario, asked.model, asked.within, valve.sines);
     let made = map(threads, parts.len(), |index| {
         let part = *parts.get(index)?;
@@ -110,7 +115,7 @@ fn of_valve(
     let made = valve::scenario(valve.scenario, &chosen);
     let title = format!("to tell {} apart", names(contest));
     let models = (valve.models.0.as_str(), valve.models.1.as_str());
-    let text = valve::text(valve.text, &made, models, &title).map_err(Failure::Failed)?;
+    let text = valve::text(valve.text, &made, models, &title)?;
     let files = vec![(TOML_FILE.to_owned(), head(contest, &choice, made.duration_s, "") + &text)];
     Ok(concluded(contest, (choice, &trials), asked.most_s, threads, files))
 }

@@ -5,7 +5,6 @@ use anyhow::anyhow;
 use config::{Dimension, parse_quantity};
 use log_data::{Log, Run};
 use prediction::Noise;
-use supervisor::Failure;
 use valve_model::{FrictionLaw, Model};
 
 /// A pressure that shows what pressure does, Pa, where the log has none to speak of.
@@ -26,12 +25,12 @@ pub struct Range {
 }
 
 impl Range {
-    pub fn is_of(&self, what: What) -> bool {
+    pub(super) fn is_of(&self, what: What) -> bool {
         self.what == what
     }
 
     /// Its ends; one where they are the same.
-    pub fn ends(&self) -> [f64; 2] {
+    pub(super) fn ends(&self) -> [f64; 2] {
         [self.least, self.most]
     }
 }
@@ -100,8 +99,8 @@ impl Machine {
     /// As far as the log went, within what the user allows.
     ///
     /// # Errors
-    /// [`Failure::Input`] where nothing is left to move in.
-    pub fn of(log: &Log, model: &Model, within: &[Range]) -> Result<Self, Failure> {
+    /// Where nothing is left to move in.
+    pub fn of(log: &Log, model: &Model, within: &[Range]) -> anyhow::Result<Self> {
         let seen = Seen::of(log);
         let allowed = |what: What| within.iter().rev().find(|range| range.what == what);
         let (least, most) = allowed(What::Angle).map_or(seen.angle_rad, |range| (range.least, range.most));
@@ -117,9 +116,7 @@ impl Machine {
             step_s: seen.step_s,
         };
         if !(bounds.range_rad > 0.0 && bounds.speed_rad_per_s > 0.0 && bounds.acceleration_rad_per_s2 > 0.0) {
-            return Err(Failure::Input(anyhow!(
-                "--within: expected some angle, speed and acceleration to move with"
-            )));
+            return Err(anyhow!("--within: expected some angle, speed and acceleration to move with"));
         }
         let levels = |what: What, levels: Vec<f64>| match allowed(what) {
             Some(range) if range.least < range.most => vec![range.least, range.most],

@@ -1,14 +1,14 @@
 //! What the extension is worth in the loop: the extended model as the valve, the given and the extended one in turn in
 //! the controller.
 
-use super::extended;
+use crate::extended;
 use closed_loop::{Level, measure};
 use config::{Compensation, parse_scenario};
 use diagnosis::{ClosedLoopGain, Found};
 use valve_model::Model;
 
 /// The motion: a sine through both directions, whose reversals are what friction spoils.
-const SCENARIO: &str = include_str!("../../../../rt-config/scenarios/sine-1hz.toml");
+const SCENARIO: &str = include_str!("../../../rt-config/scenarios/sine-1hz.toml");
 
 /// The controller feeds forward all that its belief holds, effects too: those are what was found.
 const LEVEL: Level = Level { feed_forward: Compensation::FullWithEffects, encoder: false };

@@ -1,8 +1,7 @@
 //! Which reading of a log tells more, where some runs lack a channel: all runs without it, or those that have it alone.
 
-use super::logs::{Reading, needs};
-use super::progress::Progress;
-use diagnosis::{Diagnosis, DiagnosisError, Found, Options, Verdict, Workers, diagnose};
+use crate::readings::{Reading, needs};
+use diagnosis::{Diagnosis, DiagnosisError, Event, Found, Options, Verdict, Workers, diagnose};
 use valve_model::Model;
 
 /// Diagnoses the first reading, and the other one if that finds no explanation. The other one's answer is taken if it explains all
@@ -12,7 +11,7 @@ pub fn diagnose_best(
     model: &Model,
     options: &Options,
     workers: &dyn Workers,
-    progress: &Progress,
+    tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Option<(Found, Reading)>, DiagnosisError> {
     let mut best: Option<(Found, Reading)> = None;
     for reading in readings {
@@ -20,9 +19,9 @@ pub fn diagnose_best(
             if is_settled(found.diagnosis.verdict) || workers.is_over() {
                 break;
             }
-            progress.step("once more, with the runs alone that have all channels");
+            tell(Event::Step("once more, with the runs alone that have all channels"));
         }
-        let found = diagnose(&reading.log, model, options, workers, &mut |event| progress.show(event))?;
+        let found = diagnose(&reading.log, model, options, workers, tell)?;
         let better = best.as_ref().is_none_or(|(other, _)| {
             is_settled(found.diagnosis.verdict)
                 && !is_settled(other.diagnosis.verdict)

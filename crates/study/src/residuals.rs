@@ -1,16 +1,12 @@
-//! Every sample of the log, predicted by the given and by the extended model; residuals.h5 holds them.
+//! Every sample of the log, predicted by the given and by the extended model.
 //!
 //! The diagnosis looks at blocks of long logs. Here whole runs are predicted, as `stepvalve predict` does it.
 
-use crate::predict::runs::{Done, predict_all, tasks};
-use anyhow::Context;
+use crate::predicted::predictions;
 use diagnosis::{Covariance, Found};
-use indicatif::ProgressBar;
 use log_data::{AngleZero, Attribute, Channel, Extra, Log, median};
 use nalgebra::DMatrix;
 use prediction::PredictionError;
-use std::path::Path;
-use std::sync::mpsc;
 use valve_model::{EffectValue, Model};
 
 /// So many samples may be predicted to learn how far the parameters' uncertainty moves a prediction: a few seconds' work.
@@ -18,6 +14,7 @@ const TORQUES: usize = 10_000_000;
 const ANGLES: usize = 1_000_000;
 
 /// A log's samples beside their predictions.
+#[derive(Debug)]
 pub struct Residuals {
     /// What is predicted.
     pub channel: Channel,
@@ -28,7 +25,7 @@ pub struct Residuals {
 }
 
 /// A run's samples, in the channel's unit; NaN where nothing was measured or predicted.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Sampled {
     /// As measured.
     pub measured: Vec<f64>,
@@ -70,11 +67,8 @@ impl Residuals {
         Ok(Self { channel, runs: runs.collect(), with_parameters })
     }
 
-    /// Writes them as a valve-log: the log's channels, and what was predicted beside them.
-    ///
-    /// # Errors
-    /// Where the system refuses.
-    pub fn write(&self, path: &Path, log: &Log) -> anyhow::Result<()> {
+    /// A log as residuals.h5 holds it: the log's channels, and what was predicted beside them.
+    pub fn beside(&self, log: &Log) -> Log {
         let unit = self.channel.unit();
         let mut all = Log { title: format!("Residuals: {}", log.title), ..log.clone() };
         let mut say = |key: &str, text: &str| {
@@ -98,7 +92,7 @@ impl Residuals {
                 extra("standard_deviation", &sampled.deviation),
             ];
         }
-        run_log::write_log(path, &all).context("residuals")
+        all
     }
 }
 
@@ -112,23 +106,6 @@ impl Sampled {
             .fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
         if count > 0.0 { (sum / count).sqrt() } else { f64::NAN }
     }
-}
-
-fn predictions(log: &Log, channel: Channel, model: &Model) -> Result<Vec<Vec<f64>>, PredictionError> {
-    let tasks = tasks(log, channel);
-    let mut all: Vec<Vec<f64>> = vec![Vec::new(); log.runs.len()];
-    let (sender, done) = mpsc::channel::<Done>();
-    std::thread::scope(|scope| {
-        scope.spawn(move || predict_all(log, model, tasks, &sender, &ProgressBar::hidden()));
-        for one in done {
-            let (task, _) = one?;
-            if let Some(place) = all.get_mut(task.index) {
-                *place = task.values;
-            }
-        }
-        Ok(())
-    })?;
-    Ok(all)
 }
 
 /// Moves predicted angles to the measured zero, which no model knows: one for the log, or one for each run.

@@ -5,8 +5,8 @@ use config::{ModelComments, write_model};
 use diagnosis::{BestOfGroup, Cause, Corrected, Evidence, Found};
 use valve_model::{Effect, EffectId, Model};
 
-use super::unnamed;
-use super::words::{corrected, is_changed, known, unit};
+use crate::unnamed;
+use crate::words::{corrected, is_changed, known, unit};
 
 /// The given model with what was found, factors in the sections' numbers: there the controller looks for them too.
 pub fn model(found: &Found) -> Model {

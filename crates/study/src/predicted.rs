@@ -1,10 +1,11 @@
 //! All runs of a log through a model, several at a time.
+//!
+//! This is what `stepvalve predict` does, too.
 
-use indicatif::ProgressBar;
 use log_data::{Channel, Log, Run};
 use prediction::{Past, Predicted, PredictionError, depends_on_past, predict_taken, predicted_channel};
 use std::num::NonZero;
-use std::sync::mpsc::Sender;
+use std::sync::mpsc::{self, Sender};
 use std::sync::{Mutex, PoisonError};
 use valve_model::Model;
 
@@ -45,12 +46,18 @@ pub fn tasks(log: &Log, channel: Channel) -> Vec<Task> {
     log.runs.iter().enumerate().map(task).collect()
 }
 
-/// Predicts all tasks, and hands over each as it is done, in any order.
-pub fn predict_all(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>, progress: &ProgressBar) {
+/// Predicts all tasks, hands over each as it is done, in any order, and says so.
+pub fn predict_all(
+    log: &Log,
+    model: &Model,
+    tasks: Vec<Task>,
+    done: &Sender<Done>,
+    one_more: &(dyn Fn() + Sync),
+) {
     if depends_on_past(model) {
-        one_after_the_other(log, model, tasks, done, progress);
+        one_after_the_other(log, model, tasks, done, one_more);
     } else {
-        side_by_side(log, model, tasks, done, progress);
+        side_by_side(log, model, tasks, done, one_more);
     }
 }
 
@@ -60,7 +67,7 @@ fn one_after_the_other(
     model: &Model,
     mut tasks: Vec<Task>,
     done: &Sender<Done>,
-    progress: &ProgressBar,
+    one_more: &(dyn Fn() + Sync),
 ) {
     let one_clock = log.is_on_one_clock();
     let run_of = |task: &Task| log.runs.get(task.index);
@@ -81,12 +88,18 @@ fn one_after_the_other(
         if failed || told.is_err() {
             return;
         }
-        progress.inc(1);
+        one_more();
     }
 }
 
 /// As many runs at a time as there are processors.
-fn side_by_side(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>, progress: &ProgressBar) {
+fn side_by_side(
+    log: &Log,
+    model: &Model,
+    tasks: Vec<Task>,
+    done: &Sender<Done>,
+    one_more: &(dyn Fn() + Sync),
+) {
     let workers = std::thread::available_parallelism().map_or(1, NonZero::get).min(tasks.len());
     let queue = Mutex::new(tasks.into_iter());
     std::thread::scope(|scope| {
@@ -101,9 +114,30 @@ fn side_by_side(log: &Log, model: &Model, tasks: Vec<Task>, done: &Sender<Done>,
                     if done.send(predicted.map(|predicted| (task, predicted))).is_err() {
                         return;
                     }
-                    progress.inc(1);
+                    one_more();
                 }
             });
         }
     });
+}
+
+/// One channel of all runs as a model has it, in the log's order.
+///
+/// # Errors
+/// A run that can't be predicted.
+pub fn predictions(log: &Log, channel: Channel, model: &Model) -> Result<Vec<Vec<f64>>, PredictionError> {
+    let tasks = tasks(log, channel);
+    let mut all: Vec<Vec<f64>> = vec![Vec::new(); log.runs.len()];
+    let (sender, done) = mpsc::channel::<Done>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || predict_all(log, model, tasks, &sender, &|| ()));
+        for one in done {
+            let (task, _) = one?;
+            if let Some(place) = all.get_mut(task.index) {
+                *place = task.values;
+            }
+        }
+        Ok(())
+    })?;
+    Ok(all)
 }

@@ -2,20 +2,29 @@
 
 use diagnosis::Workers;
 use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// Shares jobs among threads.
+#[derive(Debug, Clone)]
 pub struct Threads {
     count: usize,
     until: Option<Instant>,
+    stop: Arc<AtomicBool>,
 }
 
 impl Threads {
     /// One for each processor, for so long.
     pub fn new(limit: Option<Duration>) -> Self {
         let count = std::thread::available_parallelism().map_or(1, NonZero::get);
-        Self { count, until: limit.map(|limit| Instant::now() + limit) }
+        Self { count, until: limit.map(|limit| Instant::now() + limit), stop: Arc::default() }
+    }
+
+    /// The same, ended sooner by whoever sets this.
+    #[must_use]
+    pub fn stopped_by(self, stop: &Arc<AtomicBool>) -> Self {
+        Self { stop: Arc::clone(stop), ..self }
     }
 }
 
@@ -38,6 +47,6 @@ impl Workers for Threads {
     }
 
     fn is_over(&self) -> bool {
-        self.until.is_some_and(|until| Instant::now() >= until)
+        self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
     }
 }

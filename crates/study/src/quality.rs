@@ -1,0 +1,23 @@
+//! What is wrong with the log itself, beside what the model gets wrong, in words and in diagnosis.json.
+
+use anyhow::Context;
+use diagnosis::Diagnosis;
+use log_quality::{Finding, Severity};
+
+/// What to mend in the log before anything that was found in it is believed.
+pub fn mend_first(found: &[Finding]) -> Vec<String> {
+    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);
+    mistakes.map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
+}
+
+/// diagnosis.json, with `data_quality`.
+///
+/// # Errors
+/// A number that JSON has no form of, which none is.
+pub fn json(diagnosis: &Diagnosis, found: &[Finding]) -> anyhow::Result<String> {
+    let mut all = serde_json::to_value(diagnosis).context("diagnosis.json")?;
+    if let Some(fields) = all.as_object_mut() {
+        fields.insert("data_quality".to_owned(), serde_json::to_value(found).context("data_quality")?);
+    }
+    serde_json::to_string_pretty(&all).context("diagnosis.json")
+}
