@@ -43,7 +43,9 @@ enum How {
 
 fn how(command: &str) -> How {
     let is = |beginning: &str| command.starts_with(beginning);
-    if is("./tools/") || is("cargo build") || is("export PATH") {
+    // The Python package is built, and its example run, in tools/check and tests/tests/python_package.rs.
+    let of_package = is("pip install") || is("python3 crates/python");
+    if is("./tools/") || is("cargo build") || is("export PATH") || of_package {
         How::Elsewhere
     } else if is("stepvalve run ") {
         How::Stays

@@ -94,7 +94,7 @@ pub struct MotionMetrics {
 
 impl MotionMetrics {
     /// From what the loop's messages came to.
-    pub(crate) fn new(metrics: &Metrics) -> Self {
+    pub fn new(metrics: &Metrics) -> Self {
         let unknown = Spread { rms: f64::NAN, peak: f64::NAN };
         let (truth, measured) =
             (metrics.true_error().unwrap_or(unknown), metrics.measured_error().unwrap_or(unknown));

@@ -1,6 +1,6 @@
 //! `/runs`: the messages of a record as tables, a row a cycle, made from `/messages` column by column.
 
-use crate::columns::{COLUMNS, TOPICS};
+use crate::columns::{columns, topics};
 use crate::cycles::{CycleTable, Span, spans};
 use crate::{h5, messages};
 use hdf5::{Group, Result};
@@ -20,7 +20,7 @@ pub(crate) fn write(file: &Group, info: &RecordInfo) -> Result<Vec<Span>> {
         h5::put_number(&out, "generation", span.generation)?;
         h5::put_number(&out, "first_cycle", span.first_cycle)?;
         let mut tables = BTreeMap::new();
-        for topic in TOPICS {
+        for topic in topics() {
             if let Some(table) = CycleTable::open(file, topic, span)? {
                 tables.insert(topic, table);
             }
@@ -48,12 +48,12 @@ impl RunWriter {
             self.put_channel(Channel::Flow, &flow, "truth")?;
         }
         self.following_errors(&angle)?;
-        for column in COLUMNS {
-            if let Some(values) = self.field(column.topic, column.field)? {
-                let field = column.topic.body_fields().iter().find(|field| field.name == column.field);
+        for (column, topic) in columns() {
+            if let Some(values) = self.field(topic, column.field)? {
+                let field = topic.body_fields().iter().find(|field| field.name == column.field);
                 let unit = field.map_or("1", |field: &Field| field.unit);
                 let dataset = h5::put_column(&self.out, column.name, unit, &values)?;
-                messages::explain(&dataset, column.topic, column.field)?;
+                messages::explain(&dataset, topic, column.field)?;
             }
         }
         Ok(())

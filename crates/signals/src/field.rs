@@ -20,7 +20,7 @@ pub enum Kind {
 impl Kind {
     /// A field's eight bytes as a number; counts and codes are rounded to `f64`.
     #[inline]
-    pub(crate) fn value(self, word: u64) -> f64 {
+    pub fn value(self, word: u64) -> f64 {
         match self {
             Self::U64 => word as f64,
             Self::I64 => word.cast_signed() as f64,
