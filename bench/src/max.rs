@@ -32,7 +32,7 @@ pub fn run(quick: bool) -> Result<Results> {
     for period_ns in PERIODS_NS {
         progress.next(format!("{} µs", period_ns / 1000));
         let scenario = place.path("max.toml");
-        Variant { period_ns, cycles, seed: 2 }.write(&scenario)?;
+        Variant { period_ns, cycles, seed: 2, early_ns: 0 }.write(&scenario)?;
         let witness = Witness::on(CORE);
         let summary = place.simulate(&scenario, "realtime", &[]);
         let seen = witness.end()?;

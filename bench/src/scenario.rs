@@ -23,12 +23,14 @@ pub struct Variant {
     pub cycles: u64,
     /// Seed of the encoder's noise.
     pub seed: u64,
+    /// The processes wake so long before their deadlines, ns; 0: they sleep to them.
+    pub early_ns: u64,
 }
 
 impl Variant {
     /// So many cycles of 1 ms.
     pub fn of_1khz(cycles: u64) -> Self {
-        Self { period_ns: 1_000_000, cycles, seed: 2 }
+        Self { period_ns: 1_000_000, cycles, seed: 2, early_ns: 0 }
     }
 
     /// The offset of each process from the one before, ns.
@@ -57,6 +59,9 @@ impl Variant {
         table(&mut scenario, "safety")?
             .insert("silence_cycles", value(i64::try_from(silence.clamp(50, 500))?));
         let timing = table(&mut scenario, "timing")?;
+        if self.early_ns > 0 {
+            timing.insert("early", value(format!("{}us", self.early_ns as f64 / 1e3)));
+        }
         for (process, percent) in PHASES_PERCENT {
             let section =
                 timing.get_mut(process).and_then(Item::as_table_mut).context("a process's timing")?;
@@ -117,7 +122,8 @@ mod tests {
     #[test]
     fn every_period_that_is_measured_makes_a_scenario() {
         for period_us in [100, 125, 250, 500, 1000] {
-            let variant = Variant { period_ns: period_us * 1000, cycles: 1000, seed: 7 };
+            let variant =
+                Variant { period_ns: period_us * 1000, cycles: 1000, seed: 7, early_ns: period_us * 100 };
             let parts = variant.parts().unwrap();
             assert_eq!(parts.timeline.period_ns, variant.period_ns);
             assert_eq!(parts.timeline.disarm_cycle - parts.timeline.arm_cycle, 1000);

@@ -15,6 +15,10 @@ pub(crate) fn machine() -> MutexGuard<'static, ()> {
     MACHINE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// A change of a shipped scenario: the processes wake before their deadlines, ready themselves and spin.
+pub const EARLY: (&str, &str) =
+    ("[timing.plant-simulator]", "[timing]\nearly = \"60us\"\n\n[timing.plant-simulator]");
+
 /// The repository's root.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()

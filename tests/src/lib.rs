@@ -17,7 +17,7 @@ mod measured_data;
 mod payloads;
 mod stalls;
 
-pub use bench_place::{Finished, TestPlace, program, repository, shared_memory_prefix};
+pub use bench_place::{EARLY, Finished, TestPlace, program, repository, shared_memory_prefix};
 pub use blind::{count, nothing_hidden, ten_strong_effects};
 pub use cable::{
     drive_scenario, end_drive, on_a_cable, on_a_cable_in_real_time, patient_drive_scenario, start_drive,

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use std::collections::BTreeMap;
-use stepvalve_tests::{Payloads, TestPlace, despite_stalls, payloads};
+use stepvalve_tests::{EARLY, Payloads, TestPlace, despite_stalls, payloads};
 
 const SHIPPED: [&str; 7] = [
     "step-sequence.toml",
@@ -85,8 +85,14 @@ fn two_lockstep_runs_give_the_same_run_file() {
 
 #[test]
 fn real_time_agrees_up_to_its_first_missed_cycle() {
+    for changes in [&[][..], &[EARLY]] {
+        real_time_agrees(changes);
+    }
+}
+
+fn real_time_agrees(changes: &[(&str, &str)]) {
     despite_stalls(|place| {
-        let scenario = place.shortened("step-sequence.toml", 0.4, &[]);
+        let scenario = place.shortened("step-sequence.toml", 0.4, changes);
         place.simulate(&scenario, "lockstep", "lockstep").expect_code(0);
         let lockstep = payloads(&place.path("lockstep/run-0001.mcap"));
         let mut best = 0;

@@ -28,6 +28,12 @@ pub struct Arguments {
     seed: u64,
 }
 
+impl Default for Arguments {
+    fn default() -> Self {
+        Self { samples: 250_000, long: 10_000_000, seed: 77 }
+    }
+}
+
 /// What is hidden in the angle logs: some to which all runs answer, some few; the last one's rotor slips at other moments.
 const ANGLE_EFFECTS: [&str; 4] =
     ["coulomb-level", "pressure-dependent-friction", "dwell-stiction", "presliding-hysteresis"];

@@ -11,6 +11,8 @@ use anyhow::{Context, Result};
 /// The core and the highest priority of the shipped scenario's real-time processes.
 pub const CORE: usize = 1;
 pub const PRIORITY: u8 = 80;
+/// Early by this part of the period.
+pub const EARLY: u64 = 8;
 
 /// One process of the loop over all turns.
 pub struct Process {
@@ -36,6 +38,8 @@ pub struct Measured {
     pub period_ns: u64,
     /// The loop's processes, in the order of their phases.
     pub ours: Vec<Process>,
+    /// The same processes, awake a part of the period before their deadlines.
+    pub early: Vec<Process>,
     /// cyclictest's threads by turn, in the order of their offsets; no turns where it is not installed.
     pub peer: Vec<Vec<Times>>,
     /// What the witness saw beside the loop, and beside cyclictest.
@@ -71,11 +75,14 @@ impl Measured {
     ) -> Result<Self> {
         let scenario = place.path("jitter.toml");
         variant.write(&scenario)?;
+        let early_scenario = place.path("early.toml");
+        Variant { early_ns: variant.period_ns / EARLY, ..*variant }.write(&early_scenario)?;
         let period_us = variant.period_ns / 1000;
         let mut measured = Self {
             load,
             period_ns: variant.period_ns,
             ours: LOOP.iter().map(|_| Process::nothing()).collect::<Result<_>>()?,
+            early: LOOP.iter().map(|_| Process::nothing()).collect::<Result<_>>()?,
             peer: Vec::new(),
             beside_ours: Seen::nothing()?,
             beside_peer: Seen::nothing()?,
@@ -86,7 +93,9 @@ impl Measured {
             let witness = Witness::on(CORE);
             let summary = place.simulate(&scenario, "realtime", &[]);
             measured.beside_ours.add(&witness.end()?);
-            measured.add_loop(&summary?)?;
+            let summary = summary?;
+            measured.scheduling = scheduling(&summary);
+            add(&mut measured.ours, &summary)?;
             progress.next(format!("{load}, {period_us} µs, cyclictest, turn {turn}"));
             if cyclictest::there() {
                 let witness = Witness::on(CORE);
@@ -94,24 +103,10 @@ impl Measured {
                 measured.beside_peer.add(&witness.end()?);
                 measured.peer.push(threads?);
             }
+            progress.next(format!("{load}, {period_us} µs, the loop, early, turn {turn}"));
+            add(&mut measured.early, &place.simulate(&early_scenario, "realtime", &[])?)?;
         }
         Ok(measured)
-    }
-
-    fn add_loop(&mut self, summary: &RunSummary) -> Result<()> {
-        self.scheduling = scheduling(summary);
-        for (name, process) in LOOP.iter().zip(&mut self.ours) {
-            let counts =
-                &summary.processes.get(*name).with_context(|| format!("{name} said nothing"))?.counts;
-            process.wake_up.add_bins(counts.timing.wake_up_bins.iter().copied());
-            process.execution.add_bins(counts.timing.execution_bins.iter().copied());
-            process.cycles += counts.timing.cycles;
-            process.missed += counts.timing.overruns + counts.timing.skipped_cycles;
-            process.published += counts.steady_published;
-            process.allocations += counts.steady_allocations;
-            process.page_faults += counts.steady_page_faults.minor + counts.steady_page_faults.major;
-        }
-        Ok(())
     }
 
     /// All turns of one of cyclictest's threads together; `None` where it is not installed.
@@ -129,9 +124,23 @@ impl Measured {
         let smallest = values.iter().copied().reduce(f64::min)?;
         Some(largest / smallest.max(1.0))
     }
+}
 
-    /// Execution of the whole chain at a quantile: the sum of the three processes', ns.
-    pub fn chain_ns(&self, part: f64) -> u64 {
-        self.ours.iter().map(|process| process.execution.quantile_ns(part)).sum()
+/// Execution of the whole chain at a quantile: the sum of the three processes', ns.
+pub fn chain_ns(processes: &[Process], part: f64) -> u64 {
+    processes.iter().map(|process| process.execution.quantile_ns(part)).sum()
+}
+
+fn add(processes: &mut [Process], summary: &RunSummary) -> Result<()> {
+    for (name, process) in LOOP.iter().zip(processes) {
+        let counts = &summary.processes.get(*name).with_context(|| format!("{name} said nothing"))?.counts;
+        process.wake_up.add_bins(counts.timing.wake_up_bins.iter().copied());
+        process.execution.add_bins(counts.timing.execution_bins.iter().copied());
+        process.cycles += counts.timing.cycles;
+        process.missed += counts.timing.overruns + counts.timing.skipped_cycles;
+        process.published += counts.steady_published;
+        process.allocations += counts.steady_allocations;
+        process.page_faults += counts.steady_page_faults.minor + counts.steady_page_faults.major;
     }
+    Ok(())
 }

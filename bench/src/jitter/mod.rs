@@ -44,10 +44,10 @@ pub fn run(quick: bool, turn_s: Option<u64>, out: &Path) -> Result<Results> {
     extent.turn_ns = turn_s.map_or(extent.turn_ns, |seconds| seconds * 1_000_000_000);
     let loads: Vec<_> = LOADS.into_iter().filter(|load| load.available()).collect();
     let compared: &[u64] = if cyclictest::there() { &COMPARED_NS } else { &[] };
-    let steps = (loads.len() * PERIODS_NS.len() * 2 + compared.len()) * extent.turns;
+    let steps = (loads.len() * PERIODS_NS.len() * 3 + compared.len()) * extent.turns;
     let progress = Progress::new(steps);
     let place = Workplace::new()?;
-    let variant = |period_ns| Variant { period_ns, cycles: extent.turn_ns / period_ns, seed: 2 };
+    let variant = |period_ns| Variant { period_ns, cycles: extent.turn_ns / period_ns, seed: 2, early_ns: 0 };
     let apart =
         compared.iter().map(|period_ns| Apart::take(&place, &variant(*period_ns), extent.turns, &progress));
     let apart = apart.collect::<Result<Vec<_>>>()?;
@@ -72,6 +72,7 @@ pub fn run(quick: bool, turn_s: Option<u64>, out: &Path) -> Result<Results> {
             tables::wake_up(&all),
             apart::sheet(&apart),
             tables::execution(&all),
+            tables::early(&all),
             tables::stalls(&all),
         ],
         data: json!({"loop": tables::data(&all), "address_spaces": apart::data(&apart)}),

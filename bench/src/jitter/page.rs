@@ -34,6 +34,8 @@ fn histograms(measured: &Measured) -> Section {
     let mut section = Section::new(label(measured));
     for (index, (name, ours)) in LOOP.iter().zip(&measured.ours).enumerate() {
         let mut distributions = vec![ours.wake_up.distribution("stepvalve")];
+        distributions
+            .extend(measured.early.get(index).map(|early| early.wake_up.distribution("stepvalve, early")));
         distributions.extend(measured.peer_thread(index).map(|times| times.distribution("cyclictest")));
         let title = format!("{name}: wake-up after the deadline");
         section =

@@ -1,6 +1,6 @@
 //! The tables and numbers of `bench jitter`.
 
-use super::measure::Measured;
+use super::measure::{EARLY, Measured, Process, chain_ns};
 use super::witness::Seen;
 use crate::output::{Sheet, digits, us};
 use crate::programs::LOOP;
@@ -82,8 +82,44 @@ pub fn execution(all: &[Measured]) -> Sheet {
             sheet.row(row);
         }
         let mut row = vec![format!("{}, all three", label(measured))];
-        row.extend([0.5, 0.99, 0.999, 1.0].map(|part| us(measured.chain_ns(part))));
+        row.extend([0.5, 0.99, 0.999, 1.0].map(|part| us(chain_ns(&measured.ours, part))));
         row.extend(["", "", "", "", ""].map(str::to_owned));
+        sheet.row(row);
+    }
+    sheet
+}
+
+/// What it is worth to wake early.
+pub fn early(all: &[Measured]) -> Sheet {
+    let title = format!(
+        "The loop asleep to its deadlines, and awake a {EARLY}th of the period before them (`early` in `[timing]`), in turns: wake-up \
+         after the deadline, the worst of the three processes, and execution, the sum of the three; µs"
+    );
+    let header = [
+        "load, period",
+        "wake-up p50, asleep",
+        "early",
+        "p99, asleep",
+        "early",
+        "p99.9, asleep",
+        "early",
+        "execution p50, asleep",
+        "early",
+        "p99, asleep",
+        "early",
+    ];
+    let mut sheet = Sheet::new("jitter-early", title, &header);
+    for measured in all {
+        let worst = |processes: &[Process], part: f64| {
+            processes.iter().map(|process| process.wake_up.quantile_ns(part)).max().unwrap_or(0)
+        };
+        let mut row = vec![label(measured)];
+        for part in [0.5, 0.99, 0.999] {
+            row.extend([&measured.ours, &measured.early].map(|processes| us(worst(processes, part))));
+        }
+        for part in [0.5, 0.99] {
+            row.extend([&measured.ours, &measured.early].map(|processes| us(chain_ns(processes, part))));
+        }
         sheet.row(row);
     }
     sheet
@@ -143,9 +179,24 @@ fn one(measured: &Measured) -> Value {
             ((*name).to_owned(), value)
         })
         .collect();
+    let early: serde_json::Map<_, _> = LOOP
+        .iter()
+        .zip(&measured.early)
+        .map(|(name, of)| {
+            let value = json!({
+                "wake_up": of.wake_up.json(), "execution": of.execution.json(), "cycles": of.cycles, "missed": of.missed,
+            });
+            ((*name).to_owned(), value)
+        })
+        .collect();
     json!({
         "load": measured.load, "period_ns": measured.period_ns, "scheduling": measured.scheduling,
-        "processes": processes, "chain_p99_ns": measured.chain_ns(0.99),
+        "processes": processes,
+        "chain_p50_ns": chain_ns(&measured.ours, 0.5), "chain_p99_ns": chain_ns(&measured.ours, 0.99),
+        "early": {
+            "early_ns": measured.period_ns / EARLY, "processes": early,
+            "chain_p50_ns": chain_ns(&measured.early, 0.5), "chain_p99_ns": chain_ns(&measured.early, 0.99),
+        },
         "witness": {"loop": seen(&measured.beside_ours), "cyclictest": seen(&measured.beside_peer)},
     })
 }

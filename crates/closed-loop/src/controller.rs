@@ -52,4 +52,12 @@ impl ControllerRole {
     ) -> Output {
         step_control::step(&self.params, &mut self.state, cycle, &Input { feedback, reference, order })
     }
+
+    /// The step of a cycle to come as far as its messages are there, on a copy of the state: its code and data lie in the caches then.
+    /// Nothing comes of it.
+    pub fn rehearse(&self, cycle: u64, feedback: Option<&Feedback>, reference: Option<&Reference>) {
+        let mut state = self.state;
+        let input = Input { feedback, reference, order: None };
+        std::hint::black_box(step_control::step(&self.params, &mut state, cycle, &input));
+    }
 }

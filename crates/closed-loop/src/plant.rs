@@ -134,6 +134,31 @@ impl PlantRole {
         self.output = Some(output);
     }
 
+    /// The work of a cycle to come on copies of the state, as if nothing moved: its code and data lie in the caches then. Nothing
+    /// comes of it.
+    pub fn rehearse(&self, cycle: u64, command: Option<&StepCommand>) {
+        let PlantSample { feedback, .. } = std::hint::black_box(self.sample(cycle));
+        let sensors = Sensors { encoder_rad: Some(feedback.angle_rad), homed: self.homed };
+        std::hint::black_box(drive::step(
+            &self.part.drive,
+            &mut self.drive.clone(),
+            cycle,
+            command,
+            &sensors,
+        ));
+        let command_rad = self.command_rad();
+        let input = ValveInput {
+            command_start_rad: command_rad,
+            command_end_rad: command_rad,
+            pressure_drop_pa: feedback.pressure_drop_pa,
+            oil_temperature_c: feedback.oil_temperature_c,
+            current_ratio: 1.0,
+        };
+        let mut valve = self.valve;
+        let period_s = self.part.timeline.period_s();
+        std::hint::black_box(valve_model::step(&self.part.valve, &mut valve, &input, period_s));
+    }
+
     /// Runs the guard's cycle. A new zero shifts the encoder's zero and homes the valve; without an encoder,
     /// switching the current off un-homes it.
     fn drive_step(&mut self, cycle: u64, command: Option<&StepCommand>) -> drive::Output {

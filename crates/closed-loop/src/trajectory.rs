@@ -88,6 +88,15 @@ impl TrajectoryRole {
         )
     }
 
+    /// The step of a cycle to come as far as its messages are there, on a copy of the state: its code and data lie in the caches then.
+    /// Nothing comes of it.
+    pub fn rehearse(&self, cycle: u64, feedback: Option<&Feedback>, status: Option<&ControlStatus>) {
+        let mut state = self.state.clone();
+        let advance_cycles = self.last_cycle.map_or(1, |last| cycle.saturating_sub(last).max(1));
+        let input = trajectory::Input { advance_cycles, feedback, status, set_point: None };
+        std::hint::black_box(trajectory::step(&self.part.params, &mut state, &input));
+    }
+
     fn due(&mut self, cycle: u64) -> Option<SetPoint> {
         let due = self.part.set_points.get(self.next).filter(|due| self.armed && due.cycle <= cycle)?;
         self.next += 1;

@@ -44,6 +44,9 @@ pub enum ChildError {
     /// The socket for disarming.
     #[error("socket for disarming: {0}")]
     DisarmSocket(io::Error),
+    /// A thread beside the cycle.
+    #[error("a thread: {0}")]
+    Thread(io::Error),
     /// The bus.
     #[error("bus: {0}")]
     Bus(#[from] BusError),
@@ -79,6 +82,7 @@ pub(crate) struct Child {
     pub(crate) recorded: bool,
     pub(crate) timeline: closed_loop::Timeline,
     pub(crate) phase_ns: u64,
+    pub(crate) early_ns: u64,
     pub(crate) wishes: Arc<Wishes>,
     pub(crate) wanted: Wanted,
     /// Faults planned before the start; `None` where none are allowed.

@@ -70,6 +70,15 @@ impl Controller {
 impl Cyclic for Controller {
     const SOURCE: Source = Source::Controller;
 
+    fn make_ready(&mut self, cycle: u64) {
+        self.command.make_ready();
+        self.status.make_ready();
+        self.snapshot.make_ready();
+        self.orders.touch();
+        let (feedback, reference) = (self.feedback.make_ready(cycle), self.reference.make_ready(cycle + 2));
+        self.role.rehearse(cycle, feedback, reference);
+    }
+
     fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {
         let feedback = self.feedback.of_cycle(cycle);
         if let Some(feedback) = &feedback {

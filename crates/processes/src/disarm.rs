@@ -4,6 +4,7 @@
 //! wants the valve disarmed; there is nothing to say, and one line of JSON comes back. The thread that listens is one of
 //! the normal scheduler; the cycle looks at a count.
 
+use crate::side_thread;
 use serde_json::json;
 use signals::{ControllerState, OperatorCommand, OperatorKind};
 use std::fs::Permissions;
@@ -53,7 +54,7 @@ impl DisarmDesk {
         std::fs::rename(&new, path)?;
         let desk = Arc::new(Self::default());
         let listening = Arc::clone(&desk);
-        std::thread::spawn(move || listening.listen(&listener));
+        side_thread::start("disarm", move || listening.listen(&listener))?;
         Ok(desk)
     }
 

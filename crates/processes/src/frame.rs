@@ -9,7 +9,7 @@ use thiserror::Error;
 const MAGIC: [u8; 4] = *b"SVLV";
 
 /// Counts changes of what the frames carry: supervisor and processes must be of one build.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// No frame is longer, in bytes: a scenario and two models of 1 MiB each fit.
 const MAX_LENGTH: usize = 8 << 20;

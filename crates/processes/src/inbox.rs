@@ -48,6 +48,17 @@ impl<B: Service> Inbox<B> {
         }
     }
 
+    /// Awake before the cycle: takes in what is there already; the message of `cycle` where it is among it.
+    pub(crate) fn make_ready(&mut self, cycle: u64) -> Option<&B> {
+        self.reader.take_in(cycle);
+        self.reader.at_hand(cycle)
+    }
+
+    /// Awake before the cycle: looks whether there is something, and leaves it there.
+    pub(crate) fn touch(&self) {
+        self.reader.touch();
+    }
+
     /// Whether nothing more comes because the run is to end.
     pub(crate) fn ended(&self) -> bool {
         self.ended

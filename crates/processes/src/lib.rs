@@ -22,6 +22,7 @@ mod part;
 mod plant;
 mod recorder;
 mod segments;
+mod side_thread;
 mod trajectory;
 mod wishes;
 

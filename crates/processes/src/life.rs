@@ -42,7 +42,7 @@ fn live(source: Source) -> Result<(), ChildError> {
     }
     let bus = Bus::open(&part.membership.place, part.membership.generation)?;
     let wishes = Arc::new(Wishes::default());
-    let orders = listen(&wishes);
+    let orders = listen(&wishes).map_err(ChildError::Thread)?;
     let disarm_desk = part.disarm_socket.map(|path| DisarmDesk::open(&path)).transpose();
     let child = Child {
         source,
@@ -51,6 +51,7 @@ fn live(source: Source) -> Result<(), ChildError> {
         recorded: part.recorded,
         timeline: part.timeline,
         phase_ns: part.timing.phase_ns,
+        early_ns: part.timing.early_ns,
         wishes,
         wanted: Wanted {
             priority: part.timing.priority,

@@ -28,6 +28,11 @@ impl<B: Service> Outbox<B> {
         self
     }
 
+    /// Awake before the cycle: has the next message's memory at hand.
+    pub(crate) fn make_ready(&mut self) {
+        self.writer.make_ready();
+    }
+
     /// Publishes the message for `of_cycle` that this process makes in `cycle`. Never waits.
     pub(crate) fn write(&mut self, cycle: u64, of_cycle: u64, time_ns: u64, body: B) {
         let Some(line) = &mut self.line else { return self.writer.write(of_cycle, time_ns, body) };

@@ -95,6 +95,9 @@ pub(crate) enum Absence {
 pub(crate) trait Cyclic {
     /// Its name on the bus.
     const SOURCE: Source;
+    /// Awake before the deadline of `cycle`: takes in what is there, and touches what the cycle will need. Nothing that others could
+    /// notice, and nothing that the cycle would not do or have without it.
+    fn make_ready(&mut self, _cycle: u64) {}
     /// Does cycle `cycle`, after `skipped` that were passed over.
     fn cycle(&mut self, cycle: u64, skipped: u64, stamp: &mut Stamp);
     /// Where there is no clock: takes no part in a cycle. It still keeps pace with its partners, whose messages it leaves
@@ -185,10 +188,11 @@ fn realtime_cycles<C: Cyclic>(
     let priority = if child.wanted.priority.is_some() { realtime::current_fifo_priority() } else { None };
     let mut steady = Steady::default();
     let mut faults = planned(child, work);
-    let mut timer = CyclicTimer::new(epoch_ns, child.timeline.period_ns, child.phase_ns);
+    let timer = CyclicTimer::new(epoch_ns, child.timeline.period_ns, child.phase_ns);
+    let mut timer = timer.early(child.early_ns);
     let mut correction_ns = 0;
     loop {
-        let wake = timer.wait();
+        let wake = timer.wait_ready(|cycle| work.make_ready(cycle));
         stats.woke(&wake);
         if child.injections.is_some() {
             suffer(child, work, &mut faults, &wake);

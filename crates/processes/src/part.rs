@@ -28,6 +28,8 @@ pub struct TaskTiming {
     pub core: Option<usize>,
     /// SCHED_FIFO priority; `None` for the normal scheduler.
     pub priority: Option<u8>,
+    /// It wakes so long before its deadline, readies itself and spins, ns; 0: it sleeps to the deadline.
+    pub early_ns: u64,
 }
 
 /// What makes a process one of a generation.

@@ -73,6 +73,13 @@ impl Plant {
 impl Cyclic for Plant {
     const SOURCE: Source = Source::Plant;
 
+    fn make_ready(&mut self, cycle: u64) {
+        self.feedback.make_ready();
+        self.truth.make_ready();
+        // Made for this cycle in the one before.
+        self.role.rehearse(cycle, self.commands.make_ready(cycle));
+    }
+
     fn cycle(&mut self, cycle: u64, skipped: u64, stamp: &mut Stamp) {
         for missed_cycle in cycle - skipped..cycle {
             // The valve went on meanwhile, and its pulses count.

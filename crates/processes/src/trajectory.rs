@@ -33,6 +33,13 @@ pub(crate) fn run(child: &Child, part: TrajectoryPart) -> Result<Option<ChildSum
 impl Cyclic for Trajectory {
     const SOURCE: Source = Source::Trajectory;
 
+    fn make_ready(&mut self, cycle: u64) {
+        self.reference.make_ready();
+        self.set_points.touch();
+        let status = cycle.checked_sub(1).and_then(|previous| self.status.make_ready(previous));
+        self.role.rehearse(cycle, self.feedback.make_ready(cycle), status);
+    }
+
     fn cycle(&mut self, cycle: u64, _skipped: u64, stamp: &mut Stamp) {
         let status = cycle.checked_sub(1).and_then(|previous| self.status.of_cycle(previous));
         let feedback = self.feedback.of_cycle(cycle);

@@ -2,7 +2,8 @@
 
 use crate::frame::read_frame;
 use crate::part::ToChild;
-use std::io::stdin;
+use crate::side_thread;
+use std::io::{self, stdin};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -33,11 +34,14 @@ impl Wishes {
 }
 
 /// Listens to the supervisor on a thread of the normal scheduler, so that the loop need not.
-pub(crate) fn listen(wishes: &Arc<Wishes>) -> Receiver<ToChild> {
+///
+/// # Errors
+/// Where there is no such thread.
+pub(crate) fn listen(wishes: &Arc<Wishes>) -> io::Result<Receiver<ToChild>> {
     let (sender, receiver) = channel();
     let wishes = Arc::clone(wishes);
-    std::thread::spawn(move || hear(&wishes, &sender));
-    receiver
+    side_thread::start("wishes", move || hear(&wishes, &sender))?;
+    Ok(receiver)
 }
 
 fn hear(wishes: &Wishes, orders: &Sender<ToChild>) {

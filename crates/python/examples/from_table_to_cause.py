@@ -41,7 +41,7 @@ print(log)
 
 # %% What the model gets wrong, and why
 model = sv.Model.read(repository / "rt-config/models/rig.toml")
-found = sv.diagnose(log, model, progress=True)
+found = sv.diagnose(log, model, limit=None, progress=True)
 print(f"{found.verdict}: {found.headline}")
 print(found.parameters.to_string(index=False))
 

@@ -12,6 +12,7 @@ pub struct CyclicTimer {
     period_ns: u64,
     next_cycle: u64,
     shift_ns: i64,
+    early_ns: u64,
 }
 
 /// A wake-up.
@@ -40,7 +41,19 @@ impl Wake {
 impl CyclicTimer {
     /// A timer whose cycle 0 begins at `epoch_ns + phase_ns` on CLOCK_MONOTONIC. A period of 0 counts as 1 ns.
     pub fn new(epoch_ns: u64, period_ns: u64, phase_ns: u64) -> Self {
-        Self { first_ns: epoch_ns + phase_ns, period_ns: period_ns.max(1), next_cycle: 0, shift_ns: 0 }
+        Self {
+            first_ns: epoch_ns + phase_ns,
+            period_ns: period_ns.max(1),
+            next_cycle: 0,
+            shift_ns: 0,
+            early_ns: 0,
+        }
+    }
+
+    /// The same, awake so long before each deadline.
+    #[must_use]
+    pub fn early(self, early_ns: u64) -> Self {
+        Self { early_ns, ..self }
     }
 
     /// The deadline of the next cycle, in ns.
@@ -60,7 +73,22 @@ impl CyclicTimer {
     /// Sleeps until the next cycle begins. Where that is past, the present cycle is run at once, and those wholly
     /// over are skipped: never two cycles to make up for lost ones, and the phase stays.
     pub fn wait(&mut self) -> Wake {
-        sleep_until(self.next_deadline_ns());
+        self.wait_ready(|_| ())
+    }
+
+    /// The same; where it wakes early, `ready` is called with the cycle to come, unless half of that time is over already; then it spins. So what
+    /// the kernel takes to wake a process, and what caches have forgotten since, is paid for before the deadline.
+    pub fn wait_ready(&mut self, ready: impl FnOnce(u64)) -> Wake {
+        let deadline_ns = self.next_deadline_ns();
+        sleep_until(deadline_ns.saturating_sub(self.early_ns));
+        if self.early_ns > 0 {
+            if now_ns() + self.early_ns / 2 < deadline_ns {
+                ready(self.next_cycle);
+            }
+            while now_ns() < deadline_ns {
+                std::hint::spin_loop();
+            }
+        }
         self.woken(now_ns())
     }
 
@@ -119,9 +147,28 @@ mod tests {
     #[test]
     fn it_sleeps_to_the_deadline() {
         let mut timer = CyclicTimer::new(now_ns() + 2_000_000, 1_000_000, 0);
-        let wakes: Vec<_> = (0..5).map(|_| timer.wait()).collect();
+        let wakes: Vec<_> = (0..5).map(|_| timer.wait_ready(|_| panic!("nothing to ready"))).collect();
         for wake in wakes {
             assert!(wake.woke_ns >= wake.deadline_ns, "woke before the deadline: {wake:?}");
         }
+    }
+
+    #[test]
+    fn awake_early_it_is_ready_for_its_cycle_and_never_before_the_deadline() {
+        let mut timer = CyclicTimer::new(now_ns() + 2_000_000, 1_000_000, 0).early(200_000);
+        let (mut readied, mut last) = (0, None);
+        for _ in 0..50 {
+            let mut asked = None;
+            let wake = timer.wait_ready(|cycle| asked = Some((cycle, now_ns())));
+            assert!(wake.woke_ns >= wake.deadline_ns, "{wake:?}");
+            assert!(last.is_none_or(|last| wake.cycle > last));
+            last = Some(wake.cycle);
+            if let Some((cycle, at_ns)) = asked {
+                readied += 1;
+                assert!(cycle == wake.cycle - wake.skipped && at_ns < wake.awaited_ns, "{wake:?}: {asked:?}");
+            }
+        }
+        // A machine that stalls in every second cycle is none to test on.
+        assert!(readied > 25, "{readied} of 50");
     }
 }

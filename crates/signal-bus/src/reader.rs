@@ -145,6 +145,34 @@ impl<B: Service> CycleReader<B> {
         }
     }
 
+    /// Takes in what is there already for `cycle`, which begins later: [`Self::of_cycle`] then finds it at hand.
+    pub fn take_in(&mut self, cycle: u64) {
+        loop {
+            if let Some(old) = self.early.take_if(|message| message.header.cycle < cycle) {
+                self.newest = Some(old);
+            }
+            if self.early.is_some() || self.early_absence.is_some() {
+                return;
+            }
+            match self.stream.next() {
+                Some(Incoming::Message(message, _)) => self.early = Some(message),
+                Some(Incoming::Absence(absent)) => self.early_absence = Some(absent),
+                None => return,
+            }
+        }
+    }
+
+    /// Looks whether there is a message and leaves it there: what tells so lies in this core's caches then.
+    pub fn touch(&self) {
+        // Whether there is one is the next reader's business.
+        let _ = self.stream.subscriber.has_samples();
+    }
+
+    /// What was taken in for `cycle`.
+    pub fn at_hand(&self, cycle: u64) -> Option<&B> {
+        self.early.as_ref().filter(|message| message.header.cycle == cycle).map(|message| &message.body)
+    }
+
     /// The newest message so far, whatever its cycle; `None` before the first.
     pub fn latest(&mut self) -> Option<Message<B>> {
         while let Some((message, _)) = self.stream.receive() {

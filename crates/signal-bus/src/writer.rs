@@ -4,7 +4,9 @@ use crate::Service;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::ipc;
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use signals::{Header, Message, Source};
+use std::mem::MaybeUninit;
 
 /// The one publisher of a service.
 pub struct Writer<B: Service> {
@@ -13,6 +15,8 @@ pub struct Writer<B: Service> {
     generation: u64,
     next_sequence: u64,
     failures: u64,
+    /// Memory for the next message, borrowed ahead of time.
+    borrowed: Option<SampleMutUninit<ipc::Service, MaybeUninit<Message<B>>, ()>>,
 }
 
 impl<B: Service> Writer<B> {
@@ -21,7 +25,7 @@ impl<B: Service> Writer<B> {
         source: Source,
         generation: u64,
     ) -> Self {
-        Self { publisher, source, generation, next_sequence: 0, failures: 0 }
+        Self { publisher, source, generation, next_sequence: 0, failures: 0, borrowed: None }
     }
 
     /// Maps the readers that are there, so that the first cycles need not.
@@ -44,9 +48,21 @@ impl<B: Service> Writer<B> {
         Message::seal(header, body)
     }
 
+    /// Borrows the memory of the next message ahead of time and writes to it, so that it lies in this core's caches when the message
+    /// is sent.
+    pub fn make_ready(&mut self) {
+        if self.borrowed.is_none() {
+            self.borrowed = self.publisher.loan_uninit().ok();
+        }
+        if let Some(sample) = &mut self.borrowed {
+            sample.payload_mut().write(Message::default());
+        }
+    }
+
     /// Sends a message as it is. Never waits.
     pub fn send(&mut self, message: Message<B>) {
-        let sent = self.publisher.loan_uninit().map(|sample| sample.write_payload(message).send());
+        let sample = self.borrowed.take().map_or_else(|| self.publisher.loan_uninit(), Ok);
+        let sent = sample.map(|sample| sample.write_payload(message).send());
         if !matches!(sent, Ok(Ok(_))) {
             self.failures += 1;
         }

@@ -31,6 +31,7 @@ impl Loaded {
             phase_ns: task.phase_ns,
             core: task.core,
             priority: task.priority,
+            early_ns: self.scenario.timing.early_ns,
         };
         let timing = &self.scenario.timing;
         Timings {

@@ -254,6 +254,9 @@ pub enum LostSteps {
 /// Timing of the four processes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing {
+    /// The processes with deadlines wake so long before them, ready themselves and spin until then, in nanoseconds; 0: they sleep to the
+    /// deadline.
+    pub early_ns: u64,
     /// plant-simulator or valve-bridge.
     pub plant: TaskTiming,
     /// trajectory-generator.

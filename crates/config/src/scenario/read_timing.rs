@@ -15,6 +15,9 @@ const RECORDER: Task = Task("run-recorder", 0);
 
 const PHASE: Bounds = Bounds::within(0.0, 1e-2);
 const MOST_CORES: u64 = 1024;
+/// The processes with deadlines may spin for this part of a period each: with three of them on one core the kernel's limit for real-time
+/// work (95 % of a second) is far away.
+const MOST_EARLY: u64 = 8;
 
 /// Reads `[timing]`; what is not there gets the defaults. `period_ns` is 0 if it was refused.
 pub(super) fn read_timing(root: &Section<'_>, period_ns: u64) -> Timing {
@@ -22,6 +25,8 @@ pub(super) fn read_timing(root: &Section<'_>, period_ns: u64) -> Timing {
     let task = |task: &Task| read_task(section.as_ref(), task, period_ns);
     let ((plant, plant_phase), (trajectory, trajectory_phase)) = (task(&PLANT), task(&TRAJECTORY));
     let ((controller, controller_phase), (recorder, _)) = (task(&CONTROLLER), task(&RECORDER));
+    let early = section.as_ref().and_then(|section| section.find("early"));
+    let early_ns = early.map_or(0, |field| read_early_ns(&field, period_ns));
     if let Some(section) = section {
         if period_ns > 0 {
             let in_order =
@@ -30,7 +35,7 @@ pub(super) fn read_timing(root: &Section<'_>, period_ns: u64) -> Timing {
         }
         section.finish();
     }
-    Timing { plant, trajectory, controller, recorder }
+    Timing { early_ns, plant, trajectory, controller, recorder }
 }
 
 fn read_task<'a>(
@@ -62,6 +67,17 @@ fn read_phase_ns(field: &Field<'_>, period_ns: u64) -> u64 {
         return 0;
     }
     phase_ns
+}
+
+fn read_early_ns(field: &Field<'_>, period_ns: u64) -> u64 {
+    let early_ns = (field.quantity(Dimension::Time, PHASE) * 1e9).round() as u64;
+    let most_ns = period_ns / MOST_EARLY;
+    if period_ns > 0 && early_ns > most_ns {
+        let most = Dimension::Time.display(most_ns as f64 / 1e9);
+        field.refuse(format!("at most an eighth of the period, {most}"));
+        return 0;
+    }
+    early_ns
 }
 
 /// In a cycle the plant comes first, then the trajectory, then the controller.

@@ -42,7 +42,9 @@ impl Motion {
             Self::OneWay { speed_rad_per_s, .. } => speed_rad_per_s * time_s,
             Self::StartStop { rest_s, way_rad, speed_rad_per_s, .. } => {
                 let one_s = rest_s + way_rad / speed_rad_per_s;
-                let (number, within_s) = ((time_s / one_s).floor(), time_s % one_s);
+                // Both of one number: a remainder may be of the swing before where the quotient is of the next.
+                let number = (time_s / one_s).floor();
+                let within_s = (time_s - number * one_s).clamp(0.0, one_s);
                 let moved = (speed_rad_per_s * (within_s - rest_s)).clamp(0.0, way_rad);
                 if number % 2.0 == 0.0 { moved - 0.5 * way_rad } else { 0.5 * way_rad - moved }
             }
@@ -106,8 +108,8 @@ const SMALL_HZ: f64 = 2.0;
 const SMALL_S: f64 = 3.0;
 /// Speeds in parts of the largest.
 const SPEEDS: [f64; 5] = [0.01, 0.05, 0.2, 0.5, 1.0];
-/// Rests before starts, s.
-const RESTS_S: [f64; 3] = [0.1, 1.0, 4.0];
+/// Rests before starts, s, and how many starts: what grows at rest shows in break-aways alone, one a start.
+const RESTS: [(f64, usize); 3] = [(0.1, 8), (1.0, 6), (4.0, 4)];
 /// A motion at constant speed lasts so long, s.
 const LONG_S: f64 = 4.0;
 
@@ -142,11 +144,11 @@ pub fn motions(bounds: &Bounds) -> Vec<Motion> {
             all.push(Motion::OneWay { speed_rad_per_s, for_s: LONG_S });
         }
     }
-    for rest_s in RESTS_S {
+    for (rest_s, starts) in RESTS {
         let speed_rad_per_s = 0.1 * bounds.speed_rad_per_s;
         let way_rad = (0.3 * speed_rad_per_s).min(bounds.range_rad);
         let one_s = rest_s + way_rad / speed_rad_per_s;
-        all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, for_s: 2.0 * one_s.max(1.0) });
+        all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, for_s: starts as f64 * one_s });
     }
     all
 }
