@@ -48,6 +48,31 @@ python_environment() {
     echo "$wanted" >"$stamp"
 }
 
+# zig_linker: cargo zigbuild, a C compiler and cmake for other machines than this one, as Python packages in target/zig.
+zig_linker() {
+    local place=$repository/target/zig
+    if [ ! -x "$place/bin/cmake" ]; then
+        say "a linker for other machines"
+        python3 -c 'import ensurepip, venv' 2>/dev/null || install python3-venv
+        python3 -m venv "$place"
+        "$place/bin/pip" install --quiet --disable-pip-version-check ziglang==0.17.1 cargo-zigbuild==0.24.1 'cmake>=3.26,<5'
+    fi
+    export PATH="$place/bin:$PATH"
+}
+
+# needs_old_glibc FILE... : fails where one needs a glibc newer than 2.17.
+needs_old_glibc() {
+    local file newest
+    for file in "$@"; do
+        newest=$(grep -ao 'GLIBC_2\.[0-9]*' "$file" | sort -uV | tail -n 1)
+        echo "$file: needs ${newest#GLIBC_} of glibc"
+        if [ "$(printf '%s\n' "$newest" GLIBC_2.17 | sort -V | tail -n 1)" != GLIBC_2.17 ]; then
+            echo "expected 2.17 or older" >&2
+            return 1
+        fi
+    done
+}
+
 # cargo_deny: built into target/tools where none is installed. It runs once, so that little is optimised.
 cargo_deny() {
     PATH=$PATH:$repository/target/tools/bin
