@@ -1,9 +1,9 @@
-//! `bench all`: where each figure stands against its goal and its peer, on one page, with what holds back the ones that miss it.
+//! `bench goals`: where each figure stands against its goal and its peer, on one page, with what holds back the ones that miss it.
 
 use crate::output::{Results, Sheet, digits};
-use crate::quiet::Quiet;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use report::{Block, Page, Section, Table};
+use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -239,42 +239,45 @@ fn diagnosed(data: &Value, is_meant: impl Fn(f64) -> bool, key: &str) -> Option<
     plain(of?.get(key)?.as_f64()?)
 }
 
-/// What all benches found, the quietest try of each.
-#[derive(Default)]
-pub struct All {
-    found: BTreeMap<&'static str, (Results, Quiet)>,
-    tries: usize,
+/// What a bench left behind.
+#[derive(Deserialize)]
+pub struct Kept {
+    quick: bool,
+    tables: Vec<Sheet>,
+    data: Value,
 }
 
+/// What the benches found that there are goals for, by their commands.
+#[derive(Default)]
+pub struct All(BTreeMap<&'static str, Kept>);
+
 impl All {
-    /// So many tries of each are made.
-    pub fn of_tries(tries: usize) -> Self {
-        Self { found: BTreeMap::new(), tries }
-    }
-
-    /// Takes in what a try found, and whether it was the quietest of its bench so far.
-    pub fn take(&mut self, results: Results, quiet: Quiet) {
-        let is_quieter = self.found.get(results.command).is_none_or(|(_, before)| quiet < *before);
-        if is_quieter {
-            self.found.insert(results.command, (results, quiet));
+    /// From the JSON files of a folder; a bench that left none was not measured.
+    ///
+    /// # Errors
+    /// A file that no bench wrote.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let mut all = Self::default();
+        for goal in GOALS {
+            let path = folder.join(format!("{}.json", goal.of));
+            if all.0.contains_key(goal.of) || !path.exists() {
+                continue;
+            }
+            let context = || path.display().to_string();
+            let text = std::fs::read_to_string(&path).with_context(context)?;
+            all.0.insert(goal.of, serde_json::from_str(&text).with_context(context)?);
         }
-    }
-
-    /// The results that are kept.
-    pub fn kept(&self) -> impl Iterator<Item = &Results> {
-        self.found.values().map(|(results, _)| results)
+        Ok(all)
     }
 
     /// Where each figure stands.
     pub fn standing(&self) -> Results {
-        let mut sheet = Sheet::new(
-            "goals",
-            format!("Where each figure stands, of the quietest of {} tries each", self.tries),
-            &["figure", "goal", "found", "beside", "", "held back by"],
-        );
+        let title = "Where each figure stands against its goal";
+        let mut sheet =
+            Sheet::new("goals", title, &["figure", "goal", "found", "beside", "", "held back by"]);
         let mut data = Vec::new();
         for goal in GOALS {
-            let found = self.found.get(goal.of).and_then(|(results, _)| (goal.found)(&results.data));
+            let found = self.0.get(goal.of).and_then(|kept| (goal.found)(&kept.data));
             let (shown, state, why) = match &found {
                 None => ("not measured".to_owned(), "–", ""),
                 Some(found) if goal.wanted.is_met(found) => (shown(goal, found), "met", ""),
@@ -287,23 +290,12 @@ impl All {
                 "state": state,
             }));
         }
-        let mut tries = Sheet::new(
-            "goals-tries",
-            "How quiet the machine was: the part of time in which a core stood still beside the try that was kept",
-            &["bench", "tries", "stood still, %"],
-        );
-        for (command, (_, quiet)) in &self.found {
-            tries.row([(*command).to_owned(), self.tries.to_string(), digits(100.0 * quiet.stood_still)]);
-        }
-        let quick = self.kept().any(|results| results.quick);
-        let scheduling = self.kept().next().map_or_else(String::new, |results| results.scheduling.clone());
-        let machine = realtime::machine_facts();
         Results {
             command: "goals",
-            quick,
-            machine,
-            scheduling,
-            sheets: vec![sheet, tries],
+            quick: self.0.values().any(|kept| kept.quick),
+            machine: realtime::machine_facts(),
+            scheduling: "as each bench says".to_owned(),
+            sheets: vec![sheet],
             data: json!(data),
         }
     }
@@ -323,9 +315,9 @@ impl All {
         for sheet in &standing.sheets {
             page.sections.push(Section::new(sheet.title.clone()).with(table(sheet)));
         }
-        for results in self.kept() {
-            let mut section = Section::folded(format!("bench {}", results.command));
-            for sheet in &results.sheets {
+        for (command, kept) in &self.0 {
+            let mut section = Section::folded(format!("bench {command}"));
+            for sheet in &kept.tables {
                 section = section.with(Block::Text(sheet.title.clone())).with(table(sheet));
             }
             page.sections.push(section);

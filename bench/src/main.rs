@@ -30,7 +30,7 @@ mod watched;
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
 use output::Results;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Measures the loop beside its peers. Numbers are printed and written, never judged: a machine has its own.
@@ -109,7 +109,9 @@ enum Bench {
     Margins,
     /// Whether compensation is ever worse than none, over valves unlike the belief; --docs docs/robustness.md
     Robustness(robustness::Arguments),
-    /// Sim, bus, jitter, max, peers and diagnosis-speed, and where each figure stands against its goal: goals.html
+    /// Where the figures that `sim`, `bus`, `jitter` and `diagnosis-speed` left in --out stand against their goals: goals.html
+    Goals,
+    /// Sim, bus, jitter, max, peers and diagnosis-speed, then goals
     All(AllArguments),
 }
 
@@ -137,6 +139,7 @@ fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Echo(echo) => bus::echo(echo),
         Command::Bench(Bench::All(all)) => run_all(all, &arguments),
+        Command::Bench(Bench::Goals) => goals_of(&arguments),
         Command::Bench(Bench::Compensation(own)) => compensation::run(own),
         Command::Bench(bench) => run(bench, &arguments),
     };
@@ -150,36 +153,55 @@ fn main() -> ExitCode {
 }
 
 fn run(bench: &Bench, arguments: &Arguments) -> Result<()> {
-    let results = results_of(bench, arguments)?;
-    println!("{}", results.text());
-    results.write_json(&arguments.out)?;
-    arguments.docs.as_ref().map_or(Ok(()), |document| results.put_into(document))
+    tell(&results_of(bench, arguments)?, &arguments.out, arguments.docs.as_ref())
 }
 
-/// Everything, the quietest try of each, and the page that says where it stands.
+/// Everything, the quietest try of each, and the page that says where it stands. One bench that fails costs itself.
 fn run_all(all: &AllArguments, arguments: &Arguments) -> Result<()> {
-    let mut found = goals::All::of_tries(usize::from(all.tries));
+    let mut failed = Vec::new();
     for bench in all_benches() {
+        let mut kept: Option<(Results, quiet::Quiet)> = None;
         for number in 1..=all.tries {
-            let (results, quiet) = quiet::beside(|| results_of(&bench, arguments))?;
-            eprintln!(
-                "{}, try {number}: a core stood still {:.2} % of the time",
-                results.command,
-                100.0 * quiet.stood_still
-            );
-            found.take(results, quiet);
+            // On a thread of its own: a bench may bind itself to a core, and what it starts inherits that.
+            let tried = std::thread::scope(|scope| {
+                scope.spawn(|| quiet::beside(|| results_of(&bench, arguments))).join()
+            });
+            match tried.unwrap_or_else(|_| Err(anyhow::anyhow!("a bench panicked"))) {
+                Ok((results, quiet)) => {
+                    eprintln!(
+                        "{}, try {number}: beside it a core was taken {quiet} of the time",
+                        results.command
+                    );
+                    if kept.as_ref().is_none_or(|(_, before)| quiet < *before) {
+                        kept = Some((results, quiet));
+                    }
+                }
+                Err(error) => failed.push(error),
+            }
+        }
+        if let Some((results, _)) = kept {
+            // What a diagnosis costs has a document of its own.
+            let docs = arguments.docs.as_ref().filter(|_| results.command != "diagnosis-speed");
+            tell(&results, &arguments.out, docs)?;
         }
     }
+    goals_of(arguments)?;
+    failed.iter().for_each(|error| eprintln!("{error:#}"));
+    failed.pop().map_or(Ok(()), Err)
+}
+
+/// Where the figures that lie in the folder stand.
+fn goals_of(arguments: &Arguments) -> Result<()> {
+    let found = goals::All::read(&arguments.out)?;
     let standing = found.standing();
-    for results in found.kept().chain([&standing]) {
-        println!("{}", results.text());
-        results.write_json(&arguments.out)?;
-        // What a diagnosis costs has a document of its own.
-        if let Some(document) = arguments.docs.as_ref().filter(|_| results.command != "diagnosis-speed") {
-            results.put_into(document)?;
-        }
-    }
+    tell(&standing, &arguments.out, arguments.docs.as_ref())?;
     found.write_page(&standing, &arguments.out.join("goals.html"))
+}
+
+fn tell(results: &Results, out: &Path, docs: Option<&PathBuf>) -> Result<()> {
+    println!("{}", results.text());
+    results.write_json(out)?;
+    docs.map_or(Ok(()), |document| results.put_into(document))
 }
 
 fn results_of(bench: &Bench, arguments: &Arguments) -> Result<Results> {
@@ -208,6 +230,8 @@ fn results_of(bench: &Bench, arguments: &Arguments) -> Result<Results> {
         Bench::Campaign => campaign::run(quick),
         Bench::Margins => margins::run(quick),
         Bench::Robustness(arguments) => robustness::run(arguments, quick),
-        Bench::Compensation(_) | Bench::All(_) => anyhow::bail!("it has no results of its own"),
+        Bench::Compensation(_) | Bench::All(_) | Bench::Goals => {
+            anyhow::bail!("it has no results of its own")
+        }
     }
 }

@@ -1,13 +1,13 @@
 //! What a bench found: tables on the terminal, JSON for machines, and the documents' tables in their place.
 
 use anyhow::{Context, Result, bail};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
 /// A table with a name by which documents refer to it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Sheet {
     /// Its name in documents and JSON.
     pub id: String,

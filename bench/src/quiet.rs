@@ -1,7 +1,8 @@
-//! How quiet the machine is: two idle looks, before a bench and behind it.
+//! How quiet the machine is: a look before a bench and one behind it, while nothing of ours runs.
 
 use crate::jitter::witness::Witness;
 use anyhow::Result;
+use std::fmt;
 use std::num::NonZero;
 use std::thread::{available_parallelism, sleep};
 use std::time::Duration;
@@ -9,11 +10,17 @@ use std::time::Duration;
 /// How long each core is looked at.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// How much of its time a core stood still, at the worse of the two looks.
+/// How much of its time a core was taken, by another program or by the hypervisor, at the worse of the two looks.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Quiet {
     /// In parts of the time.
-    pub stood_still: f64,
+    pub taken: f64,
+}
+
+impl fmt::Display for Quiet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.2} %", 100.0 * self.taken)
+    }
 }
 
 /// Does something between two looks.
@@ -23,8 +30,8 @@ pub struct Quiet {
 pub fn beside<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Quiet)> {
     let before = look()?;
     let done = work()?;
-    let stood_still = before.max(look()?);
-    Ok((done, Quiet { stood_still }))
+    let taken = before.max(look()?);
+    Ok((done, Quiet { taken }))
 }
 
 fn look() -> Result<f64> {
