@@ -3,6 +3,9 @@
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$repository" || exit 1
 
+# What is installed together: the command, and the programs that it starts.
+programs=(stepvalve stepvalve-supervisor plant-simulator trajectory-generator step-controller run-recorder valve-bridge)
+
 say() { printf '\n\033[1m== %s\033[0m\n' "$*"; }
 
 # install PACKAGE... : Debian packages that are not there yet.
@@ -26,6 +29,22 @@ install() {
         exit 1
     fi
     rm -f "$log"
+}
+
+# package_version: the workspace's.
+package_version() { sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1; }
+
+# clean_debian FOLDER OPTION... : this machine's Debian with mmdebstrap's options, from this machine's sources.
+clean_debian() {
+    local folder=$1 codename sources log
+    shift
+    install mmdebstrap
+    codename=$(. /etc/os-release && echo "$VERSION_CODENAME")
+    sources=$(ls /etc/apt/sources.list /etc/apt/sources.list.d/*.sources /etc/apt/sources.list.d/*.list 2>/dev/null || true)
+    log=$(mktemp)
+    # shellcheck disable=SC2086
+    mmdebstrap --quiet "$@" "$codename" "$folder" $sources >"$log" 2>&1 || { tail -n 20 "$log" >&2; echo "FAILED: mmdebstrap" >&2; exit 1; }
+    rm "$log"
 }
 
 require_rust() {

@@ -1,8 +1,9 @@
 //! `bench goals`: where each figure stands against its goal and its peer, on one page, with what holds back the ones that miss it.
 
 use crate::output::{Results, Sheet, digits};
+use crate::programs::LOOP;
 use anyhow::{Context, Result};
-use report::{Block, Page, Section, Table};
+use report::{Block, Page, Section};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -229,8 +230,7 @@ fn two_cores(data: &Value) -> Option<Found> {
 
 fn memory_mb(data: &Value) -> Option<Found> {
     let of = |name: &&str| number(data, &format!("/memory/{name}/vm_rss_kb"));
-    let all = ["plant-simulator", "trajectory-generator", "step-controller"];
-    all.iter().filter_map(of).reduce(f64::max).and_then(|kb| plain(kb / 1e3))
+    LOOP.iter().filter_map(of).reduce(f64::max).and_then(|kb| plain(kb / 1e3))
 }
 
 fn diagnosed(data: &Value, is_meant: impl Fn(f64) -> bool, key: &str) -> Option<Found> {
@@ -305,20 +305,18 @@ impl All {
     /// # Errors
     /// Where it can't be written.
     pub fn write_page(&self, standing: &Results, path: &Path) -> Result<()> {
-        let table =
-            |sheet: &Sheet| Block::Table(Table { header: sheet.header.clone(), rows: sheet.rows.clone() });
         let missed = standing.sheets.first().map_or(0, |sheet| {
             sheet.rows.iter().filter(|row| row.iter().any(|cell| cell == "MISSED")).count()
         });
         let headline = format!("{} of {} figures miss their goal here.", missed, GOALS.len());
         let mut page = Page::new("stepvalve: goals", headline);
         for sheet in &standing.sheets {
-            page.sections.push(Section::new(sheet.title.clone()).with(table(sheet)));
+            page.sections.push(Section::new(sheet.title.clone()).with(Block::Table(sheet.table())));
         }
         for (command, kept) in &self.0 {
             let mut section = Section::folded(format!("bench {command}"));
             for sheet in &kept.tables {
-                section = section.with(Block::Text(sheet.title.clone())).with(table(sheet));
+                section = section.with(Block::Text(sheet.title.clone())).with(Block::Table(sheet.table()));
             }
             page.sections.push(section);
         }

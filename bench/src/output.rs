@@ -48,6 +48,11 @@ impl Sheet {
         self.rows.push(cells.into_iter().collect());
     }
 
+    /// The table on a page.
+    pub fn table(&self) -> report::Table {
+        report::Table { header: self.header.clone(), rows: self.rows.clone() }
+    }
+
     /// The table in Markdown, its columns aligned.
     pub fn markdown(&self) -> String {
         let width = |column: usize| {

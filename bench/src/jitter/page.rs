@@ -2,9 +2,9 @@
 
 use super::measure::Measured;
 use super::tables::label;
-use crate::output::{Results, Sheet};
+use crate::output::Results;
 use crate::programs::LOOP;
-use report::{Axis, Block, Histogram, Page, Section, Table};
+use report::{Axis, Block, Histogram, Page, Section};
 
 /// The page: how to read it, histograms by load and period, the tables, the machine.
 pub fn page(results: &Results, all: &[Measured]) -> Page {
@@ -16,7 +16,7 @@ pub fn page(results: &Results, all: &[Measured]) -> Page {
     page.sections.extend(all.iter().map(histograms));
     let mut tables = Section::folded("Tables");
     for sheet in &results.sheets {
-        tables = tables.with(Block::Text(sheet.title.clone())).with(Block::Table(table(sheet)));
+        tables = tables.with(Block::Text(sheet.title.clone())).with(Block::Table(sheet.table()));
     }
     page.sections.push(tables);
     let mut machine = results.machine.clone();
@@ -46,8 +46,4 @@ fn histograms(measured: &Measured) -> Section {
         LOOP.iter().zip(&measured.ours).map(|(name, ours)| ours.execution.distribution(name)).collect();
     let title = "Execution time of a cycle".to_owned();
     section.with(Block::Histogram(Histogram { title, x: Axis::log("execution time", "µs"), distributions }))
-}
-
-fn table(sheet: &Sheet) -> Table {
-    Table { header: sheet.header.clone(), rows: sheet.rows.clone() }
 }

@@ -6,8 +6,7 @@ use crate::work::beside_python;
 use log_data::{AngleZero, Channel, Extra, Run};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use std::sync::mpsc::channel;
-use study::{predict_all, take_tasks};
+use study::{Task, predicted, take_tasks};
 
 /// A run as Python gives it: name, kind, channels, and signals that models don't know with their units.
 type GivenRun<'py> = (
@@ -101,26 +100,11 @@ pub(crate) fn predict<'py>(
     let tasks = take_tasks(&mut log).map_err(refused)?;
     let count = tasks.len();
     let predicted = beside_python(py, progress, |work| {
-        let (sender, done) = channel();
-        let mut values: Vec<Option<(Channel, Vec<f64>)>> = vec![None; count];
-        std::thread::scope(|scope| {
-            let (log, model) = (&log, &model.model);
-            scope.spawn(move || predict_all(log, model, tasks, &sender, &|| ()));
-            // Dropped early, it ends whoever still predicts.
-            for (number, one) in done.into_iter().enumerate() {
-                let (task, _) = one?;
-                if let Some(place) = values.get_mut(task.index) {
-                    *place = Some((task.channel, task.values));
-                }
-                work.tell("predicting", Some((number + 1) as f64 / count as f64));
-                if work.is_over() {
-                    break;
-                }
-            }
-            Ok::<_, prediction::PredictionError>(())
-        })?;
-        Ok::<_, prediction::PredictionError>(values)
+        predicted(&log, &model.model, tasks, &mut |done| {
+            work.tell("predicting", Some(done as f64 / count as f64));
+            !work.is_over()
+        })
     })?;
-    let values = predicted.map_err(refused)?;
-    Ok(values.into_iter().flatten().map(|(of, values)| (of.name(), PyArray1::from_vec(py, values))).collect())
+    let array = |task: Task| (task.channel.name(), PyArray1::from_vec(py, task.values));
+    Ok(predicted.map_err(refused)?.into_iter().map(array).collect())
 }

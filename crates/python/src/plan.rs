@@ -5,12 +5,13 @@ use crate::work::{Work, beside_python};
 use campaign::log::{self, Head};
 use campaign::{BaseTexts, Column, Row, Source, Values, columns};
 use config::parse_plan;
+use diagnosis::map;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::channel;
+use study::Threads;
 
 /// A scenario with its models: file and text of each.
 type GivenBase = ((String, String), (String, String), (String, String));
@@ -80,16 +81,18 @@ impl Campaign {
         Ok(PyBytes::new(py, &log::begin(&self.head).map_err(refused)?))
     }
 
-    /// Makes runs, so many at a time; their rows as bytes, in any order, each given to `made` as it comes.
+    /// Makes runs, so many at a time; their rows as bytes.
     fn make(
         &self,
         py: Python<'_>,
         runs: Vec<u64>,
-        jobs: Option<usize>,
+        jobs: Option<NonZero<usize>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<Py<PyBytes>>> {
-        let jobs = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, NonZero::get));
-        let made = beside_python(py, progress, |work| self.rows(&runs, jobs.min(runs.len()), work))?;
+        let made = beside_python(py, progress, |work| {
+            let threads = Threads::new(None);
+            self.rows(&runs, &jobs.map_or(threads.clone(), |jobs| threads.so_many(jobs)), work)
+        })?;
         let bytes = made.iter().map(|row| Ok(PyBytes::new(py, &log::row(row).map_err(refused)?).unbind()));
         bytes.collect()
     }
@@ -113,29 +116,17 @@ impl Campaign {
 }
 
 impl Campaign {
-    fn rows(&self, runs: &[u64], jobs: usize, work: &Work) -> Vec<Row> {
-        let next = AtomicUsize::new(0);
-        let (sender, made) = channel();
-        std::thread::scope(|scope| {
-            for _ in 0..jobs {
-                let (next, sender) = (&next, sender.clone());
-                scope.spawn(move || {
-                    while let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let Some(row) = self.campaign.run(*run, &|| work.is_over()) else { return };
-                        if sender.send(row).is_err() {
-                            return;
-                        }
-                    }
-                });
-            }
-            drop(sender);
-            let mut rows = Vec::new();
-            for row in made {
-                rows.push(row);
-                work.tell("simulating runs", Some(rows.len() as f64 / runs.len() as f64));
-            }
-            rows
-        })
+    /// The rows of runs; none of those that were given up.
+    fn rows(&self, runs: &[u64], threads: &Threads, work: &Work) -> Vec<Row> {
+        let made = AtomicUsize::new(0);
+        let rows = map(threads, runs.len(), |index| {
+            let run = runs.get(index).filter(|_| !work.is_over())?;
+            let row = self.campaign.run(*run, &|| work.is_over())?;
+            let made = made.fetch_add(1, Ordering::Relaxed) + 1;
+            work.tell("simulating runs", Some(made as f64 / runs.len() as f64));
+            Some(row)
+        });
+        rows.into_iter().flatten().collect()
     }
 
     /// The rows of a log, in the order of their runs; it is of this campaign.

@@ -119,38 +119,25 @@ impl<B: Service> CycleReader<B> {
     /// The message of `cycle`, if it is there. Those of earlier cycles are passed over, one of a later cycle is kept.
     /// Never waits.
     pub fn of_cycle(&mut self, cycle: u64) -> Found<B> {
-        loop {
-            if let Some(absent) = self.early_absence.take_if(|absent| *absent <= cycle)
-                && absent == cycle
-            {
-                return Found::Absence;
-            }
-            if self.early.is_none() && self.early_absence.is_none() {
-                match self.stream.next() {
-                    Some(Incoming::Message(message, _)) => self.early = Some(message),
-                    Some(Incoming::Absence(absent)) => {
-                        self.early_absence = Some(absent);
-                        continue;
-                    }
-                    None => return Found::NotYet,
-                }
-            }
-            let Some(message) = self.early.take_if(|message| message.header.cycle <= cycle) else {
-                return Found::NotYet;
-            };
-            self.newest = Some(message);
-            if message.header.cycle == cycle {
-                return Found::Message(message.body);
-            }
+        self.take_in(cycle);
+        if self.early_absence.take_if(|absent| *absent == cycle).is_some() {
+            return Found::Absence;
         }
+        let Some(message) = self.early.take_if(|message| message.header.cycle == cycle) else {
+            return Found::NotYet;
+        };
+        self.newest = Some(message);
+        Found::Message(message.body)
     }
 
-    /// Takes in what is there already for `cycle`, which begins later: [`Self::of_cycle`] then finds it at hand.
+    /// Takes in what there is already, up to the first of `cycle` or of a later one; what is of earlier cycles is passed over.
+    /// [`Self::of_cycle`] then finds it at hand.
     pub fn take_in(&mut self, cycle: u64) {
         loop {
             if let Some(old) = self.early.take_if(|message| message.header.cycle < cycle) {
                 self.newest = Some(old);
             }
+            self.early_absence.take_if(|absent| *absent < cycle);
             if self.early.is_some() || self.early_absence.is_some() {
                 return;
             }

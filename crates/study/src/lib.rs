@@ -24,7 +24,7 @@ pub mod words;
 pub use answer::{Answer, Case, Question};
 pub use fix::{Fixed, fixed};
 pub use makers::cause_of;
-pub use predicted::{Done, Task, predict_all, predictions, take_tasks};
+pub use predicted::{Done, Task, predict_all, predicted, take_tasks};
 pub use readings::{Reading, prepare, readings};
 pub use residuals::{Residuals, Sampled};
 pub use sines::largest_amplitude;

@@ -37,7 +37,7 @@ pub fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
 }
 
 /// One channel of all runs, of a log that is still needed whole: with copies.
-pub fn tasks(log: &Log, channel: Channel) -> Vec<Task> {
+fn tasks(log: &Log, channel: Channel) -> Vec<Task> {
     let task = |(index, run): (usize, &Run)| Task {
         index,
         channel,
@@ -121,23 +121,44 @@ fn side_by_side(
     });
 }
 
-/// One channel of all runs as a model has it, in the log's order.
+/// Tasks with the model's values, in the log's order. After each `goes_on` is asked, with how many there are; where it says no, the
+/// others are left out.
 ///
 /// # Errors
 /// A run that can't be predicted.
-pub fn predictions(log: &Log, channel: Channel, model: &Model) -> Result<Vec<Vec<f64>>, PredictionError> {
-    let tasks = tasks(log, channel);
-    let mut all: Vec<Vec<f64>> = vec![Vec::new(); log.runs.len()];
+pub fn predicted(
+    log: &Log,
+    model: &Model,
+    tasks: Vec<Task>,
+    goes_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Vec<Task>, PredictionError> {
+    let mut all = Vec::with_capacity(tasks.len());
     let (sender, done) = mpsc::channel::<Done>();
     std::thread::scope(|scope| {
         scope.spawn(move || predict_all(log, model, tasks, &sender, &|| ()));
+        // Dropped early, it ends whoever still predicts.
         for one in done {
             let (task, _) = one?;
-            if let Some(place) = all.get_mut(task.index) {
-                *place = task.values;
+            all.push(task);
+            if !goes_on(all.len()) {
+                break;
             }
         }
         Ok(())
     })?;
+    all.sort_by_key(|task| task.index);
     Ok(all)
+}
+
+/// One channel of all runs as a model has it, in the log's order.
+///
+/// # Errors
+/// A run that can't be predicted.
+pub(crate) fn predictions(
+    log: &Log,
+    channel: Channel,
+    model: &Model,
+) -> Result<Vec<Vec<f64>>, PredictionError> {
+    let all = predicted(log, model, tasks(log, channel), &mut |_| true)?;
+    Ok(all.into_iter().map(|task| task.values).collect())
 }

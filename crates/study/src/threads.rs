@@ -21,6 +21,12 @@ impl Threads {
         Self { count, until: limit.map(|limit| Instant::now() + limit), stop: Arc::default() }
     }
 
+    /// The same, so many.
+    #[must_use]
+    pub fn so_many(self, count: NonZero<usize>) -> Self {
+        Self { count: count.get(), ..self }
+    }
+
     /// The same, ended sooner by whoever sets this.
     #[must_use]
     pub fn stopped_by(self, stop: &Arc<AtomicBool>) -> Self {

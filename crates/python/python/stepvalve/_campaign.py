@@ -159,8 +159,9 @@ class _Rows:
     def __init__(self, campaign: native.Campaign, path: pathlib.Path | None) -> None:
         self._campaign = campaign
         self._path = path
+        self._head = campaign.head()
         there = path is not None and path.exists() and path.stat().st_size > 0
-        self.bytes = path.read_bytes() if path is not None and there else campaign.head()
+        self.bytes = path.read_bytes() if path is not None and there else self._head
         if path is not None and not there:
             path.write_bytes(self.bytes)
         held, self.failed = campaign.held(self.bytes)
@@ -172,7 +173,7 @@ class _Rows:
             with self._path.open("ab") as file:
                 file.write(some)
         self.bytes += some
-        held, failed = self._campaign.held(self._campaign.head() + some)
+        held, failed = self._campaign.held(self._head + some)
         self.runs.update(held)
         self.failed += failed
 
