@@ -14,6 +14,7 @@ use crate::log::loose_ripple::LooseRipple;
 use crate::log::lost_steps;
 use crate::log::past::{Follower, in_order};
 use crate::log::piece::{Piece, check, check_motion};
+use crate::log::predictions::Models;
 use crate::log::ready::Ready;
 use crate::log::work::Work;
 use crate::workers::{Workers, map};
@@ -54,6 +55,8 @@ pub(crate) struct Campaign {
     work: Arc<Work>,
     /// The error that the integrator may make in a sub-step, rad.
     angle_error_rad: f64,
+    /// Models and what they predicted.
+    models: Models,
 }
 
 impl Campaign {
@@ -80,7 +83,9 @@ impl Campaign {
         let chosen = choose(&plans, kind, seed);
         let angle_error_rad = OF_THE_NOISE * usual_deviation_rad(&noises);
         let first_run = log.runs.first().map_or("", |run| run.name.as_str());
-        let ready = Ready::new(model, kind, angle_error_rad).map_err(|source| refused(first_run, source))?;
+        let models = Models::default();
+        let ready =
+            Ready::new(&models, model, kind, angle_error_rad).map_err(|source| refused(first_run, source))?;
         let pitch_rad = model.motor.filter(|_| !kind.motion_is_measured).map(|motor| motor.tooth_pitch_rad());
         let courses = courses(log, &plans, &chosen, &noises, (kind, facts.reference_temperature_c));
         let work = Arc::new(Work::default());
@@ -124,6 +129,7 @@ impl Campaign {
             samples: log.runs.iter().map(Run::len).sum(),
             work,
             angle_error_rad,
+            models,
         })
     }
 
@@ -179,7 +185,8 @@ impl Campaign {
 
     /// Prepares a model for predictions; an error if its parameters are refused.
     pub fn ready(&self, model: &Model) -> Result<Ready, DiagnosisError> {
-        Ready::new(model, self.kind, self.angle_error_rad).map_err(|source| self.refused(source))
+        Ready::new(&self.models, model, self.kind, self.angle_error_rad)
+            .map_err(|source| self.refused(source))
     }
 
     /// The error for a model that is refused; it names the first run.

@@ -4,9 +4,6 @@
 use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
 use crate::log::past::Before;
-use crate::log::work::Work;
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use valve_model::{ContactPast, MotionSample, ValveInput, ValveParams};
 
 /// A whole run, to be predicted from its first sample on.
@@ -18,37 +15,6 @@ pub(crate) struct WholeRun {
     pub first: MotionSample,
     /// The state of the contact before the run.
     pub past: Before,
-}
-
-/// Cache of predicted runs of one model, by run and initial state.
-#[derive(Debug, Default)]
-pub(crate) struct RunCache {
-    found: Mutex<BTreeMap<Key, Arc<OnceLock<Vec<f64>>>>>,
-}
-
-/// Run, and the initial state's shift and side as bits.
-type Key = (usize, u64, Option<u64>);
-
-impl RunCache {
-    /// All angles of a run, rad.
-    pub fn angle_rad(
-        &self,
-        course: &WholeRun,
-        params: &ValveParams,
-        start: InitialState,
-        work: &Work,
-    ) -> Arc<OnceLock<Vec<f64>>> {
-        let key = (course.run, start.shift.to_bits(), start.side.map(f64::to_bits));
-        let own = {
-            let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-            Arc::clone(found.entry(key).or_default())
-        };
-        own.get_or_init(|| {
-            work.add(course.driven.all_times_s().len());
-            angle_rad(&course.driven, course.first, course.past, params, start)
-        });
-        own
-    }
 }
 
 /// The angles predicted from the command, rad, from the first sample of `driven` on, its lead included.

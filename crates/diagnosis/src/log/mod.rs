@@ -19,6 +19,7 @@ pub(crate) mod moments;
 pub(crate) mod noise;
 pub(crate) mod past;
 pub(crate) mod piece;
+pub(crate) mod predictions;
 pub(crate) mod ready;
 pub(crate) mod torque;
 pub(crate) mod work;

@@ -7,6 +7,7 @@ use crate::log::error_model::{information, rest_variance, stretches};
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
+use crate::log::predictions::Stretch;
 use crate::log::ready::{Inputs, Ready};
 use crate::log::work::Work;
 use log_data::{Channel, Run};
@@ -35,6 +36,8 @@ pub(crate) struct Piece {
     pub driven: Driven,
     /// The motion of each sample; in an angle log only that of the lead's first sample.
     pub motions: Vec<MotionSample>,
+    /// True if the motion is the measured one, and not one as it might have been measured.
+    pub is_as_measured: bool,
     /// The channel that the model predicts, less hum and loose ripples.
     pub measured: Vec<f64>,
     /// Mains hum that was subtracted from it; empty if there was none.
@@ -84,6 +87,7 @@ impl Piece {
             hold_out: false,
             driven: Driven::new(run, lead_row, &rows, reference_temperature_c),
             motions,
+            is_as_measured: true,
             measured: measured.to_vec(),
             hum: Vec::new(),
             ripple: Vec::new(),
@@ -194,17 +198,33 @@ impl Piece {
 
     /// The model's prediction of the piece.
     pub fn predict(&self, ready: &Ready, start: InitialState) -> Vec<f64> {
-        let mut predicted = ready.predict(&self.inputs(&self.motions), start);
+        let mut predicted = ready.predict(&self.inputs(), start);
         for (from, jump) in &self.jumps {
             predicted.iter_mut().skip(*from).for_each(|value| *value += jump);
         }
         predicted
     }
 
-    /// The inputs of its prediction, with these motions.
-    fn inputs<'a>(&'a self, motions: &'a [MotionSample]) -> Inputs<'a> {
+    /// The inputs of its prediction.
+    fn inputs(&self) -> Inputs<'_> {
         let whole_run = self.course.as_ref().filter(|_| self.follows()).map(|course| (course, &self.rows));
-        Inputs { driven: &self.driven, motions, past: self.past, whole_run, work: &self.work }
+        let stretch = match whole_run {
+            Some(_) => Stretch::Run(self.run),
+            None => Stretch::Piece(self.run, self.rows.start),
+        };
+        Inputs {
+            driven: &self.driven,
+            motions: &self.motions,
+            past: self.past,
+            stretch: self.is_as_measured.then_some(stretch),
+            whole_run,
+            work: &self.work,
+        }
+    }
+
+    /// The inputs of its prediction with another motion.
+    fn moved<'a>(&'a self, motions: &'a [MotionSample]) -> Inputs<'a> {
+        Inputs { motions, stretch: None, ..self.inputs() }
     }
 
     /// Angle, speed and acceleration at a sample; those of the command in an angle log.
@@ -239,12 +259,12 @@ impl Piece {
     /// sampled again with the encoder's noise. In an angle log, if the start is off by the standard error of the mean of a few
     /// samples; a rotor that sticks and slips amplifies that.
     pub fn error_of_motion(&self, ready: &Ready, start: InitialState, seed: u64) -> Vec<f64> {
-        let once = ready.predict(&self.inputs(&self.motions), start);
+        let once = ready.predict(&self.inputs(), start);
         let twice = if ready.starts_with_a_torque() {
-            ready.predict(&self.inputs(&self.measured_again(seed)), start)
+            ready.predict(&self.moved(&self.measured_again(seed)), start)
         } else {
             let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
-            ready.predict(&self.inputs(&self.motions), start.shifted(shift))
+            ready.predict(&self.inputs(), start.shifted(shift))
         };
         once.iter().zip(twice).map(|(one, two)| two - one).collect()
     }
@@ -257,9 +277,9 @@ impl Piece {
         if !ready.starts_with_a_torque() || ready.start_bound(&self.driven) == 0.0 {
             return Default::default();
         }
-        let all = ready.predict(&self.inputs(&self.motions), start);
+        let all = ready.predict(&self.inputs(), start);
         [0, 1].map(|first| {
-            let thinned = ready.predict(&self.inputs(&self.thinned(first)), start);
+            let thinned = ready.predict(&self.moved(&self.thinned(first)), start);
             all.iter().zip(thinned).map(|(all, thinned)| thinned - all).collect()
         })
     }
@@ -307,7 +327,7 @@ impl Piece {
 
     /// A piece of a torque log as if its motion had been measured again.
     pub fn again(&self, seed: u64) -> Self {
-        Self { motions: self.measured_again(seed), ..self.clone() }
+        Self { motions: self.measured_again(seed), is_as_measured: false, ..self.clone() }
     }
 
     fn measured_again(&self, seed: u64) -> Vec<MotionSample> {

@@ -1,14 +1,16 @@
 //! A model prepared to predict torque or angle: everything in which the two predictions differ.
 
-use crate::log::course::{RunCache, WholeRun, angle_rad};
+use crate::log::course::{WholeRun, angle_rad};
 use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
+use crate::log::predictions::{Key, Models, Predictions, Stretch, key};
 use crate::log::torque::{begins_with_nm, torque_nm};
 use crate::log::work::Work;
+use std::collections::BTreeSet;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
 
 /// The initial friction torque may be up to this multiple of the static torque: the model's own levels may be too low.
@@ -19,10 +21,25 @@ const SPRING: usize = 20;
 /// Most that the first angle may be off, rad.
 const FIRST_ANGLE_RAD: f64 = 0.01;
 
-/// A model prepared to predict one of the channels.
-pub(crate) enum Ready {
+/// A model prepared to predict one of the channels, and what it predicted.
+#[derive(Debug)]
+pub(crate) struct Prepared {
+    pub model: Model,
+    params: Params,
+    pub predictions: Predictions,
+}
+
+#[derive(Debug)]
+enum Params {
     Torque(Box<MotionParams>),
-    Angle(Box<ValveParams>, RunCache),
+    Angle(Box<ValveParams>),
+}
+
+/// A prepared model in the hands of who asks it.
+pub(crate) struct Ready {
+    prepared: Arc<Prepared>,
+    /// The runs that were counted as work here: one is predicted once for all its pieces.
+    counted: Mutex<BTreeSet<Key>>,
 }
 
 /// The inputs of a piece's prediction.
@@ -31,6 +48,8 @@ pub(crate) struct Inputs<'a> {
     /// The motion of each sample in a torque log, of the first in an angle log.
     pub motions: &'a [MotionSample],
     pub past: Before,
+    /// What is predicted, if it will be asked for again; `None` of a motion that was made up.
+    pub stretch: Option<Stretch>,
     /// The piece's run and its rows in it, if the run is predicted as a whole.
     pub whole_run: Option<(&'a Arc<WholeRun>, &'a Range<usize>)>,
     pub work: &'a Work,
@@ -48,40 +67,53 @@ fn cost(params: &MotionParams, time_s: &[f64]) -> usize {
 }
 
 impl Ready {
-    /// The integrator of angles may err by `angle_error_rad` in a sub-step.
-    pub fn new(model: &Model, kind: LogKind, angle_error_rad: f64) -> Result<Self, ParamError> {
-        if kind.motion_is_measured {
-            return Ok(Self::Torque(Box::new(MotionParams::new(model)?)));
-        }
-        let params = ValveParams::new(model)?.accepting(angle_error_rad);
-        Ok(Self::Angle(Box::new(params), RunCache::default()))
+    /// The integrator of angles may err by `angle_error_rad` in a sub-step. All models that `models` holds predict the same kind of log.
+    pub fn new(
+        models: &Models,
+        model: &Model,
+        kind: LogKind,
+        angle_error_rad: f64,
+    ) -> Result<Self, ParamError> {
+        let prepare = || {
+            let params = if kind.motion_is_measured {
+                Params::Torque(Box::new(MotionParams::new(model)?))
+            } else {
+                Params::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad)))
+            };
+            Ok(Prepared { model: model.clone(), params, predictions: Predictions::default() })
+        };
+        Ok(Self { prepared: models.prepared(model, prepare)?, counted: Mutex::default() })
+    }
+
+    fn params(&self) -> &Params {
+        &self.prepared.params
     }
 
     /// True where a piece starts with a torque that friction carries, false where it starts with an angle.
     pub fn starts_with_a_torque(&self) -> bool {
-        matches!(self, Self::Torque(_))
+        matches!(self.params(), Params::Torque(_))
     }
 
     /// The most that friction carries at rest where a piece starts, N·m; `None` where a piece starts with an angle.
     pub fn static_torque_nm(&self, driven: &Driven) -> Option<f64> {
-        match self {
-            Self::Torque(params) => Some(begins_with_nm(params, driven)),
-            Self::Angle(..) => None,
+        match self.params() {
+            Params::Torque(params) => Some(begins_with_nm(params, driven)),
+            Params::Angle(..) => None,
         }
     }
 
     /// Bound of the initial state's shift, N·m or rad; 0 if the law has no bristles that could hold a torque.
     pub fn start_bound(&self, driven: &Driven) -> f64 {
-        match self {
-            Self::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
-            Self::Torque(params) => BEYOND_STATIC * begins_with_nm(params, driven),
-            Self::Angle(..) => FIRST_ANGLE_RAD,
+        match self.params() {
+            Params::Torque(params) if params.friction_law().break_away_deflection_rad() == 0.0 => 0.0,
+            Params::Torque(params) => BEYOND_STATIC * begins_with_nm(params, driven),
+            Params::Angle(..) => FIRST_ANGLE_RAD,
         }
     }
 
     /// A torque as the transducer measures it: scaled and delayed. Unchanged in an angle log.
     pub fn as_measured(&self, driven: &Driven, mut values: Vec<f64>) -> Vec<f64> {
-        if let Self::Torque(params) = self {
+        if let Params::Torque(params) = self.params() {
             values.iter_mut().for_each(|value| *value *= params.torque_gain());
             prediction::delay(driven.time_s(), &mut values, params.sensor_delay());
         }
@@ -90,9 +122,9 @@ impl Ready {
 
     /// True if the prediction depends on the side from which the piece began: the encoder's shaft has play, or the bristles a memory.
     pub fn has_sides(&self) -> bool {
-        match self {
-            Self::Torque(params) => params.friction_law().has_memory(),
-            Self::Angle(params, _) => {
+        match self.params() {
+            Params::Torque(params) => params.friction_law().has_memory(),
+            Params::Angle(params) => {
                 params.backlash_half_width_rad() > 0.0 || params.friction_law().has_memory()
             }
         }
@@ -100,21 +132,44 @@ impl Ready {
 
     /// The torque, N·m, or the angle, rad, of each sample.
     pub fn predict(&self, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
-        match self {
-            Self::Torque(params) => {
-                inputs.work.add(inputs.motions.len() * cost(params, inputs.driven.time_s()));
+        self.count(inputs, start);
+        let Some(stretch) = inputs.stretch else { return self.simulate(inputs, start) };
+        let all = self.prepared.predictions.get(key(stretch, start), || self.simulate(inputs, start));
+        let all = all.get().map_or(&[][..], Vec::as_slice);
+        match &inputs.whole_run {
+            Some((_, rows)) => all.get((*rows).clone()).unwrap_or_default().to_vec(),
+            None => all.to_vec(),
+        }
+    }
+
+    /// Simulates a piece, or the whole of its run.
+    fn simulate(&self, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
+        match (self.params(), &inputs.whole_run) {
+            (Params::Torque(params), _) => {
                 torque_nm(params, inputs.driven, inputs.motions, inputs.past, start)
             }
-            Self::Angle(params, whole) => {
-                if let Some((course, rows)) = &inputs.whole_run {
-                    let all = whole.angle_rad(course, params, start, inputs.work);
-                    return all.get().and_then(|all| all.get((*rows).clone())).unwrap_or_default().to_vec();
-                }
+            (Params::Angle(params), Some((run, _))) => {
+                angle_rad(&run.driven, run.first, run.past, params, start)
+            }
+            (Params::Angle(params), None) => {
                 let Some(first) = inputs.motions.first() else { return Vec::new() };
-                inputs.work.add(inputs.driven.all_times_s().len());
                 let mut angle = angle_rad(inputs.driven, *first, inputs.past, params, start);
                 angle.split_off(inputs.driven.lead().min(angle.len()))
             }
         }
+    }
+
+    /// Counts a prediction as work, whether it was kept or not: where a search ends must not depend on what is forgotten when.
+    fn count(&self, inputs: &Inputs<'_>, start: InitialState) {
+        let samples = match (self.params(), &inputs.whole_run) {
+            (Params::Torque(params), _) => inputs.motions.len() * cost(params, inputs.driven.time_s()),
+            (Params::Angle(_), None) => inputs.driven.all_times_s().len(),
+            (Params::Angle(_), Some((run, _))) => {
+                let mut counted = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
+                let is_new = counted.insert(key(Stretch::Run(run.run), start));
+                if is_new { run.driven.all_times_s().len() } else { 0 }
+            }
+        };
+        inputs.work.add(samples);
     }
 }

@@ -1,0 +1,177 @@
+//! What was predicted already, by model, stretch and start: a search asks for every other prediction more than once.
+
+use crate::log::initial_state::InitialState;
+use crate::log::ready::Prepared;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use valve_model::{Model, ParamError};
+
+/// Predicted values that are kept, of all models together: 32 MB.
+const MOST_VALUES: usize = 4_000_000;
+
+/// A stretch of the log that is predicted in one go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Stretch {
+    /// A run, by its place in the log.
+    Run(usize),
+    /// A piece, by its run and first row.
+    Piece(usize, usize),
+}
+
+/// A prediction: stretch, and the initial state's shift and side as bits.
+pub(crate) type Key = (Stretch, u64, Option<u64>);
+
+/// The key of a stretch's prediction from a start.
+pub(crate) fn key(stretch: Stretch, start: InitialState) -> Key {
+    (stretch, start.shift.to_bits(), start.side.map(f64::to_bits))
+}
+
+/// The predictions of one model.
+#[derive(Debug, Default)]
+pub(crate) struct Predictions {
+    found: Mutex<BTreeMap<Key, Arc<OnceLock<Vec<f64>>>>>,
+    values: AtomicUsize,
+}
+
+impl Predictions {
+    /// The values of a prediction, simulated if they aren't there yet. Who asks meanwhile waits.
+    pub fn get(&self, key: Key, simulate: impl FnOnce() -> Vec<f64>) -> Arc<OnceLock<Vec<f64>>> {
+        let own = Arc::clone(locked(&self.found).entry(key).or_default());
+        own.get_or_init(|| {
+            let values = simulate();
+            self.values.fetch_add(values.len(), Ordering::Relaxed);
+            values
+        });
+        own
+    }
+}
+
+/// The models that were prepared lately, the latest last.
+#[derive(Debug, Default)]
+pub(crate) struct Models {
+    lately: Mutex<VecDeque<Arc<Prepared>>>,
+}
+
+impl Models {
+    /// A model as it was prepared before, or as `prepare` does. The models that were not asked for the longest are forgotten once all
+    /// predictions together are more than [`MOST_VALUES`].
+    pub fn prepared(
+        &self,
+        model: &Model,
+        prepare: impl FnOnce() -> Result<Prepared, ParamError>,
+    ) -> Result<Arc<Prepared>, ParamError> {
+        let mut lately = locked(&self.lately);
+        let found = lately.iter().rposition(|of| of.model == *model);
+        let prepared = match found.and_then(|place| lately.remove(place)) {
+            Some(prepared) => prepared,
+            None => Arc::new(prepare()?),
+        };
+        lately.push_back(Arc::clone(&prepared));
+        let values = |of: &Arc<Prepared>| of.predictions.values.load(Ordering::Relaxed);
+        let mut kept: usize = lately.iter().map(values).sum();
+        while kept > MOST_VALUES && lately.len() > 1 {
+            kept -= lately.pop_front().as_ref().map_or(0, values);
+        }
+        Ok(prepared)
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+    use crate::log::campaign::Campaign;
+    use crate::log::kind::LogKind;
+    use crate::log::ready::Ready;
+    use crate::workers::OneAfterTheOther;
+    use log_data::{Channel, Log, Run};
+    use valve_model::{FrictionParams, LuGreParams};
+
+    fn model(coulomb_nm: f64) -> Model {
+        let law =
+            LuGreParams { coulomb_torque_nm: coulomb_nm, static_torque_nm: 2.0, ..LuGreParams::BENCH_RIG };
+        Model { friction: FrictionParams::LuGre(law), ..fixtures::model(Vec::new()) }
+    }
+
+    #[test]
+    fn what_is_asked_for_again_is_simulated_once() {
+        let predictions = Predictions::default();
+        let start = InitialState::at(0.1);
+        let keys = [
+            key(Stretch::Piece(0, 0), start),
+            key(Stretch::Piece(0, 400), start),
+            key(Stretch::Run(0), start),
+            key(Stretch::Piece(0, 0), start.shifted(0.2)),
+            key(Stretch::Piece(0, 0), InitialState { side: Some(0.0), ..start }),
+        ];
+        let simulated = AtomicUsize::new(0);
+        for round in 0..2 {
+            for (index, key) in keys.into_iter().enumerate() {
+                let values = predictions.get(key, || {
+                    simulated.fetch_add(1, Ordering::Relaxed);
+                    vec![index as f64]
+                });
+                assert_eq!(values.get(), Some(&vec![index as f64]), "round {round}");
+            }
+        }
+        assert_eq!(simulated.into_inner(), keys.len());
+    }
+
+    #[test]
+    fn models_asked_for_the_longest_ago_are_forgotten_first() {
+        let models = Models::default();
+        let prepared = |coulomb_nm: f64| {
+            Ready::new(&models, &model(coulomb_nm), LogKind::predicting(Channel::Torque), 0.0).unwrap();
+            Arc::clone(locked(&models.lately).back().unwrap())
+        };
+        let fill = |of: &Prepared, values: usize| {
+            of.predictions.get(key(Stretch::Run(values), InitialState::default()), || vec![0.0; values]);
+        };
+        let (one, two) = (prepared(1.0), prepared(1.1));
+        fill(&one, MOST_VALUES / 2);
+        fill(&two, MOST_VALUES / 2);
+        assert!(Arc::ptr_eq(&one, &prepared(1.0)), "no more than may be kept: both are");
+        let three = prepared(1.2);
+        fill(&three, 1);
+        prepared(1.2);
+        assert!(Arc::ptr_eq(&one, &prepared(1.0)) && !Arc::ptr_eq(&two, &prepared(1.1)));
+    }
+
+    /// Swings whose angle is read with an error of 50 µrad.
+    fn swings(number: u32) -> Run {
+        let time_s: Vec<f64> = (0..400).map(|k| 5.0 * f64::from(number) + 1e-3 * f64::from(k)).collect();
+        let mut random = number + 1;
+        let mut read = |angle_rad: f64| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            angle_rad + 1e-4 * (f64::from(random >> 8) / f64::from(1 << 24) - 0.5)
+        };
+        let angle_rad = time_s.iter().map(|time_s| read(0.3 * (9.0 * time_s).sin())).collect();
+        Run {
+            name: format!("{number}"),
+            torque_nm: Some(vec![0.0; time_s.len()]),
+            time_s,
+            angle_rad,
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn a_motion_measured_again_is_predicted_anew() {
+        let log = Log { runs: (0..8).map(swings).collect(), ..Log::default() };
+        let campaign = Campaign::new(&log, &model(1.0), 0, &OneAfterTheOther).unwrap();
+        let ready = campaign.ready(&model(1.0)).unwrap();
+        let piece = campaign.pieces.first().unwrap();
+        let start = InitialState::at(0.1);
+        let measured = piece.predict(&ready, start);
+        let again = piece.again(1);
+        assert_ne!(measured, again.predict(&ready, start));
+        assert_ne!(again.predict(&ready, start), piece.again(2).predict(&ready, start));
+        assert_eq!(measured, piece.predict(&ready, start));
+    }
+}
