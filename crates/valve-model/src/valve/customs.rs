@@ -162,8 +162,11 @@ impl Custom {
     fn sloped(&self, at: &Moment) -> Sloped {
         let found = match &self.rule {
             Prepared::Formula(program) => {
-                let mut places = 0..;
-                program.run(&at.map(|value| Sloped::variable(value, places.next().unwrap_or(usize::MAX))))
+                let mut variables = [Sloped::variable(0.0, usize::MAX); Covariate::COUNT];
+                for (place, (variable, value)) in variables.iter_mut().zip(at).enumerate() {
+                    *variable = Sloped::variable(*value, place);
+                }
+                program.run(&variables)
             }
             Prepared::Table(grid) => {
                 let (value, by) = grid.at(at);
@@ -175,9 +178,12 @@ impl Custom {
             }
         };
         let value = bounded(found.value);
-        // Where it is held it has no slope.
-        let slope = |slope: f64| if value == found.value { bounded(slope) } else { 0.0 };
-        Sloped { value, slopes: found.slopes.map(slope) }
+        let mut slopes = found.slopes;
+        for slope in &mut slopes {
+            // Where it is held it has no slope.
+            *slope = if value == found.value { bounded(*slope) } else { 0.0 };
+        }
+        Sloped { value, slopes }
     }
 }
 

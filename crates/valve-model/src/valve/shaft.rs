@@ -263,7 +263,12 @@ impl<'a, L: Law, const FULL: bool> Shaft<'a, L, FULL> {
         for _ in 0..ITERATIONS {
             let torque = customs.torque_sloped(&self.moment(state, acceleration, time_s));
             let residual = acceleration - free + per_inertia * torque.value;
+            let before = acceleration;
             acceleration -= residual * lighter(per_inertia, &torque.slopes);
+            // Any further iteration would find the same.
+            if acceleration == before {
+                break;
+            }
         }
         acceleration
     }
