@@ -15,7 +15,7 @@ use crate::log::lost_steps;
 use crate::log::past::{Follower, in_order};
 use crate::log::piece::{Piece, check, check_motion};
 use crate::log::predictions::Models;
-use crate::log::ready::Ready;
+use crate::log::ready::{Params, Ready};
 use crate::log::work::Work;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run, median};
@@ -56,7 +56,7 @@ pub(crate) struct Campaign {
     /// The error that the integrator may make in a sub-step, rad.
     angle_error_rad: f64,
     /// Models and what they predicted.
-    models: Models,
+    models: Models<Params>,
 }
 
 impl Campaign {

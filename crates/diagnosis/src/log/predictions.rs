@@ -1,7 +1,6 @@
 //! What was predicted already, by model, stretch and start: a search asks for every other prediction more than once.
 
 use crate::log::initial_state::InitialState;
-use crate::log::ready::Prepared;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -47,28 +46,45 @@ impl Predictions {
     }
 }
 
-/// The models that were prepared lately, the latest last.
-#[derive(Debug, Default)]
-pub(crate) struct Models {
-    lately: Mutex<VecDeque<Arc<Prepared>>>,
+/// A model prepared to predict, and what it predicted; `P` is what a prediction needs of it.
+#[derive(Debug)]
+pub(crate) struct Prepared<P> {
+    model: Model,
+    pub params: P,
+    pub predictions: Predictions,
 }
 
-impl Models {
+/// The models that were prepared lately, the latest last.
+#[derive(Debug)]
+pub(crate) struct Models<P> {
+    lately: Mutex<VecDeque<Arc<Prepared<P>>>>,
+}
+
+impl<P> Default for Models<P> {
+    fn default() -> Self {
+        Self { lately: Mutex::default() }
+    }
+}
+
+impl<P> Models<P> {
     /// A model as it was prepared before, or as `prepare` does. The models that were not asked for the longest are forgotten once all
     /// predictions together are more than [`MOST_VALUES`].
     pub fn prepared(
         &self,
         model: &Model,
-        prepare: impl FnOnce() -> Result<Prepared, ParamError>,
-    ) -> Result<Arc<Prepared>, ParamError> {
+        prepare: impl FnOnce() -> Result<P, ParamError>,
+    ) -> Result<Arc<Prepared<P>>, ParamError> {
         let mut lately = locked(&self.lately);
         let found = lately.iter().rposition(|of| of.model == *model);
         let prepared = match found.and_then(|place| lately.remove(place)) {
             Some(prepared) => prepared,
-            None => Arc::new(prepare()?),
+            None => {
+                let (model, predictions) = (model.clone(), Predictions::default());
+                Arc::new(Prepared { model, params: prepare()?, predictions })
+            }
         };
         lately.push_back(Arc::clone(&prepared));
-        let values = |of: &Arc<Prepared>| of.predictions.values.load(Ordering::Relaxed);
+        let values = |of: &Arc<Prepared<P>>| of.predictions.values.load(Ordering::Relaxed);
         let mut kept: usize = lately.iter().map(values).sum();
         while kept > MOST_VALUES && lately.len() > 1 {
             kept -= lately.pop_front().as_ref().map_or(0, values);
@@ -87,10 +103,8 @@ mod tests {
     use super::*;
     use crate::fixtures;
     use crate::log::campaign::Campaign;
-    use crate::log::kind::LogKind;
-    use crate::log::ready::Ready;
     use crate::workers::OneAfterTheOther;
-    use log_data::{Channel, Log, Run};
+    use log_data::{Log, Run};
     use valve_model::{FrictionParams, LuGreParams};
 
     fn model(coulomb_nm: f64) -> Model {
@@ -126,11 +140,8 @@ mod tests {
     #[test]
     fn models_asked_for_the_longest_ago_are_forgotten_first() {
         let models = Models::default();
-        let prepared = |coulomb_nm: f64| {
-            Ready::new(&models, &model(coulomb_nm), LogKind::predicting(Channel::Torque), 0.0).unwrap();
-            Arc::clone(locked(&models.lately).back().unwrap())
-        };
-        let fill = |of: &Prepared, values: usize| {
+        let prepared = |coulomb_nm: f64| models.prepared(&model(coulomb_nm), || Ok(())).unwrap();
+        let fill = |of: &Prepared<()>, values: usize| {
             of.predictions.get(key(Stretch::Run(values), InitialState::default()), || vec![0.0; values]);
         };
         let (one, two) = (prepared(1.0), prepared(1.1));

@@ -5,7 +5,7 @@ use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
-use crate::log::predictions::{Key, Models, Predictions, Stretch, key};
+use crate::log::predictions::{Key, Models, Prepared, Stretch, key};
 use crate::log::torque::{begins_with_nm, torque_nm};
 use crate::log::work::Work;
 use std::collections::BTreeSet;
@@ -21,23 +21,16 @@ const SPRING: usize = 20;
 /// Most that the first angle may be off, rad.
 const FIRST_ANGLE_RAD: f64 = 0.01;
 
-/// A model prepared to predict one of the channels, and what it predicted.
+/// What the prediction of one of the channels needs of a model.
 #[derive(Debug)]
-pub(crate) struct Prepared {
-    pub model: Model,
-    params: Params,
-    pub predictions: Predictions,
-}
-
-#[derive(Debug)]
-enum Params {
+pub(crate) enum Params {
     Torque(Box<MotionParams>),
     Angle(Box<ValveParams>),
 }
 
 /// A prepared model in the hands of who asks it.
 pub(crate) struct Ready {
-    prepared: Arc<Prepared>,
+    prepared: Arc<Prepared<Params>>,
     /// The runs that were counted as work here: one is predicted once for all its pieces.
     counted: Mutex<BTreeSet<Key>>,
 }
@@ -69,18 +62,17 @@ fn cost(params: &MotionParams, time_s: &[f64]) -> usize {
 impl Ready {
     /// The integrator of angles may err by `angle_error_rad` in a sub-step. All models that `models` holds predict the same kind of log.
     pub fn new(
-        models: &Models,
+        models: &Models<Params>,
         model: &Model,
         kind: LogKind,
         angle_error_rad: f64,
     ) -> Result<Self, ParamError> {
         let prepare = || {
-            let params = if kind.motion_is_measured {
+            Ok(if kind.motion_is_measured {
                 Params::Torque(Box::new(MotionParams::new(model)?))
             } else {
                 Params::Angle(Box::new(ValveParams::new(model)?.accepting(angle_error_rad)))
-            };
-            Ok(Prepared { model: model.clone(), params, predictions: Predictions::default() })
+            })
         };
         Ok(Self { prepared: models.prepared(model, prepare)?, counted: Mutex::default() })
     }
