@@ -2,12 +2,16 @@
 
 use crate::log::initial_state::InitialState;
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use valve_model::{Model, ParamError};
 
 /// Predicted values that are kept, of all models together: 32 MB.
 const MOST_VALUES: usize = 4_000_000;
+/// Models that are kept: of a short log many would be, and each that is asked for is compared with all of them. A step of a fit asks for
+/// some twenty, a round of candidates for some hundred.
+const MOST_MODELS: usize = 256;
 
 /// A stretch of the log that is predicted in one go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,15 +38,20 @@ pub(crate) struct Predictions {
 }
 
 impl Predictions {
-    /// The values of a prediction, simulated if they aren't there yet. Who asks meanwhile waits.
-    pub fn get(&self, key: Key, simulate: impl FnOnce() -> Vec<f64>) -> Arc<OnceLock<Vec<f64>>> {
+    /// The values of a prediction, or these rows of it, simulated if they aren't there yet. Who asks meanwhile waits.
+    pub fn get(
+        &self,
+        key: Key,
+        rows: Option<&Range<usize>>,
+        simulate: impl FnOnce() -> Vec<f64>,
+    ) -> Vec<f64> {
         let own = Arc::clone(locked(&self.found).entry(key).or_default());
-        own.get_or_init(|| {
+        let all = own.get_or_init(|| {
             let values = simulate();
             self.values.fetch_add(values.len(), Ordering::Relaxed);
             values
         });
-        own
+        rows.map_or(Some(all.as_slice()), |rows| all.get(rows.clone())).unwrap_or_default().to_vec()
     }
 }
 
@@ -67,8 +76,8 @@ impl<P> Default for Models<P> {
 }
 
 impl<P> Models<P> {
-    /// A model as it was prepared before, or as `prepare` does. The models that were not asked for the longest are forgotten once all
-    /// predictions together are more than [`MOST_VALUES`].
+    /// A model as it was prepared before, or as `prepare` does. The models that were not asked for the longest are forgotten once there are
+    /// more than [`MOST_MODELS`], or all predictions together are more than [`MOST_VALUES`].
     pub fn prepared(
         &self,
         model: &Model,
@@ -86,14 +95,15 @@ impl<P> Models<P> {
         lately.push_back(Arc::clone(&prepared));
         let values = |of: &Arc<Prepared<P>>| of.predictions.values.load(Ordering::Relaxed);
         let mut kept: usize = lately.iter().map(values).sum();
-        while kept > MOST_VALUES && lately.len() > 1 {
+        while lately.len() > MOST_MODELS || kept > MOST_VALUES && lately.len() > 1 {
             kept -= lately.pop_front().as_ref().map_or(0, values);
         }
         Ok(prepared)
     }
 }
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// A lock whatever became of who held it: what it guards is never left half-made.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -127,11 +137,11 @@ mod tests {
         let simulated = AtomicUsize::new(0);
         for round in 0..2 {
             for (index, key) in keys.into_iter().enumerate() {
-                let values = predictions.get(key, || {
+                let values = predictions.get(key, None, || {
                     simulated.fetch_add(1, Ordering::Relaxed);
                     vec![index as f64]
                 });
-                assert_eq!(values.get(), Some(&vec![index as f64]), "round {round}");
+                assert_eq!(values, [index as f64], "round {round}");
             }
         }
         assert_eq!(simulated.into_inner(), keys.len());
@@ -142,7 +152,8 @@ mod tests {
         let models = Models::default();
         let prepared = |coulomb_nm: f64| models.prepared(&model(coulomb_nm), || Ok(())).unwrap();
         let fill = |of: &Prepared<()>, values: usize| {
-            of.predictions.get(key(Stretch::Run(values), InitialState::default()), || vec![0.0; values]);
+            of.predictions
+                .get(key(Stretch::Run(values), InitialState::default()), None, || vec![0.0; values]);
         };
         let (one, two) = (prepared(1.0), prepared(1.1));
         fill(&one, MOST_VALUES / 2);
@@ -152,6 +163,30 @@ mod tests {
         fill(&three, 1);
         prepared(1.2);
         assert!(Arc::ptr_eq(&one, &prepared(1.0)) && !Arc::ptr_eq(&two, &prepared(1.1)));
+    }
+
+    #[test]
+    fn no_more_models_are_kept_than_can_be_looked_through() {
+        let models = Models::default();
+        let prepared =
+            |number: usize| models.prepared(&model(1.0 + 1e-3 * number as f64), || Ok(())).unwrap();
+        let (first, second) = (prepared(0), prepared(1));
+        (2..MOST_MODELS).for_each(|number| drop(prepared(number)));
+        assert!(Arc::ptr_eq(&first, &prepared(0)), "as many as may be kept: all are");
+        prepared(MOST_MODELS);
+        assert_eq!(locked(&models.lately).len(), MOST_MODELS);
+        assert!(Arc::ptr_eq(&first, &prepared(0)), "asked for lately");
+        assert!(!Arc::ptr_eq(&second, &prepared(1)), "asked for the longest ago");
+    }
+
+    #[test]
+    fn rows_of_what_is_kept_are_those_of_the_whole() {
+        let predictions = Predictions::default();
+        let run = key(Stretch::Run(0), InitialState::default());
+        let rows = |rows: Range<usize>| predictions.get(run, Some(&rows), || vec![0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(rows(1..3), [1.0, 2.0]);
+        assert_eq!(rows(3..4), [3.0]);
+        assert!(rows(3..5).is_empty(), "beyond its end");
     }
 
     /// Swings whose angle is read with an error of 50 µrad.

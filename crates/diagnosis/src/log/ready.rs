@@ -5,12 +5,12 @@ use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
 use crate::log::past::Before;
-use crate::log::predictions::{Key, Models, Prepared, Stretch, key};
+use crate::log::predictions::{Key, Models, Prepared, Stretch, key, locked};
 use crate::log::torque::{begins_with_nm, torque_nm};
 use crate::log::work::Work;
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
 
 /// The initial friction torque may be up to this multiple of the static torque: the model's own levels may be too low.
@@ -126,12 +126,8 @@ impl Ready {
     pub fn predict(&self, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
         self.count(inputs, start);
         let Some(stretch) = inputs.stretch else { return self.simulate(inputs, start) };
-        let all = self.prepared.predictions.get(key(stretch, start), || self.simulate(inputs, start));
-        let all = all.get().map_or(&[][..], Vec::as_slice);
-        match &inputs.whole_run {
-            Some((_, rows)) => all.get((*rows).clone()).unwrap_or_default().to_vec(),
-            None => all.to_vec(),
-        }
+        let rows = inputs.whole_run.map(|(_, rows)| rows);
+        self.prepared.predictions.get(key(stretch, start), rows, || self.simulate(inputs, start))
     }
 
     /// Simulates a piece, or the whole of its run.
@@ -157,8 +153,7 @@ impl Ready {
             (Params::Torque(params), _) => inputs.motions.len() * cost(params, inputs.driven.time_s()),
             (Params::Angle(_), None) => inputs.driven.all_times_s().len(),
             (Params::Angle(_), Some((run, _))) => {
-                let mut counted = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
-                let is_new = counted.insert(key(Stretch::Run(run.run), start));
+                let is_new = locked(&self.counted).insert(key(Stretch::Run(run.run), start));
                 if is_new { run.driven.all_times_s().len() } else { 0 }
             }
         };
