@@ -13,6 +13,9 @@ const TRIES: u32 = 8;
 /// A core that stood still for half a cycle of 1 ms may have made the loop miss what it is tested for, ns.
 const STALL_NS: u64 = 500_000;
 
+/// How long the witness of a core sleeps at a time.
+const NAP: Duration = Duration::from_micros(200);
+
 /// Runs a test in a new place, and again in another one as long as it fails while the machine stalls. A failure without
 /// a stall, or in all of eight tries, is the test's.
 ///
@@ -48,15 +51,16 @@ fn with_witness<T>(work: impl FnOnce() -> T) -> (T, u64) {
     (result, longest_ns.into_inner())
 }
 
-/// Sleeps for a millisecond, again and again, and notes by how much the longest sleep was late.
+/// Sleeps for a fifth of the loop's cycle, again and again, and notes by how much the longest sleep was late. A sleep as long as the cycle
+/// would miss a stall that begins and ends within it.
 fn witness(core: usize, over: &AtomicBool, longest_ns: &AtomicU64) {
     let wanted = Wanted { core: Some(core), priority: Some(95), lock_memory: false };
     let _guard = obtain(&wanted);
-    let nap = Duration::from_millis(1);
     while !over.load(Ordering::Relaxed) {
         let before_ns = now_ns();
-        sleep(nap);
-        let late_ns = now_ns().saturating_sub(before_ns).saturating_sub(1_000_000);
+        sleep(NAP);
+        let late_ns =
+            Duration::from_nanos(now_ns().saturating_sub(before_ns)).saturating_sub(NAP).as_nanos() as u64;
         longest_ns.fetch_max(late_ns, Ordering::Relaxed);
     }
 }
