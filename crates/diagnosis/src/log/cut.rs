@@ -12,9 +12,12 @@ use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Samples of the longest piece. If an angle log is not fitted whole, pieces are kept short enough for
-/// `PIECES_OF_A_RUN` from each run.
+/// Samples of the longest piece of a log that is fitted whole.
 const LONGEST: usize = 20_000;
+/// Of a longer log's torques this many pieces are fitted at least: four of them are held out, and a fold has two or three. More would be
+/// shorter than the stretches in which hum is looked for.
+const PIECES_OF_A_LOG: usize = 16;
+/// Of a longer log's angles this many pieces of each run are fitted.
 const PIECES_OF_A_RUN: usize = 2;
 /// Least length of such a short piece, samples: long enough to justify the simulation of its lead.
 const LEAST_PIECE: usize = 1000;
@@ -42,14 +45,17 @@ pub(crate) struct Plan {
     pub past: Before,
 }
 
-/// Samples of the longest piece. If an angle log is not fitted whole, pieces are short enough that some of each run are fitted.
+/// Samples of the longest piece. Where a log is not fitted whole, pieces are short enough that there are enough of them to judge by.
 /// A run no longer than one piece is fitted whole or not at all.
 pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
     let fitted = kind.fitted_samples(total);
-    if kind.motion_is_measured || total <= fitted {
+    if total <= fitted {
         return LONGEST;
+    }
+    if kind.motion_is_measured {
+        return fitted / PIECES_OF_A_LOG;
     }
     (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
 }
@@ -129,17 +135,9 @@ pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64
     }
     keys.sort();
     let (mut hold_out, mut fold_of) = (vec![false; groups], vec![0; groups]);
-    for same in keys.chunk_by(|a, b| a.0 == b.0) {
-        let mut offset: Vec<usize> = (0..HOLD_OUT).collect();
-        offset.shuffle(&mut random);
-        let offset = offset.first().copied().unwrap_or(0);
-        for (place, key) in same.iter().enumerate() {
-            // None is held out of a class's last `HOLD_OUT` groups if they are incomplete.
-            let complete = place / HOLD_OUT * HOLD_OUT + HOLD_OUT <= same.len();
-            if let Some(held) = hold_out.get_mut(key.4) {
-                *held = complete && place % HOLD_OUT == offset;
-            }
-        }
+    let alike: Vec<usize> = keys.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).collect();
+    for (key, held) in keys.iter().zip(held_out(&alike, &mut random)) {
+        hold_out.get_mut(key.4).into_iter().for_each(|of| *of = held);
     }
     let fitted = keys.iter().filter(|key| hold_out.get(key.4) == Some(&false));
     for (place, key) in fitted.enumerate() {
@@ -148,4 +146,69 @@ pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64
         }
     }
     (hold_out, fold_of)
+}
+
+/// Which groups are held out, where `alike` of them move alike, one class after another: one of each `HOLD_OUT` of a class. Classes too small
+/// for that would leave nothing to judge by: then one of each `HOLD_OUT` of what is over from all of them, but never the only one of
+/// its class, whose motion nothing that is fitted would know.
+fn held_out(alike: &[usize], random: &mut Pcg64Mcg) -> Vec<bool> {
+    let (mut held, mut over) = (Vec::new(), Vec::new());
+    for count in alike {
+        let (begin, complete) = (held.len(), count / HOLD_OUT * HOLD_OUT);
+        let chosen = one_of_each(complete, random);
+        held.extend(chosen.into_iter().chain(std::iter::repeat_n(false, count - complete)));
+        over.extend((begin + complete..begin + count).filter(|_| *count > 1));
+    }
+    if held.iter().filter(|held| **held).count() * 2 * HOLD_OUT < held.len() {
+        let chosen = one_of_each(over.len() / HOLD_OUT * HOLD_OUT, random);
+        for (place, _) in over.iter().zip(chosen).filter(|(_, chosen)| *chosen) {
+            held.get_mut(*place).into_iter().for_each(|held| *held = true);
+        }
+    }
+    held
+}
+
+/// One of each `HOLD_OUT` of `count` that follow each other, the same place of each.
+fn one_of_each(count: usize, random: &mut Pcg64Mcg) -> Vec<bool> {
+    let mut places: Vec<usize> = (0..HOLD_OUT).collect();
+    places.shuffle(random);
+    let chosen = places.first().copied().unwrap_or(0);
+    (0..count).map(|place| place % HOLD_OUT == chosen).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enough_is_held_out_and_every_motion_is_fitted() {
+        // Groups of each class; how many of them are held out.
+        let table: [(&[usize], usize); 9] = [
+            (&[], 0),
+            (&[3], 0),
+            (&[4], 1),
+            (&[7], 1),
+            (&[4, 4, 3], 2),
+            (&[3, 3, 3], 2),
+            (&[2, 2, 2, 2, 2, 2, 2, 2], 4),
+            (&[1, 1, 1, 1, 1, 1, 1, 1], 0),
+            (&[8, 1, 1, 1, 1, 2, 2], 2),
+        ];
+        for (alike, expected) in table {
+            for seed in 0..20 {
+                let held = held_out(alike, &mut Pcg64Mcg::seed_from_u64(seed));
+                assert_eq!(held.len(), alike.iter().sum::<usize>());
+                assert_eq!(held.iter().filter(|held| **held).count(), expected, "{alike:?}, seed {seed}");
+                let mut rest = held.as_slice();
+                for count in alike {
+                    let (class, others) = rest.split_at(*count);
+                    assert!(
+                        class.iter().any(|held| !held),
+                        "{alike:?}, seed {seed}: a class is held out whole"
+                    );
+                    rest = others;
+                }
+            }
+        }
+    }
 }
