@@ -66,7 +66,7 @@ pub(crate) fn judge<'a>(
         Few::Found(few) => *few,
         Few::Not(few) => {
             let selected = select(&setting, asked.able, given, earlier, &mut ranked)?;
-            // If a search was ended before it found anything, the few causes found before stay.
+            // If a search was ended before it found as much, the few causes found before stay.
             few.filter(|few| setting.is_over() && few.has_more_than(&selected)).map_or(selected, |few| *few)
         }
     };

@@ -59,7 +59,7 @@ impl LogKind {
         most_fitted_whole: 80_000,
         fitted_of_more: 60_000,
         most_screened_whole: 60_000,
-        most_simulated: 480_000_000,
+        most_simulated: 900_000_000,
         most_high_orders: 12,
         first_search: 0.6,
         reserve: 0.15,

@@ -6,6 +6,7 @@ use crate::name::forms::Forms;
 use crate::name::tried::Tried;
 use crate::numerics::gram::HeldOut;
 use crate::numerics::loss::Loss;
+use std::collections::BTreeSet;
 use valve_model::EffectId;
 
 /// The accepted causes, fitted, and how the search found them.
@@ -51,10 +52,11 @@ impl Selection {
         self.ambiguous.retain(|(_, others)| !others.is_empty());
     }
 
-    /// Whether it has causes where the other has none.
+    /// Whether it has all of the other's causes and more: what a search had found when it was ended.
     pub fn has_more_than(&self, other: &Self) -> bool {
-        let any = |of: &Self| !of.fitted.point.hypothesis.members.is_empty();
-        any(self) && !any(other)
+        let causes =
+            |of: &Self| of.fitted.point.hypothesis.members.iter().map(|of| of.candidate.id).collect();
+        is_more(&causes(self), &causes(other))
     }
 
     /// Samples that were fitted.
@@ -87,4 +89,32 @@ pub(crate) struct Round {
     /// The effects that can't be told apart from the accepted one.
     pub equals: Vec<EffectId>,
     pub accepted: Option<EffectId>,
+}
+
+/// Whether these causes are all of the others and more.
+fn is_more(causes: &BTreeSet<EffectId>, others: &BTreeSet<EffectId>) -> bool {
+    causes.is_superset(others) && causes.len() > others.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_search_that_was_ended_is_less_if_another_has_its_causes_and_more() {
+        let (late, level, play) = (EffectId::SensorDelay, EffectId::CoulombLevel, EffectId::Backlash);
+        let table: [(&[EffectId], &[EffectId], bool); 7] = [
+            (&[], &[], false),
+            (&[late], &[], true),
+            (&[], &[late], false),
+            (&[late], &[late], false),
+            (&[late, level], &[late], true),
+            (&[late], &[late, level], false),
+            (&[late, level], &[play], false),
+        ];
+        for (causes, others, expected) in table {
+            let set = |of: &[EffectId]| of.iter().copied().collect();
+            assert_eq!(is_more(&set(causes), &set(others)), expected, "{causes:?} beside {others:?}");
+        }
+    }
 }
