@@ -24,6 +24,9 @@ const HARMFUL: f64 = -0.02;
 /// within the tolerance would have to do. Any other cause is dropped if its interval contains zero effect: any curve over the
 /// angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
+/// The same beside other causes: a parameter that may be right makes up for what is not quite right in their forms, and cuts some per cent
+/// of what they leave. Rivals that differ by less than a tenth count as equal there too.
+const INDISPENSABLE_BESIDE: f64 = 0.1;
 
 /// Without a cause the held-out error must be larger by this share, or there is no evidence for it: an interval can exclude zero
 /// effect because the other causes' forms are not quite right. As much as the search asks of a cause in multiples of the noise.
@@ -72,7 +75,7 @@ pub(crate) fn accept(
         let weighed = weigh(judged, &kept, &after, &errors)?;
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
         let vague = (0..weighed.len())
-            .filter(|index| !is_indispensable(judged, &weighed[*index]))
+            .filter(|index| !is_indispensable(judged, &weighed[*index], weighed.len() - 1))
             .filter(|index| weighed[*index].worth < NEEDED || may_be_none(judged, &kept, &errors, *index));
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
@@ -90,16 +93,22 @@ pub(crate) fn accept(
     }
 }
 
-fn is_indispensable(judged: &Judgement<'_>, of: &Weighed) -> bool {
-    of.worth > INDISPENSABLE && judged.corrections.iter().any(|correction| correction.id == of.cause.id)
+fn is_indispensable(judged: &Judgement<'_>, of: &Weighed, others: usize) -> bool {
+    let least = if others > 0 { INDISPENSABLE_BESIDE } else { INDISPENSABLE };
+    of.worth > least && is_number(judged, of.cause.id)
+}
+
+/// Whether a cause is a parameter of the model, which has a tolerance.
+fn is_number(judged: &Judgement<'_>, id: EffectId) -> bool {
+    judged.corrections.iter().any(|correction| correction.id == id)
 }
 
 /// Factors in which the torque is linear.
 const IN_PROPORTION: [EffectId; 4] =
     [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::LoadInertia, EffectId::TorqueGain];
 
-/// True if all linear amplitudes of a member (torques and levels of a torque log, harmonics) are within their 95 % interval of zero effect.
-/// Other parameters may have wide intervals however large the effect is.
+/// True if all linear amplitudes of a member (torques and levels of a torque log, harmonics), or a parameter of the model, are within their
+/// 95 % interval of zero effect. Other numbers may have wide intervals however large the effect is.
 ///
 /// The interval is conditional on the member's fitted shape (exponent, time constant). Whether an effect exists is another
 /// question than how it is divided between an amplitude and a shape that compensate each other.
@@ -119,7 +128,9 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
         .collect();
     let is_amplitude = |number: usize| {
         member.candidate.parameters.get(number).is_some_and(|of| {
-            of.map == Map::Plain && (of.neutral == 0.0 || IN_PROPORTION.contains(&member.candidate.id))
+            let id = member.candidate.id;
+            let is_factor = IN_PROPORTION.contains(&id) || is_number(judged, id);
+            of.map == Map::Plain && (of.neutral == 0.0 || is_factor)
         })
     };
     let shape: Vec<usize> =
