@@ -109,7 +109,8 @@ impl Campaign {
             (*chosen.get(index)? || !piece.jumps.is_empty()).then_some(piece)
         };
         let mut pieces: Vec<Piece> = map(workers, plans.len(), make).into_iter().flatten().collect();
-        let (hold_out, fold_of) = deal(&classes, &pieces, groups.len(), seed);
+        let thinned = chosen.contains(&false);
+        let (hold_out, fold_of) = deal(&classes, &pieces, (groups.len(), thinned), seed);
         for piece in &mut pieces {
             piece.hold_out = hold_out.get(piece.group).copied().unwrap_or(false);
         }

@@ -12,11 +12,8 @@ use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Samples of the longest piece of a log that is fitted whole.
+/// Samples of the longest piece.
 const LONGEST: usize = 20_000;
-/// Of a longer log's torques this many pieces are fitted at least: four of them are held out, and a fold has two or three. More would be
-/// shorter than the stretches in which hum is looked for.
-const PIECES_OF_A_LOG: usize = 16;
 /// Of a longer log's angles this many pieces of each run are fitted.
 const PIECES_OF_A_RUN: usize = 2;
 /// Least length of such a short piece, samples: long enough to justify the simulation of its lead.
@@ -24,7 +21,7 @@ const LEAST_PIECE: usize = 1000;
 /// Where this many runs move alike, whole runs are fitted or held out; runs with fewer alike are cut into `BLOCKS` blocks.
 const RUNS_ALIKE: usize = 4;
 const BLOCKS: usize = 4;
-/// A log of fewer runs is cut into `BLOCKS_IN_ALL` blocks: with six groups the between-group standard error is uncertain by
+/// Of long runs' torques that are not all fitted, as many pieces are. A log of fewer runs is cut into `BLOCKS_IN_ALL` blocks: with six groups the between-group standard error is uncertain by
 /// half (Student's t is 2.6), with three it is useless (4.3).
 const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
@@ -45,19 +42,29 @@ pub(crate) struct Plan {
     pub past: Before,
 }
 
-/// Samples of the longest piece. Where a log is not fitted whole, pieces are short enough that there are enough of them to judge by.
-/// A run no longer than one piece is fitted whole or not at all.
-pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> usize {
+/// How long pieces are, samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Longest {
+    /// A run no longer than this is one piece, fitted whole or not at all: it holds a slow motion's both ways, which tell friction from an
+    /// offset.
+    pub run: usize,
+    /// Pieces of a longer run.
+    pub piece: usize,
+}
+
+/// The longest pieces. Where a log is not fitted whole, those of long runs are short enough that there are enough of them to judge by.
+pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> Longest {
     let runs = || log.runs.iter().zip(usable).filter(|(_, usable)| **usable).map(|(run, _)| run);
     let total: usize = runs().map(Run::len).sum();
     let fitted = kind.fitted_samples(total);
     if total <= fitted {
-        return LONGEST;
+        return Longest { run: LONGEST, piece: LONGEST };
     }
     if kind.motion_is_measured {
-        return fitted / PIECES_OF_A_LOG;
+        return Longest { run: LONGEST, piece: fitted / FEW_RUNS };
     }
-    (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST)
+    let each = (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST);
+    Longest { run: each, piece: each }
 }
 
 /// Cuts the runs: into groups of whole runs where enough move alike, into blocks otherwise.
@@ -65,7 +72,7 @@ pub(crate) fn plan(
     log: &Log,
     (usable, classes): (&[bool], &[Class]),
     kind: LogKind,
-    longest: usize,
+    longest: Longest,
 ) -> (Vec<Plan>, Vec<String>) {
     let mut alike: BTreeMap<Class, usize> = BTreeMap::new();
     let runs =
@@ -78,7 +85,8 @@ pub(crate) fn plan(
     for (index, ((run, _), class)) in runs() {
         let whole = !few && alike.get(class).is_some_and(|count| *count >= RUNS_ALIKE);
         let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
-        let blocks = wanted.max(run.len().div_ceil(longest));
+        let cut = if run.len() > longest.run { run.len().div_ceil(longest.piece) } else { 1 };
+        let blocks = wanted.max(cut);
         let group = groups.len();
         for block in 0..blocks {
             let rows = run.len() * block / blocks..run.len() * (block + 1) / blocks;
@@ -122,7 +130,12 @@ pub(crate) fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
 }
 
 /// Assigns groups to the folds or to those held out. Groups alike in motion, direction and pressure are spread over all of them.
-pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64) -> (Vec<bool>, Vec<usize>) {
+pub(crate) fn deal(
+    classes: &[Class],
+    pieces: &[Piece],
+    (groups, thinned): (usize, bool),
+    seed: u64,
+) -> (Vec<bool>, Vec<usize>) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut keys: Vec<(Class, i8, i64, u32, usize)> = Vec::new();
     for group in 0..groups {
@@ -136,7 +149,7 @@ pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64
     keys.sort();
     let (mut hold_out, mut fold_of) = (vec![false; groups], vec![0; groups]);
     let alike: Vec<usize> = keys.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).collect();
-    for (key, held) in keys.iter().zip(held_out(&alike, &mut random)) {
+    for (key, held) in keys.iter().zip(held_out(&alike, thinned, &mut random)) {
         hold_out.get_mut(key.4).into_iter().for_each(|of| *of = held);
     }
     let fitted = keys.iter().filter(|key| hold_out.get(key.4) == Some(&false));
@@ -148,10 +161,10 @@ pub(crate) fn deal(classes: &[Class], pieces: &[Piece], groups: usize, seed: u64
     (hold_out, fold_of)
 }
 
-/// Which groups are held out, where `alike` of them move alike, one class after another: one of each `HOLD_OUT` of a class. Classes too small
-/// for that would leave nothing to judge by: then one of each `HOLD_OUT` of what is over from all of them, but never the only one of
-/// its class, whose motion nothing that is fitted would know.
-fn held_out(alike: &[usize], random: &mut Pcg64Mcg) -> Vec<bool> {
+/// Which groups are held out, where `alike` of them move alike, one class after another: one of each `HOLD_OUT` of a class. Of a log that is
+/// `thinned` out, classes too small for that would leave nothing to judge by: then one of each `HOLD_OUT` of what is over from all of them,
+/// but never the only one of its class, whose motion nothing that is fitted would know.
+fn held_out(alike: &[usize], thinned: bool, random: &mut Pcg64Mcg) -> Vec<bool> {
     let (mut held, mut over) = (Vec::new(), Vec::new());
     for count in alike {
         let (begin, complete) = (held.len(), count / HOLD_OUT * HOLD_OUT);
@@ -159,7 +172,7 @@ fn held_out(alike: &[usize], random: &mut Pcg64Mcg) -> Vec<bool> {
         held.extend(chosen.into_iter().chain(std::iter::repeat_n(false, count - complete)));
         over.extend((begin + complete..begin + count).filter(|_| *count > 1));
     }
-    if held.iter().filter(|held| **held).count() * 2 * HOLD_OUT < held.len() {
+    if thinned && held.iter().filter(|held| **held).count() * 2 * HOLD_OUT < held.len() {
         let chosen = one_of_each(over.len() / HOLD_OUT * HOLD_OUT, random);
         for (place, _) in over.iter().zip(chosen).filter(|(_, chosen)| *chosen) {
             held.get_mut(*place).into_iter().for_each(|held| *held = true);
@@ -182,21 +195,24 @@ mod tests {
 
     #[test]
     fn enough_is_held_out_and_every_motion_is_fitted() {
-        // Groups of each class; how many of them are held out.
-        let table: [(&[usize], usize); 9] = [
-            (&[], 0),
-            (&[3], 0),
-            (&[4], 1),
-            (&[7], 1),
-            (&[4, 4, 3], 2),
-            (&[3, 3, 3], 2),
-            (&[2, 2, 2, 2, 2, 2, 2, 2], 4),
-            (&[1, 1, 1, 1, 1, 1, 1, 1], 0),
-            (&[8, 1, 1, 1, 1, 2, 2], 2),
+        // Groups of each class; how many of them are held out of a log that is fitted whole, and of one that is thinned out.
+        let table: [(&[usize], usize, usize); 9] = [
+            (&[], 0, 0),
+            (&[3], 0, 0),
+            (&[4], 1, 1),
+            (&[7], 1, 1),
+            (&[4, 4, 3], 2, 2),
+            (&[3, 3, 3], 0, 2),
+            (&[2, 2, 2, 2, 2, 2, 2, 2], 0, 4),
+            (&[1, 1, 1, 1, 1, 1, 1, 1], 0, 0),
+            (&[8, 1, 1, 1, 1, 2, 2], 2, 2),
         ];
-        for (alike, expected) in table {
+        let both = table
+            .into_iter()
+            .flat_map(|(alike, whole, thinned)| [(alike, false, whole), (alike, true, thinned)]);
+        for (alike, thinned, expected) in both {
             for seed in 0..20 {
-                let held = held_out(alike, &mut Pcg64Mcg::seed_from_u64(seed));
+                let held = held_out(alike, thinned, &mut Pcg64Mcg::seed_from_u64(seed));
                 assert_eq!(held.len(), alike.iter().sum::<usize>());
                 assert_eq!(held.iter().filter(|held| **held).count(), expected, "{alike:?}, seed {seed}");
                 let mut rest = held.as_slice();
