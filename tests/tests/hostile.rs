@@ -175,7 +175,8 @@ fn idle_clients_keep_nobody_out() {
     let idle: Vec<_> = (0..32).map(|_| UnixStream::connect(&socket).unwrap()).collect();
     let begun = Instant::now();
     place.stepvalve(&["status"]).expect_code(0);
-    place.stepvalve(&["arm"]).expect_code(0);
+    // A controller that has only just begun is not ready yet, and says so.
+    place.wait_for("arming", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
     place.stepvalve(&["disarm"]).expect_code(0);
     // The idle ones would be sent away after five seconds each.
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
