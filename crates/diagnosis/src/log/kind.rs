@@ -32,7 +32,7 @@ pub(crate) struct LogKind {
     /// If more samples than this are fitted, the screening uses only some of the folds.
     pub most_screened_whole: usize,
     /// Most samples that are simulated before a diagnosis concludes; a torque sample with bristles counts four times. It is
-    /// about 40 s of torques or of angles, on two cores.
+    /// about 20 s of torques, 40 s of angles, on two cores.
     pub most_simulated: u64,
     /// Most orders above the low ones that are searched for at once in a torque over the angle.
     pub most_high_orders: usize,
@@ -59,7 +59,7 @@ impl LogKind {
         most_fitted_whole: 80_000,
         fitted_of_more: 60_000,
         most_screened_whole: 60_000,
-        most_simulated: 900_000_000,
+        most_simulated: 480_000_000,
         most_high_orders: 12,
         first_search: 0.6,
         reserve: 0.15,
