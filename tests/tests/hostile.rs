@@ -171,12 +171,14 @@ fn a_hang_up_is_a_clean_stop_unless_it_is_ignored() {
 fn idle_clients_keep_nobody_out() {
     let place = TestPlace::new();
     let run = start(&place);
+    // A controller that has only just begun is not ready yet, and says so: what follows begins with one that can be armed.
+    place.wait_for("readiness", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
+    place.stepvalve(&["disarm"]).expect_code(0);
     let socket = place.path("runtime/stepvalve").join(NAME).join("control.sock");
     let idle: Vec<_> = (0..32).map(|_| UnixStream::connect(&socket).unwrap()).collect();
     let begun = Instant::now();
     place.stepvalve(&["status"]).expect_code(0);
-    // A controller that has only just begun is not ready yet, and says so.
-    place.wait_for("arming", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
+    place.stepvalve(&["arm"]).expect_code(0);
     place.stepvalve(&["disarm"]).expect_code(0);
     // The idle ones would be sent away after five seconds each.
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
