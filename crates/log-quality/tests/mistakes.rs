@@ -364,9 +364,8 @@ fn a_start_that_rings_is_no_mistake_of_a_unit() {
     assert_eq!(claims, []);
 }
 
-/// Friction may hold a rotor back to a sixth of a command smaller than 90° electrical either way: that is no unit. A larger command is.
-#[test]
-fn a_rotor_held_back_is_no_mistake_of_a_unit() {
+/// A motor that lags behind its command by 1.5 N·m's worth of friction.
+fn with_a_motor() -> Model {
     let motor = MotorParams {
         phases: 2,
         rotor_teeth: 50,
@@ -382,7 +381,13 @@ fn a_rotor_held_back_is_no_mistake_of_a_unit() {
         rated_current_a: None,
         torque_constant_nm_per_a: None,
     };
-    let model = Model { motor: Some(motor), ..model() };
+    Model { motor: Some(motor), ..model() }
+}
+
+/// Friction may hold a rotor back to a sixth of a command smaller than 90° electrical either way: that is no unit. A larger command is.
+#[test]
+fn a_rotor_held_back_is_no_mistake_of_a_unit() {
+    let model = with_a_motor();
     for (amplitude_rad, is_claimed) in [(0.006, false), (0.06, true)] {
         let mut log = log();
         for (index, run) in log.runs.iter_mut().enumerate() {
@@ -474,4 +479,57 @@ fn a_torque_by_the_pressure_is_no_drift() {
     }
     let found = inspect(&log, Some(&model()));
     assert!(found.iter().all(|of| of.kind != Kind::ZeroDrift), "{found:?}");
+}
+
+/// The lag tells angle and command apart only where little else is between them. But a command is computed, and an encoder scatters.
+#[test]
+fn an_angle_exchanged_with_its_command_is_told_by_their_noise_where_the_lag_is_not_clear() {
+    let model = with_a_motor();
+    let lag_rad = (1.5_f64 / 3.0).asin() / 50.0;
+    // How eccentric the encoder is, rad; its noise; the command's microstep.
+    let cases = [
+        (0.0, 1e-5, 0.0, Some("angle_command exchanged the error")),
+        (0.0, 0.0, 0.0, Some("angle_command exchanged the error")),
+        (3.0 * lag_rad, 1e-5, 0.0, Some("scatters by 1")),
+        (3.0 * lag_rad, 0.0, TAU / 51_200.0, None),
+    ];
+    for (eccentric_rad, noise_rad, step_rad, claimed) in cases {
+        for exchanged in [false, true] {
+            let mut log = log();
+            let mut noise = noise();
+            for run in &mut log.runs {
+                run.torque_nm = None;
+                let commanded = std::mem::take(&mut run.angle_rad);
+                let smooth: Vec<f64> = commanded.iter().enumerate().map(|(row, _)| smooth(row)).collect();
+                let speed = |row: usize| 1e3 * (smooth[(row + 1).min(1999)] - smooth[row]);
+                let lag = |row: usize| -lag_rad * (speed(row) / 0.5).tanh();
+                run.angle_rad = (0..2000)
+                    .map(|row| {
+                        smooth[row]
+                            + lag(row)
+                            + eccentric_rad * (smooth[row] + 1.0).cos()
+                            + noise_rad * noise()
+                    })
+                    .collect();
+                let stepped =
+                    |angle: f64| if step_rad > 0.0 { (angle / step_rad).round() * step_rad } else { angle };
+                run.angle_command_rad = Some(smooth.into_iter().map(stepped).collect());
+                if exchanged {
+                    exchange(run, Channel::Angle, Channel::AngleCommand);
+                }
+            }
+            let found = inspect(&log, Some(&model));
+            let of = found.iter().find(|finding| finding.kind == Kind::SwappedChannels);
+            let what = format!("eccentric {eccentric_rad}, noise {noise_rad}, step {step_rad}, {exchanged}");
+            match claimed.filter(|_| exchanged) {
+                Some(says) => assert!(of.unwrap().evidence.contains(says), "{what}: {of:?}"),
+                None => assert!(of.is_none(), "{what}: {of:?}"),
+            }
+        }
+    }
+}
+
+/// A sine of 1 Hz at 1 kHz over half a turn.
+fn smooth(row: usize) -> f64 {
+    1.5 * (TAU * 1e-3 * row as f64).sin()
 }

@@ -2,12 +2,16 @@
 
 use super::table::DEGREES;
 use crate::finding::{Finding, Kind, Place, Severity, in_runs};
+use crate::scale::median;
 use log_data::{Channel, Log, Run};
+use prediction::Noise;
 use std::f64::consts::{PI, TAU};
 use valve_model::{Model, MotorParams};
 
 /// How well a ratio of angle and command tells a unit.
 const RATIO: f64 = 1.2;
+/// A command that scatters so many times as much as its angle was measured, and the angle was not.
+const SCATTERS: f64 = 10.0;
 
 /// What an angle is to its own command: the same but for a lag.
 pub(super) fn against_command(log: &Log, model: Option<&Model>) -> Vec<Finding> {
@@ -87,6 +91,17 @@ pub(super) fn against_command(log: &Log, model: Option<&Model>) -> Vec<Finding> 
         place: Place::of(&[Channel::Angle, Channel::AngleCommand], strange),
         mend: "is the angle's column the right one?".to_owned(),
     }]
+}
+
+/// The command's noise, rad, if in every run it scatters much more than the angle. A command is computed: its steps may be coarse, but it
+/// doesn't scatter.
+pub(super) fn noisier_command_rad(log: &Log) -> Option<f64> {
+    let scatter = |run: &Run| {
+        let scatter = Noise::of(run.channel(Channel::AngleCommand)?).beyond_quantisation_rad();
+        (scatter > SCATTERS * Noise::of(&run.angle_rad).deviation_rad).then_some(scatter)
+    };
+    let all: Vec<f64> = log.runs.iter().map(scatter).collect::<Option<_>>()?;
+    (!all.is_empty()).then(|| median(all.into_iter()))
 }
 
 /// How far a rotor's lag may range before it loses steps, rad: 90° electrical either way. Friction may hold it back by that in a short

@@ -13,7 +13,7 @@ use crate::expected::{Expected, Mended, Scale, Sums, pooled};
 use crate::finding::{Finding, Kind, Place, Severity, in_runs};
 use crate::scale::median;
 use crate::windows::{Source, Window, windows};
-use command::against_command;
+use command::{against_command, noisier_command_rad};
 use log_data::{Channel, Log, Run};
 use table::{Mistake, OF_ANGLE, OF_TORQUE};
 use valve_model::Model;
@@ -50,7 +50,8 @@ pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
     let Some(expected) = Expected::new(model, torque) else { return found };
     let measured = if torque { Channel::Torque } else { Channel::AngleCommand };
     let source = Source { angle: Channel::Angle, measured, integrated: false, lag: !torque };
-    let case = Case { log, expected, windows: windows(log, source), torque };
+    let windows = windows(log, source);
+    let case = Case { log, expected, windows, torque, noisier_command_rad: noisier_command_rad(log) };
     found.extend(case.inspect(source));
     found
 }
@@ -83,6 +84,8 @@ struct Case<'a> {
     expected: Expected<'a>,
     windows: Vec<Window>,
     torque: bool,
+    /// How much the command scatters, rad, if that is much more than the angle does in every run.
+    noisier_command_rad: Option<f64>,
 }
 
 /// How a mistake, mended, would leave the record.
@@ -149,6 +152,7 @@ impl Case<'_> {
         match tried.mistake.kind {
             Kind::AngleUnit => plain || (before >= FEELS && before >= FALLS * after),
             // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
+            Kind::SwappedChannels => plain || (self.noisier_command_rad.is_some() && before > after),
             Kind::TimeUnit if !self.torque => self.interval_s() >= SLOW_S && after <= SAME * before,
             // The intervals speak for it, too.
             Kind::TimeUnit => self.interval_s() >= SLOW_S && before >= FEELS && before >= NEARER * after,
@@ -212,11 +216,15 @@ impl Case<'_> {
         let names: Vec<String> =
             runs.iter().filter_map(|run| self.log.runs.get(*run)).map(|run| run.name.clone()).collect();
         let turned = if tried.turned { ", and its sign turned," } else { "" };
+        let noise = self.noisier_command_rad.filter(|_| tried.mistake.kind == Kind::SwappedChannels);
+        let scatters = noise.map_or(String::new(), |noise| {
+            format!("; the command scatters by {noise:.1e} rad as an encoder does, the angle hardly, as if computed")
+        });
         Finding {
             kind: if names.is_empty() { tried.mistake.kind } else { Kind::RunsDiffer },
             severity: Severity::Mistake,
             evidence: format!(
-                "{}{turned} the error of the model falls from {:.4} to {:.4} {} {} (RMS in sliding)",
+                "{}{turned} the error of the model falls from {:.4} to {:.4} {} {} (RMS in sliding){scatters}",
                 tried.mistake.says,
                 before.error(),
                 after.error(),
