@@ -22,8 +22,9 @@ use crate::show::whiteness::is_white;
 pub(crate) const CORRECTING: usize = 6;
 /// A correction counts as significant from this many standard errors on.
 const CLEAR: f64 = 2.0;
-/// A level beyond its tolerance must cut the held-out error by at least this fraction.
-const LEVEL: f64 = 0.02;
+/// A level beyond its tolerance, beside the causes that a search has found, must cut the held-out error by at least this fraction: numbers at
+/// their bounds make up for what is not quite right in the causes' forms, a late transducer above all.
+const LEVEL: f64 = 0.1;
 
 /// The given model refitted with corrections; `None` if its residual is white without them, or none are allowed. They stay
 /// neutral if they would only increase a residual that is noise already.

@@ -75,7 +75,7 @@ pub(crate) fn judge<'a>(
 }
 
 /// The given model with its fitted start, and with corrections within their tolerance; see [`within_tolerance`].
-fn given_and_corrected(
+pub(crate) fn given_and_corrected(
     setting: &Setting<'_>,
     asked: Asked<'_>,
 ) -> Result<(Fitted, Option<Fitted>), DiagnosisError> {

@@ -8,6 +8,7 @@
 
 mod alike;
 mod asked;
+mod begin;
 mod conclude;
 mod contest;
 mod corrected;
@@ -20,6 +21,7 @@ mod fixtures;
 mod found;
 mod identify;
 mod judge;
+mod left_out;
 mod log;
 mod measure;
 mod name;
@@ -27,6 +29,7 @@ mod numbers;
 mod numerics;
 mod options;
 mod outcome;
+mod pass;
 mod show;
 mod suspect;
 mod unnamed;

@@ -11,7 +11,7 @@ use crate::contest::Contest;
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Member;
 use crate::extend::untestable::Untestable;
-use crate::found::{Found, Shown};
+use crate::found::{Event, Found, Shown};
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::measure::accept::{Accepted, accept, best_of_groups, groups_within_errors, members_with_numbers};
@@ -46,16 +46,17 @@ pub(crate) fn conclude(
     judged: &Judgement<'_>,
     able: &[Candidate],
     unable: &[Untestable],
+    tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Found, DiagnosisError> {
     let is_over = judged.setting.is_over();
-    judged.setting.campaign.with_reserve(|| conclusion(judged, able, unable, is_over))
+    judged.setting.campaign.with_reserve(|| conclusion(judged, (able, unable), is_over, tell))
 }
 
 fn conclusion(
     judged: &Judgement<'_>,
-    able: &[Candidate],
-    unable: &[Untestable],
+    (able, unable): (&[Candidate], &[Untestable]),
     is_over: bool,
+    tell: &mut dyn FnMut(Event<'_>),
 ) -> Result<Found, DiagnosisError> {
     let selection = &judged.selection;
     let facts = &judged.setting.campaign.facts;
@@ -105,8 +106,12 @@ fn conclusion(
     proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
     let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let noise = leaves_noise_alone(judged, (&after, &structure_kept), tone.as_ref());
-    let laws =
-        if noise || !ambiguous.is_empty() { None } else { unnamed(judged, able, (&point, &after, &causes))? };
+    let laws = if noise || !ambiguous.is_empty() {
+        None
+    } else {
+        tell(Event::Step("looking for a law in what no cause explains"));
+        unnamed(judged, able, (&point, &after, &causes))?
+    };
     // Time that ran out in a search for laws ended that.
     let ended = ended || !noise && judged.setting.workers.is_over();
     if let Some(laws) = &laws {

@@ -11,6 +11,7 @@ use crate::log::ready::Ready;
 use crate::numerics::gram::Gram;
 use crate::numerics::loss::Loss;
 use crate::workers::{Workers, map};
+use log_data::AngleZero;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use valve_model::{EffectId, Model};
 
@@ -21,6 +22,13 @@ pub(crate) struct Nuisances {
     pub zero_nm: f64,
     /// True if each run has a zero of its own angle.
     pub angle_zero: bool,
+}
+
+impl Nuisances {
+    /// Those of a log of which no more is known than it says: an angle's own zeros where it has them.
+    pub fn of(campaign: &Campaign) -> Self {
+        Self { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) }
+    }
 }
 
 /// A torque added to the others independent of friction: its sensitivity needs no simulation.

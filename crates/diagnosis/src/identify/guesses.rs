@@ -1,8 +1,8 @@
 //! The numbers of a model as first guesses, fitted all at once.
 
 use crate::DiagnosisError;
+use crate::begin::{begin, check_finite};
 use crate::corrected::without_idle_corrections;
-use crate::diagnose::{begin, check_finite};
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::candidates;
@@ -20,7 +20,7 @@ use crate::name::tried::Tried;
 use crate::numbers::GUESSED;
 use crate::options::Options;
 use crate::workers::Workers;
-use log_data::{AngleZero, Log};
+use log_data::Log;
 use valve_model::{EffectId, Model};
 
 /// The relative standard deviation of a number that data sheets give. A motion shows torques in parts of the holding torque
@@ -66,16 +66,11 @@ impl Asked<'_> {
         Ok((campaign, first))
     }
 
-    /// How pieces of the log begin that no start is known of.
-    pub fn nuisances(campaign: &Campaign) -> Nuisances {
-        Nuisances { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) }
-    }
-
     /// Fits all numbers that the log could show, from those of a model on.
     pub fn fit(&self, model: &Model) -> Result<Fit, DiagnosisError> {
         let (campaign, first) = self.campaign(model)?;
         let (able, _) = candidates(&campaign.facts, model, &self.options.fixed, &[]);
-        let setting = Setting::new(&campaign, model, Asked::nuisances(&campaign), self.workers);
+        let setting = Setting::new(&campaign, model, Nuisances::of(&campaign), self.workers);
         let hypothesis =
             Hypothesis { corrections: self.guesses(&campaign, &able), ..first.hypothesis.clone() };
         let starts = first.starts;

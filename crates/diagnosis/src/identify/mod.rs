@@ -9,7 +9,7 @@ mod motor_torque;
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
-use crate::fit::equations::Setting;
+use crate::fit::equations::{Nuisances, Setting};
 use crate::found::Event;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
@@ -122,7 +122,7 @@ fn converge(asked: Asked<'_>, model: &Model) -> Result<Fit, DiagnosisError> {
 fn judged(asked: Asked<'_>, given: &Model, fit: Fit) -> Result<Identification, DiagnosisError> {
     let (campaign, _) = asked.campaign(&fit.model)?;
     let (before, after) = (left_by(asked, &campaign, given)?, left_by(asked, &campaign, &fit.model)?);
-    let setting = Setting::new(&campaign, given, Asked::nuisances(&campaign), asked.workers);
+    let setting = Setting::new(&campaign, given, Nuisances::of(&campaign), asked.workers);
     let gain = gain(&setting, &before, &after, asked.options.seed);
     let part = part_left_as_fitted(&setting, &before, &after, asked.options.seed);
     // Beyond what chance makes of it, and in plain units too.
@@ -138,9 +138,9 @@ fn left_by(
     campaign: &Campaign,
     model: &Model,
 ) -> Result<Vec<PieceResidual>, DiagnosisError> {
-    let setting = Setting::new(campaign, model, Asked::nuisances(campaign), asked.workers);
+    let setting = Setting::new(campaign, model, Nuisances::of(campaign), asked.workers);
     let ready = campaign.ready(model)?;
-    let first = crate::diagnose::begin(campaign, &ready);
+    let first = crate::begin::begin(campaign, &ready);
     let point = campaign.with_reserve(|| settled(&setting, &first, &|_: &Piece| true))?;
     left(&setting, &point)
 }

@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::log::classes::Class;
 use crate::log::course::WholeRun;
-use crate::log::cut::{Plan, choose, deal, longest, plan};
+use crate::log::cut::{Choice, Place, Plan, choose, deal, longest, plan};
 use crate::log::driven::Driven;
 use crate::log::facts::Facts;
 use crate::log::gaps::bridged;
@@ -20,7 +20,7 @@ use crate::log::work::Work;
 use crate::workers::{Workers, map};
 use log_data::{AngleZero, Channel, Log, Run, median};
 use prediction::{Noise, motion_at, predicted_channel};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use valve_model::{Model, ParamError};
 
@@ -51,6 +51,8 @@ pub(crate) struct Campaign {
     pub loose_ripples: Vec<LooseRipple>,
     /// Samples of the log, fitted or not.
     pub samples: usize,
+    /// True if there are pieces that were not taken.
+    pub thinned: bool,
     /// Counts the samples that all predictions simulate.
     work: Arc<Work>,
     /// The error that the integrator may make in a sub-step, rad.
@@ -60,7 +62,18 @@ pub(crate) struct Campaign {
 }
 
 impl Campaign {
+    /// The log as it is fitted.
     pub fn new(log: &Log, model: &Model, seed: u64, workers: &dyn Workers) -> Result<Self, DiagnosisError> {
+        Self::of(log, model, Choice::Fitted(&BTreeSet::new()), (seed, workers))
+    }
+
+    /// The pieces of a choice.
+    pub fn of(
+        log: &Log,
+        model: &Model,
+        choice: Choice<'_>,
+        (seed, workers): (u64, &dyn Workers),
+    ) -> Result<Self, DiagnosisError> {
         let (log, masks) = bridged(log);
         let log = log.as_ref();
         let kind = LogKind::predicting(channel_of(log, model)?);
@@ -80,7 +93,7 @@ impl Campaign {
         });
         let mut facts = Facts::of_model(model, kind);
         follow(log, model, &noises, &mut plans, &mut facts);
-        let chosen = choose(&plans, kind, seed);
+        let chosen = choose(&plans, kind, choice, seed);
         let angle_error_rad = OF_THE_NOISE * usual_deviation_rad(&noises);
         let first_run = log.runs.first().map_or("", |run| run.name.as_str());
         let models = Models::default();
@@ -128,10 +141,16 @@ impl Campaign {
             hums: Vec::new(),
             loose_ripples: Vec::new(),
             samples: log.runs.iter().map(Run::len).sum(),
+            thinned,
             work,
             angle_error_rad,
             models,
         })
+    }
+
+    /// Where each piece lies in the log.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        self.pieces.iter().map(|piece| (piece.run, piece.rows.start))
     }
 
     /// True if the allowed number of simulated samples is used up. The search then concludes from the causes found so far.

@@ -9,7 +9,7 @@ use log_data::{Log, Run};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Samples of the longest piece.
@@ -27,6 +27,8 @@ const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
 /// Least samples of a block.
 const LEAST_BLOCK: usize = 400;
+/// Most samples that are predicted to see what the pieces that are not fitted hold: a tenth of what a search may simulate.
+const MOST_PREDICTED: usize = 1_000_000;
 /// One group in this many is held out.
 const HOLD_OUT: usize = 4;
 const FOLDS: usize = 5;
@@ -109,16 +111,33 @@ fn block_name(run: &Run, rows: &Range<usize>) -> String {
     format!("{}@{:.3}..{:.3}", run.name, at(rows.start), at(rows.end - 1))
 }
 
-/// Chooses the pieces that are fitted: all, or of a log with too many samples some of each run in proportion, at random within the run.
-pub(crate) fn choose(plans: &[Plan], kind: LogKind, seed: u64) -> Vec<bool> {
+/// A piece's run and first row.
+pub(crate) type Place = (usize, usize);
+
+/// Which pieces of a log that is too long to be fitted whole are taken.
+#[derive(Clone, Copy)]
+pub(crate) enum Choice<'a> {
+    /// A random sample, and these.
+    Fitted(&'a BTreeSet<Place>),
+    /// As many as one prediction can afford.
+    Predicted,
+}
+
+/// Chooses pieces: all, or of a log with too many samples some of each run in proportion, at random within the run.
+pub(crate) fn choose(plans: &[Plan], kind: LogKind, choice: Choice<'_>, seed: u64) -> Vec<bool> {
     let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
-    let part = kind.fitted_samples(total) as f64 / total as f64;
+    let (samples, also) = match choice {
+        Choice::Fitted(also) => (kind.fitted_samples(total), Some(also)),
+        Choice::Predicted => (total.min(MOST_PREDICTED), None),
+    };
+    let part = samples as f64 / total as f64;
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut due = random.random_range(0.0..1.0);
     let mut places: Vec<usize> = (0..plans.len()).collect();
     let run = |place: &usize| plans.get(*place).map(|plan| plan.run);
     places.chunk_by_mut(|a, b| run(a) == run(b)).for_each(|of_a_run| of_a_run.shuffle(&mut random));
-    let mut chosen = vec![part >= 1.0; plans.len()];
+    let forced = |plan: &Plan| also.is_some_and(|also| also.contains(&(plan.run, plan.rows.start)));
+    let mut chosen: Vec<bool> = plans.iter().map(|plan| part >= 1.0 || forced(plan)).collect();
     for place in places.into_iter().filter(|_| part < 1.0) {
         due += part;
         if due >= 1.0 {

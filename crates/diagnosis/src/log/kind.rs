@@ -29,6 +29,9 @@ pub(crate) struct LogKind {
     pub most_fitted_whole: usize,
     /// ... and of a longer one this many samples.
     pub fitted_of_more: usize,
+    /// Whether pieces that are not fitted but stand out are fitted too. Of an angle log a seventh may be fitted, in pieces of a second or so; of
+    /// torques more, in whole runs, and those that stand out are mostly the ones with the worst noise or a zero of their own.
+    pub fits_what_stands_out: bool,
     /// If more samples than this are fitted, the screening uses only some of the folds.
     pub most_screened_whole: usize,
     /// Most samples that are simulated before a diagnosis concludes; a torque sample with bristles counts four times. It is
@@ -58,6 +61,7 @@ impl LogKind {
         loss: Loss::Squares,
         most_fitted_whole: 80_000,
         fitted_of_more: 60_000,
+        fits_what_stands_out: false,
         most_screened_whole: 60_000,
         most_simulated: 480_000_000,
         most_high_orders: 12,
@@ -76,6 +80,7 @@ impl LogKind {
         loss: Loss::OwnNoise,
         most_fitted_whole: 64_000,
         fitted_of_more: 32_000,
+        fits_what_stands_out: true,
         most_screened_whole: 16_000,
         most_simulated: 60_000_000,
         most_high_orders: 4,

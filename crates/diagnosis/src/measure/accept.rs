@@ -19,13 +19,13 @@ use valve_model::{Effect, EffectId};
 /// A cause is harmful if removing it lowers the held-out error by more than this share.
 const HARMFUL: f64 = -0.02;
 
-/// A cause that is a parameter of the model stays accepted if a refit without it has a held-out error larger by this share,
-/// however wide its interval: parameters that compensate each other have wide intervals. If it were dropped, its correction
-/// within the tolerance would have to do. Any other cause is dropped if its interval contains zero effect: any curve over the
-/// angle cuts the error of a log whose pressure was not recorded.
+/// A cause that is a parameter of the model, and the only one, stays accepted if a refit with it within its tolerance has a held-out error larger
+/// by this share, however wide its interval: parameters that compensate each other have wide intervals. Any other cause is dropped if its
+/// interval contains zero effect: any curve over the angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
-/// The same beside other causes: a parameter that may be right makes up for what is not quite right in their forms, and cuts some per cent
-/// of what they leave. Rivals that differ by less than a tenth count as equal there too.
+/// Beside other causes a parameter of the model must be worth this share, however narrow its interval: one that may be right makes up for what
+/// is not quite right in their forms, a late transducer above all, and cuts some per cent of what they leave. Rivals that differ by less
+/// than a tenth count as equal there too.
 const INDISPENSABLE_BESIDE: f64 = 0.1;
 
 /// Without a cause the held-out error must be larger by this share, or there is no evidence for it: an interval can exclude zero
@@ -74,9 +74,13 @@ pub(crate) fn accept(
         let errors = errors_of(judged, &kept)?;
         let weighed = weigh(judged, &kept, &after, &errors)?;
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
-        let vague = (0..weighed.len())
-            .filter(|index| !is_indispensable(judged, &weighed[*index], weighed.len() - 1))
-            .filter(|index| weighed[*index].worth < NEEDED || may_be_none(judged, &kept, &errors, *index));
+        let vague = (0..weighed.len()).filter(|index| {
+            match (is_number(judged, weighed[*index].cause.id), weighed.len()) {
+                (true, 2..) => weighed[*index].worth < INDISPENSABLE_BESIDE,
+                (true, _) if weighed[*index].worth > INDISPENSABLE => false,
+                _ => weighed[*index].worth < NEEDED || may_be_none(judged, &kept, &errors, *index),
+            }
+        });
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
             members.remove(vague);
@@ -91,11 +95,6 @@ pub(crate) fn accept(
         harmful.push(weighed[worst].cause.id);
         members.remove(worst);
     }
-}
-
-fn is_indispensable(judged: &Judgement<'_>, of: &Weighed, others: usize) -> bool {
-    let least = if others > 0 { INDISPENSABLE_BESIDE } else { INDISPENSABLE };
-    of.worth > least && is_number(judged, of.cause.id)
 }
 
 /// Whether a cause is a parameter of the model, which has a tolerance.
@@ -202,7 +201,10 @@ fn weigh(
     let hypothesis = &kept.point.hypothesis;
     let mut weighed = Vec::new();
     for (index, member) in hypothesis.members.iter().enumerate() {
-        let begin = Point { hypothesis: hypothesis.without(index), starts: kept.point.starts.clone() };
+        let mut fewer = hypothesis.without(index);
+        // A number of the model is off by more than its tolerance, or not: within it, it is corrected anyway.
+        fewer.corrections.extend(judged.corrections.iter().find(|of| of.id == member.candidate.id).cloned());
+        let begin = Point { hypothesis: fewer, starts: kept.point.starts.clone() };
         let without = fit(setting, begin, &Piece::is_fitted, 6)?;
         let (_, left) = judged.everywhere(&without)?;
         let rms = rms_left(setting, &left, &wanted);
