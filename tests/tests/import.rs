@@ -120,6 +120,12 @@ fn wrong_texts_are_refused_with_their_place() {
     let file = place.write("given.csv", "t,x\n0,1\n");
     let file = file.to_str().unwrap();
     refused(&place, &[file, "--map", "time=t", "--map", "angle=y"], &["no column \"y\"", "t, x"]);
+    let named = place.write("named.csv", "Pruefstand 7\nt [ms];phi (deg);t_oil\n0;1;20\n1;2;20\n2;3;20\n");
+    let maps = ["--map", "time=t/1000", "--map", "angle=Phi*pi/180"];
+    let arguments = [&[named.to_str().unwrap(), "--skip", "1"], &maps[..]].concat();
+    refused(&place, &arguments, &["no column \"t\", is {t [ms]} meant?"]);
+    let arguments = [&[named.to_str().unwrap()], &maps[..]].concat();
+    refused(&place, &arguments, &["no column", "rows of numbers begin in line 3: try --skip auto"]);
     refused(&place, &[file, "--map", "time=t"], &["--map angle"]);
     refused(&place, &[file, "--map", "time=t", "--map", "speed=x"], &["speed", "NAME[UNIT]"]);
     refused(&place, &[file, "--map", "time=t", "--map", "angle=x*("], &["no expression"]);
@@ -313,6 +319,7 @@ fn on_one_clock_files_follow_their_numbers() {
     assert!(finished.stdout.contains("run-2 before run-10"), "{}", finished.stdout);
     let log = run_log::read_log(&place.path("out.h5")).unwrap();
     assert_eq!(["run-1", "run-2", "run-10"].map(|name| begin(&log, name)), [0.0, 6.0, 12.0]);
+    assert_eq!(log.title, "run-1, run-2, run-10");
     // Whoever says another order means it; the names that are given stay with their files.
     let order = [files[1], files[0], files[2]];
     let more = ["--gap", "5", "--force", "--run", "ten", "--run", "one", "--run", "two"];

@@ -132,4 +132,20 @@ fn a_diagnosis_says_it_first() {
     assert_eq!(found["data_quality"][0]["kind"], "outliers");
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("The log itself") && page.contains("1 sample(s) of torque"));
+    // What is found in a log with a mistake is worth nothing before that is mended: terminal and JSON say so.
+    for torque in campaign.log.runs.iter_mut().flat_map(|run| run.torque_nm.as_mut().unwrap()) {
+        *torque *= 100.0;
+    }
+    campaign.write(&place.path("rig")).unwrap();
+    let again = ["diagnose", "--log", log, "--model", model, "--out", folder, "--force", "--limit", "2s"];
+    let finished = place.stepvalve(&again).expect_code(0);
+    assert!(
+        finished.stdout.contains("next: Mend the log first: with the torque divided by 100"),
+        "{}",
+        finished.stdout
+    );
+    let found: Value = serde_json::from_slice(&std::fs::read(out.join("diagnosis.json")).unwrap()).unwrap();
+    assert!(
+        found["next_experiment"].as_str().unwrap().starts_with("Mend the log first: with the torque divided")
+    );
 }

@@ -143,6 +143,8 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
             "divided by 100 and the angle by 57.3",
         ),
         ("N cm", |log| scale(log, Channel::Torque, 100.0), Kind::TorqueUnit, "divided by 100 "),
+        ("a decimal too many", |log| scale(log, Channel::Torque, 10.0), Kind::TorqueUnit, "divided by 10 "),
+        ("a decimal too few", |log| scale(log, Channel::Torque, 0.1), Kind::TorqueUnit, "times 10 "),
         (
             "mN m turned",
             |log| scale(log, Channel::Torque, -1000.0),
@@ -334,8 +336,8 @@ fn what_is_too_short_or_has_nothing_to_predict_is_no_good_log() {
 }
 
 #[test]
-fn friction_that_is_twice_the_models_is_no_mistake_of_the_record() {
-    for factor in [0.5, 0.7, 1.5, 2.0] {
+fn friction_that_is_several_times_the_models_is_no_mistake_of_the_record() {
+    for factor in [0.14, 0.2, 0.5, 0.7, 1.5, 2.0, 5.0, 7.0] {
         let mut log = log();
         scale(&mut log, Channel::Torque, factor);
         assert_eq!(inspect(&log, Some(&model())), [], "{factor}");

@@ -10,7 +10,7 @@ pub fn mend_first(found: &[Finding]) -> Vec<String> {
     mistakes.map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
 }
 
-/// diagnosis.json, with `data_quality`.
+/// diagnosis.json, with `data_quality`; where the log itself is wrong, what comes next is to mend it.
 ///
 /// # Errors
 /// A number that JSON has no form of, which none is.
@@ -18,6 +18,10 @@ pub fn json(diagnosis: &Diagnosis, found: &[Finding]) -> anyhow::Result<String> 
     let mut all = serde_json::to_value(diagnosis).context("diagnosis.json")?;
     if let Some(fields) = all.as_object_mut() {
         fields.insert("data_quality".to_owned(), serde_json::to_value(found).context("data_quality")?);
+        let mend = mend_first(found);
+        if !mend.is_empty() {
+            fields.insert("next_experiment".to_owned(), mend.join(" ").into());
+        }
     }
     serde_json::to_string_pretty(&all).context("diagnosis.json")
 }

@@ -233,8 +233,10 @@ impl Expression {
                     } else {
                         ""
                     };
+                    let meant = meant(variable, names)
+                        .map_or(String::new(), |name| format!(", is {{{name}}} meant?"));
                     Err(anyhow!(
-                        "no column {variable:?}; there are {} columns: {columns}{coded}",
+                        "no column {variable:?}{meant}; there are {} columns: {columns}{coded}",
                         names.len()
                     ))
                 }
@@ -281,6 +283,16 @@ fn column(variable: &str, names: &[String]) -> Option<usize> {
         let number: usize = variable.strip_prefix('c')?.parse().ok()?;
         (number >= 1 && number <= names.len()).then(|| number - 1)
     })
+}
+
+/// The only column whose name begins with these words: "t [ms]" for t, whatever the size of the letters.
+fn meant<'a>(variable: &str, names: &'a [String]) -> Option<&'a str> {
+    let begins = |name: &&String| {
+        let (start, rest) = name.split_at_checked(variable.len()).unwrap_or_default();
+        start.eq_ignore_ascii_case(variable) && !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+    };
+    let mut found = names.iter().filter(begins);
+    found.next().filter(|_| found.next().is_none()).map(String::as_str)
 }
 
 /// A name, a number, a name in braces, or a single character.

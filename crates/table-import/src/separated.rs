@@ -258,6 +258,10 @@ impl Table for Separated {
         "line"
     }
 
+    fn hint(&self) -> &str {
+        &self.reader.hint
+    }
+
     fn cut(&self) -> Option<&CutLine> {
         self.rows.cut.as_ref()
     }

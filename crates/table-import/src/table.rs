@@ -37,6 +37,11 @@ pub trait Table {
     /// What a row's place in the file is called: "line" or "row".
     fn place(&self) -> &'static str;
 
+    /// What to try where a column isn't there.
+    fn hint(&self) -> &str {
+        ""
+    }
+
     /// The last line, where it was left out because the file was cut off within it; known once all rows are read.
     fn cut(&self) -> Option<&CutLine> {
         None
@@ -84,7 +89,8 @@ pub fn collect(
 ) -> anyhow::Result<()> {
     let mut wanted = Vec::new();
     let (names, place) = (table.names().to_vec(), table.place());
-    let bound = bind(maps, |map| map.bind(&names, &mut wanted))?;
+    let bound = bind(maps, |map| map.bind(&names, &mut wanted))
+        .map_err(|error| anyhow!("{error:#}{}", table.hint()))?;
     maps.iter().try_for_each(|map| units::check(map, &names, table.units()))?;
     let conditions = bind(&selection.conditions, |condition| condition.bind(&names, &mut wanted))?;
     let mut taken = read(table, &wanted, maps.len(), selection)?;

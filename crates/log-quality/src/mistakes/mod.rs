@@ -148,7 +148,7 @@ impl Case<'_> {
             return false;
         }
         let (before, after) = (given.distance().min(all.distance()), mended.distance());
-        let plain = before >= CONTRADICTS && after <= AGREES && before >= NEARER * after;
+        let plain = before >= CONTRADICTS && after <= tried.mistake.agrees && before >= NEARER * after;
         match tried.mistake.kind {
             Kind::AngleUnit => plain || (before >= FEELS && before >= FALLS * after),
             // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
@@ -196,7 +196,7 @@ impl Case<'_> {
                     && after.tell()
                     && of(given).about_zero().distance() >= CONTRADICTS
                     && before.about_zero().distance() >= CONTRADICTS
-                    && after.about_zero().distance() <= 0.5 * AGREES
+                    && after.about_zero().distance() <= 0.5 * tried.mistake.agrees
             };
             let runs: Vec<usize> = (0..self.log.runs.len()).filter(explained).collect();
             if runs.len() > best.as_ref().map_or(0, |(_, runs)| runs.len()) {

@@ -1,5 +1,6 @@
 //! The ways in which people mistake a record's units and signs, and how each is mended.
 
+use super::AGREES;
 use crate::expected::{AS_IT_IS, Scale};
 use crate::finding::Kind;
 use log_data::Channel;
@@ -17,6 +18,8 @@ pub(super) struct Mistake {
     pub(super) mend: &'static str,
     /// How many mistakes it is at once.
     pub(super) count: i32,
+    /// How near to the model the record must be once mended.
+    pub(super) agrees: f64,
 }
 
 const fn mistake(
@@ -26,7 +29,7 @@ const fn mistake(
     says: &'static str,
     mend: &'static str,
 ) -> Mistake {
-    Mistake { kind, channels, scale, says, mend, count: 1 }
+    Mistake { kind, channels, scale, says, mend, count: 1, agrees: AGREES }
 }
 
 /// Torque and angle as an instrument shows them, in units of its own both.
@@ -38,7 +41,17 @@ const fn with_degrees(torque: f64, says: &'static str, mend: &'static str) -> Mi
         says,
         mend,
         count: 2,
+        agrees: AGREES,
     }
+}
+
+/// A factor of ten is no unit, and a first guess of a model's friction may be off by half as much: once mended, the record must be nearer than
+/// others, within a quarter.
+const SLIPPED: f64 = 0.25;
+
+const fn slipped(torque: f64, says: &'static str, mend: &'static str) -> Mistake {
+    let scale = Scale { measured: torque, ..AS_IT_IS };
+    Mistake { agrees: SLIPPED, ..mistake(Kind::TorqueUnit, &[Channel::Torque], scale, says, mend) }
 }
 
 /// Those of a torque log.
@@ -77,6 +90,16 @@ pub(super) const OF_TORQUE: &[Mistake] = &[
         Scale { measured: 1e3, ..AS_IT_IS },
         "with the torque times 1000",
         "is it in kN*m, or was it divided by 1000 once too often?",
+    ),
+    slipped(
+        0.1,
+        "with the torque divided by 10",
+        "did a decimal point slip, or the amplifier's range? Then --map torque='.../10'",
+    ),
+    slipped(
+        10.0,
+        "with the torque times 10",
+        "did a decimal point slip, or the amplifier's range? Then --map torque='...*10'",
     ),
     DEGREE,
     TURN,

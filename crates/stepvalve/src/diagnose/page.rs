@@ -30,11 +30,12 @@ pub fn page(material: &Material<'_>) -> String {
     page.sections.push(summary.with(Block::Facts(facts(found, log))));
     page.sections.push(remains::section(found, findings));
     page.sections.push(quality::section(findings));
-    page.sections.push(runs::section(found, log, residuals));
-    page.sections.push(explore::section(found));
+    // What was found, with its numbers, comes before what it was found from.
     page.sections.extend(unnamed::section(found));
     page.sections.push(causes::section(found));
     page.sections.push(parameters(found));
+    page.sections.push(runs::section(found, log, residuals));
+    page.sections.push(explore::section(found));
     page.sections.push(structure(found));
     page.sections.push(leftover::section(found));
     page.sections.push(judged("What these data can't test", "", &found.diagnosis.untestable));

@@ -12,6 +12,8 @@ use study::words;
 
 /// Causes of the first ranking that are told.
 const FIRST: usize = 5;
+/// Smaller gains are shown as none.
+const SEEN: f64 = 5e-4;
 
 /// Tells what is being done. Dropped, it leaves the terminal as it was.
 pub struct Progress {
@@ -55,12 +57,12 @@ impl Progress {
         match event {
             Event::Noise { rms, noise } => self.aside(|| {
                 let (rms, noise) = (words::short(rms), words::short(noise));
-                say(format_args!("error of the model: RMS {rms}; noise {noise} ({})", self.unit));
+                say(format_args!("at first: error of the model {rms}, noise {noise} ({}, RMS)", self.unit));
             }),
             Event::Ranking(ranking) => self.aside(|| {
                 let look = self.again.get().unwrap_or("first look");
                 say(format_args!("{look}: what each cause alone would cut the error by, to first order (1 is as much as the noise):"));
-                for (id, gain) in ranking.iter().take(FIRST).filter(|(_, gain)| *gain > 0.0) {
+                for (id, gain) in ranking.iter().take(FIRST).filter(|(_, gain)| *gain >= SEEN) {
                     say(format_args!("  {gain:8.3}  {id}"));
                 }
             }),

@@ -22,12 +22,13 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
         residuals.runs.iter().enumerate().map(|(index, run)| (run.rms(changed), index)).collect();
     // Runs that nothing is known of come last.
     order.sort_by(|a, b| b.0.is_finite().cmp(&a.0.is_finite()).then(b.0.total_cmp(&a.0)));
+    let kinds = log.runs.iter().any(|run| !run.kind.is_empty());
     let rows = (ALL_ROWS / log.runs.len().max(1)).clamp(LEAST_ROWS, MOST_ROWS);
     let row = |(place, (_, index)): (usize, &(f64, usize))| {
         let (run, sampled) = (log.runs.get(*index)?, residuals.runs.get(*index)?);
         let blocks = blocks(found, run);
         let plots = if place < MOST_RUNS { plots(found, run, sampled, &blocks, rows) } else { Vec::new() };
-        Some(OpeningRow { cells: cells(found, run, sampled, &blocks), plots })
+        Some(OpeningRow { cells: cells(found, run, sampled, (&blocks, kinds)), plots })
     };
     let unit = unit(found.channel);
     // The errors first: on a narrow screen the rest lies beyond its edge.
@@ -35,7 +36,8 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
     if changed {
         header.push(format!("error of the {}, {unit}", words::changed(found)));
     }
-    header.extend(["times the noise", "used", "kind", "length, s", "samples"].map(str::to_owned));
+    let further = ["times the noise", "used", "kind", "length, s", "samples"];
+    header.extend(further.into_iter().filter(|of| kinds || *of != "kind").map(str::to_owned));
     let table = OpeningTable { header, rows: order.iter().enumerate().filter_map(row).collect(), open: 1 };
     let taken_off = if found.taken_off {
         " Each run's zero and the hum, which the numbers above are without, are still in these errors: the models know of neither."
@@ -50,7 +52,7 @@ pub fn section(found: &Found, log: &Log, residuals: &Residuals) -> Section {
         .with(Block::OpeningTable(table))
 }
 
-fn cells(found: &Found, run: &Run, sampled: &Sampled, blocks: &[Band]) -> Vec<String> {
+fn cells(found: &Found, run: &Run, sampled: &Sampled, (blocks, kinds): (&[Band], bool)) -> Vec<String> {
     let changed = is_changed(found);
     let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);
     let error = sampled.rms(changed);
@@ -59,12 +61,9 @@ fn cells(found: &Found, run: &Run, sampled: &Sampled, blocks: &[Band]) -> Vec<St
         cells.push(short(error));
     }
     cells.push(if noise > 0.0 { format!("{:.1}", error / noise) } else { "–".to_owned() });
-    cells.extend([
-        used(run, blocks),
-        run.kind.clone(),
-        short(run.end_s() - run.start_s()),
-        run.len().to_string(),
-    ]);
+    cells.push(used(run, blocks));
+    cells.extend(kinds.then(|| run.kind.clone()));
+    cells.extend([short(run.end_s() - run.start_s()), run.len().to_string()]);
     cells
 }
 

@@ -106,8 +106,9 @@ fn missing(run: &Run) -> String {
 fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     check_counts(arguments, mapping)?;
     mapping.check()?;
+    let files: Vec<(usize, &PathBuf)> = in_order(&arguments.files, mapping).collect();
     let mut log = Log {
-        title: mapping.title.clone().unwrap_or_else(|| title(&arguments.files)),
+        title: mapping.title.clone().unwrap_or_else(|| title(files.iter().map(|(_, file)| *file))),
         provenance: Some(provenance(arguments, mapping)),
         angle_zero: match mapping.angle_zero {
             Some(Zero::PerRun) => AngleZero::PerRun,
@@ -115,11 +116,11 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
         },
         ..Log::default()
     };
-    let progress = ProgressBar::new(arguments.files.len() as u64);
-    let (read, files) = (progress.clone(), arguments.files.len());
-    let _pulse = Pulse::new(move || format!("{} of {files} files read", read.position()));
+    let progress = ProgressBar::new(files.len() as u64);
+    let (read, all) = (progress.clone(), files.len());
+    let _pulse = Pulse::new(move || format!("{} of {all} files read", read.position()));
     let mut numbers_left = MAX_NUMBERS;
-    for (index, file) in in_order(&arguments.files, mapping) {
+    for (index, file) in files {
         let mut run = Run { name: run_name(arguments, index, file), ..Run::default() };
         let kind = mapping.kinds.get(index).or_else(|| mapping.kinds.first());
         run.kind = kind.cloned().unwrap_or_default();
@@ -148,10 +149,11 @@ fn in_order<'a>(files: &'a [PathBuf], mapping: &Mapping) -> impl Iterator<Item =
 }
 
 /// A title by the files' names.
-fn title(files: &[PathBuf]) -> String {
+fn title<'a>(files: impl ExactSizeIterator<Item = &'a PathBuf>) -> String {
     let name = |file: &PathBuf| file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-    let names: Vec<String> = files.iter().take(TITLE_NAMES).map(name).collect();
-    match files.len().saturating_sub(names.len()) {
+    let more = files.len().saturating_sub(TITLE_NAMES);
+    let names: Vec<String> = files.take(TITLE_NAMES).map(name).collect();
+    match more {
         0 => names.join(", "),
         more => format!("{} and {more} more", names.join(", ")),
     }
