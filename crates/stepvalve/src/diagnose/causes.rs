@@ -26,7 +26,7 @@ pub fn section(found: &Found) -> Section {
                 speaks_for.push_str(&format!("; {text}"));
             }
         }
-        row(cause.id, "accepted", speaks_for, "nothing that was tested".to_owned());
+        row(cause.id, "accepted", speaks_for, "nothing found".to_owned());
     }
     for group in &found.diagnosis.ambiguous {
         for id in &group.ids {

@@ -5,6 +5,7 @@ mod explore;
 pub mod fix;
 mod leftover;
 pub mod logs;
+mod numbers;
 mod page;
 mod progress;
 mod quality;

@@ -1,6 +1,6 @@
 //! report.html: the answer in one sentence, then what it rests on.
 
-use super::{causes, explore, leftover, quality, remains, runs, unnamed};
+use super::{causes, explore, leftover, numbers, quality, remains, runs, unnamed};
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
 use report::{Block, Page, Section, Table};
@@ -34,6 +34,7 @@ pub fn page(material: &Material<'_>) -> String {
     page.sections.extend(unnamed::section(found));
     page.sections.push(causes::section(found));
     page.sections.push(parameters(found));
+    page.sections.extend(numbers::section(found));
     page.sections.push(runs::section(found, log, residuals));
     page.sections.push(explore::section(found));
     page.sections.push(structure(found));

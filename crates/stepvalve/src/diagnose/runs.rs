@@ -78,9 +78,11 @@ fn used(run: &Run, blocks: &[Band]) -> String {
         (false, false) => "not looked at".to_owned(),
         (true, false) if fitted > WHOLE => FITTED.to_owned(),
         (false, true) if aside > WHOLE => KEPT_ASIDE.to_owned(),
-        (true, false) => format!("{FITTED}, {:.0} % of it", 100.0 * fitted),
-        (false, true) => format!("{KEPT_ASIDE}, {:.0} % of it", 100.0 * aside),
-        (true, true) => format!("{FITTED} {:.0} %, {KEPT_ASIDE} {:.0} %", 100.0 * fitted, 100.0 * aside),
+        (true, false) => format!("{FITTED}, {:.0}\u{a0}% of it", 100.0 * fitted),
+        (false, true) => format!("{KEPT_ASIDE}, {:.0}\u{a0}% of it", 100.0 * aside),
+        (true, true) => {
+            format!("{FITTED} {:.0}\u{a0}%, {KEPT_ASIDE} {:.0}\u{a0}%", 100.0 * fitted, 100.0 * aside)
+        }
     }
 }
 
