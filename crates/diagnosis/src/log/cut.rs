@@ -14,6 +14,8 @@ use std::ops::Range;
 
 /// Samples of the longest piece.
 const LONGEST: usize = 20_000;
+/// Of torques that are not all fitted, long runs are cut so short that so many pieces are: enough to judge by.
+const PIECES_OF_TORQUES: usize = 8;
 /// Of a longer log's angles this many pieces of each run are fitted.
 const PIECES_OF_A_RUN: usize = 2;
 /// Least length of such a short piece, samples: long enough to justify the simulation of its lead.
@@ -21,8 +23,8 @@ const LEAST_PIECE: usize = 1000;
 /// Where this many runs move alike, whole runs are fitted or held out; runs with fewer alike are cut into `BLOCKS` blocks.
 const RUNS_ALIKE: usize = 4;
 const BLOCKS: usize = 4;
-/// Of long runs' torques that are not all fitted, as many pieces are. A log of fewer runs is cut into `BLOCKS_IN_ALL` blocks: with six groups the between-group standard error is uncertain by
-/// half (Student's t is 2.6), with three it is useless (4.3).
+/// A log of fewer runs is cut into `BLOCKS_IN_ALL` blocks: with six groups the between-group standard error is uncertain by half
+/// (Student's t is 2.6), with three it is useless (4.3).
 const FEW_RUNS: usize = 8;
 const BLOCKS_IN_ALL: usize = 20;
 /// Least samples of a block.
@@ -63,7 +65,7 @@ pub(crate) fn longest(log: &Log, usable: &[bool], kind: LogKind) -> Longest {
         return Longest { run: LONGEST, piece: LONGEST };
     }
     if kind.motion_is_measured {
-        return Longest { run: LONGEST, piece: fitted / FEW_RUNS };
+        return Longest { run: LONGEST, piece: fitted / PIECES_OF_TORQUES };
     }
     let each = (fitted / runs().count().max(1) / PIECES_OF_A_RUN).clamp(LEAST_PIECE, LONGEST);
     Longest { run: each, piece: each }
