@@ -535,3 +535,24 @@ fn an_angle_exchanged_with_its_command_is_told_by_their_noise_where_the_lag_is_n
 fn smooth(row: usize) -> f64 {
     1.5 * (TAU * 1e-3 * row as f64).sin()
 }
+
+/// A creep test, sampled at 5 Hz, agrees with the model as it is, or nearly so.
+#[test]
+fn a_record_that_is_slow_is_no_mistake_of_the_clock() {
+    let model = model();
+    for factor in [0.9, 1.0, 1.1] {
+        let mut log = log();
+        let mut noise = noise();
+        for run in &mut log.runs {
+            run.time_s.iter_mut().for_each(|time_s| *time_s *= 200.0);
+            let speed = |row: usize| {
+                let (one, other) = (row.saturating_sub(1), (row + 1).min(1999));
+                (run.angle_rad[other] - run.angle_rad[one]) / (run.time_s[other] - run.time_s[one])
+            };
+            let torque = |row| factor * model.friction.steady_torque(speed(row)) + 0.01 * noise();
+            run.torque_nm = Some((0..2000).map(torque).collect());
+        }
+        let found = inspect(&log, Some(&model));
+        assert!(found.iter().all(|of| of.kind != Kind::TimeUnit), "{factor}: {found:?}");
+    }
+}

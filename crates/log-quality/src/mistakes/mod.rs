@@ -29,6 +29,10 @@ const FEELS: f64 = 0.12;
 const FALLS: f64 = 4.0;
 /// Friction sampled more slowly than this shows neither stick nor slip: milliseconds are likelier than such a record, s.
 const SLOW_S: f64 = 0.1;
+/// Of a torque that is sampled so slowly, milliseconds leave so many times less.
+const LIKELIER: f64 = 1.3;
+/// What is as near as this agrees as it is.
+const NOISE: f64 = 0.06;
 /// A run that a mistake is not in agrees so many times less once mended.
 const WORSE: f64 = 1.5;
 /// A mended lag is no worse up to this factor.
@@ -151,11 +155,14 @@ impl Case<'_> {
         let plain = before >= CONTRADICTS && after <= tried.mistake.agrees && before >= NEARER * after;
         match tried.mistake.kind {
             Kind::AngleUnit => plain || (before >= FEELS && before >= FALLS * after),
-            // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
             Kind::SwappedChannels => plain || (self.noisier_command_rad.is_some() && before > after),
+            // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
             Kind::TimeUnit if !self.torque => self.interval_s() >= SLOW_S && after <= SAME * before,
-            // The intervals speak for it, too.
-            Kind::TimeUnit => self.interval_s() >= SLOW_S && before >= FEELS && before >= NEARER * after,
+            // A record so slow speaks for milliseconds by itself: the model has to agree that they are likelier, no more.
+            Kind::TimeUnit => {
+                let likelier = before >= LIKELIER * after && before >= NOISE && after <= AGREES;
+                self.interval_s() >= SLOW_S && likelier
+            }
             _ => plain,
         }
     }
