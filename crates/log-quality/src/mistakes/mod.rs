@@ -24,15 +24,15 @@ const CONTRADICTS: f64 = 1.3;
 const AGREES: f64 = 0.65;
 /// By so much a mended record must be nearer.
 const NEARER: f64 = 2.0;
-/// A unit of time or angle that friction hardly feels is claimed where what is left falls to a quarter.
+/// A unit of the angle that friction hardly feels is claimed where what is left falls to a quarter.
 const FEELS: f64 = 0.12;
 const FALLS: f64 = 4.0;
 /// Friction sampled more slowly than this shows neither stick nor slip: milliseconds are likelier than such a record, s.
 const SLOW_S: f64 = 0.1;
 /// Of a torque that is sampled so slowly, milliseconds leave so many times less.
 const LIKELIER: f64 = 1.3;
-/// What is as near as this agrees as it is.
-const NOISE: f64 = 0.06;
+/// A record as near as this agrees as it is.
+const NEAR: f64 = 0.06;
 /// A run that a mistake is not in agrees so many times less once mended.
 const WORSE: f64 = 1.5;
 /// A mended lag is no worse up to this factor.
@@ -55,7 +55,8 @@ pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
     let measured = if torque { Channel::Torque } else { Channel::AngleCommand };
     let source = Source { angle: Channel::Angle, measured, integrated: false, lag: !torque };
     let windows = windows(log, source);
-    let case = Case { log, expected, windows, torque, noisier_command_rad: noisier_command_rad(log) };
+    let noisier_command_rad = if torque { None } else { noisier_command_rad(log) };
+    let case = Case { log, expected, windows, torque, noisier_command_rad };
     found.extend(case.inspect(source));
     found
 }
@@ -88,7 +89,7 @@ struct Case<'a> {
     expected: Expected<'a>,
     windows: Vec<Window>,
     torque: bool,
-    /// How much the command scatters, rad, if that is much more than the angle does in every run.
+    /// How much an angle log's command scatters, rad, if that is much more than the angle does in every run.
     noisier_command_rad: Option<f64>,
 }
 
@@ -160,7 +161,7 @@ impl Case<'_> {
             Kind::TimeUnit if !self.torque => self.interval_s() >= SLOW_S && after <= SAME * before,
             // A record so slow speaks for milliseconds by itself: the model has to agree that they are likelier, no more.
             Kind::TimeUnit => {
-                let likelier = before >= LIKELIER * after && before >= NOISE && after <= AGREES;
+                let likelier = before >= LIKELIER * after && before >= NEAR && after <= AGREES;
                 self.interval_s() >= SLOW_S && likelier
             }
             _ => plain,
