@@ -6,6 +6,8 @@ use nix::unistd::Pid;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 impl TestPlace {
     /// `stepvalve run` of a scenario as instance `name`, recorded to `out`; not waited for. A hang-up ends it, whatever the
@@ -24,6 +26,28 @@ impl TestPlace {
             self.status()?["processes"]["step-controller"]["cycle"].as_u64().filter(|cycle| *cycle > 0)
         });
         run
+    }
+
+    /// Arms as soon as it isn't refused any more: a controller that has only just begun, or a drive that isn't in operation yet, says so.
+    ///
+    /// # Panics
+    /// When it is refused for a minute, with the last refusal and the status.
+    pub fn arm_when_ready(&self) {
+        let begun = Instant::now();
+        loop {
+            let asked = self.stepvalve(&["arm"]);
+            if asked.code == Some(0) {
+                return;
+            }
+            assert!(
+                begun.elapsed() < Duration::from_secs(60),
+                "not armed in a minute: {}{}",
+                asked.stderr,
+                self.stepvalve(&["status"]).stdout
+            );
+            // Each refusal is a line on the instance's stderr, which nobody reads here before its end.
+            sleep(Duration::from_millis(100));
+        }
     }
 
     /// What `stepvalve status --json` says of the one instance here; `None` where there is none.

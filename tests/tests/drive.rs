@@ -1,6 +1,7 @@
 //! A valve on a drive: all processes, with the simulated drive at the far end of an EtherCAT cable.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+use nix::fcntl::{FcntlArg, fcntl};
 use nix::sys::signal::Signal;
 use recording::{AnyMessage, read_record};
 use serde_json::Value;
@@ -27,8 +28,8 @@ fn turn_to_17_degrees(place: &TestPlace) {
 const LEAD_RAD: f64 = 7e-3;
 
 fn turn_to_17_degrees_within(place: &TestPlace, within_rad: f64) {
-    // Refused until the drive is in operation; absolute set-points until it is heard where it stands.
-    place.wait_for("the drive", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
+    // Absolute set-points are refused until it is heard where the drive stands.
+    place.arm_when_ready();
     place.wait_for("current", || (place.stepvalve(&["set", "angle", "17deg"]).code == Some(0)).then_some(()));
     place.wait_for("17 degrees", || {
         let angle = place.status()?["angle_rad"].as_f64()?;
@@ -76,6 +77,33 @@ fn in_operation(bus: &Value) {
     assert_eq!((&bus["working_counter"], &bus["bring_ups"]), (&3.into(), &2.into()), "{bus}");
     let round_trip_ns = bus["round_trip_ns"].as_u64().unwrap();
     assert!((1_000..400_000).contains(&round_trip_ns), "{bus}");
+}
+
+/// A terminal that was paused, or a journal that hangs, takes nothing more once its pipe is full.
+#[test]
+fn a_reader_of_stderr_that_stops_reading_stops_no_drive() {
+    on_a_cable("a_reader_of_stderr_that_stops_reading_stops_no_drive", || {
+        despite_stalls(|place| {
+            let drive = start_drive(&model(), &[]);
+            let run = place.start_instance("bus", &[], &patient_drive_scenario(place), &place.path("out"));
+            fcntl(run.stderr.as_ref().unwrap(), FcntlArg::F_SETPIPE_SZ(4096)).unwrap();
+            place.arm_when_ready();
+            place.stepvalve(&["disarm"]).expect_code(0);
+            for _ in 0..100 {
+                let refused = place.stepvalve(&["set", "angle", "1deg"]);
+                assert_ne!(refused.code, Some(0), "not armed");
+            }
+            end_drive(drive);
+            let cycle = || place.status()?["processes"]["plant-simulator"]["cycle"].as_u64();
+            place.wait_for("the bus's loss", || {
+                (place.status()?["bus"]["phase"] != "in operation").then_some(())
+            });
+            let then = cycle().unwrap();
+            place.wait_for("the bridge's next second", || (cycle()? > then + 1000).then_some(()));
+            let ended = end_instance(run, Signal::SIGTERM);
+            assert!(ended.stderr.contains("the drive is not in operation any more"), "{}", ended.stderr);
+        });
+    });
 }
 
 /// Each cycle's BusStatus is in the record, in run.h5, and on the page.

@@ -39,7 +39,7 @@ fn scenario(place: &TestPlace) -> PathBuf {
 /// Arms, asks for an angle each second for `seconds`, and lets go; what the instance said.
 fn ride(place: &TestPlace, scenario: &Path, seconds: usize) -> Finished {
     let run = place.start_instance("bus", &["--json", "--record", "all"], scenario, &place.path("out"));
-    place.wait_for("the drive", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
+    place.arm_when_ready();
     for second in 0..seconds {
         let angle = format!("{}rad", ANGLES_RAD[second % ANGLES_RAD.len()]);
         place.wait_for("the set-point", || {

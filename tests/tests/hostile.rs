@@ -171,8 +171,7 @@ fn a_hang_up_is_a_clean_stop_unless_it_is_ignored() {
 fn idle_clients_keep_nobody_out() {
     let place = TestPlace::new();
     let run = start(&place);
-    // A controller that has only just begun is not ready yet, and says so: what follows begins with one that can be armed.
-    place.wait_for("readiness", || (place.stepvalve(&["arm"]).code == Some(0)).then_some(()));
+    place.arm_when_ready();
     place.stepvalve(&["disarm"]).expect_code(0);
     let socket = place.path("runtime/stepvalve").join(NAME).join("control.sock");
     let idle: Vec<_> = (0..32).map(|_| UnixStream::connect(&socket).unwrap()).collect();

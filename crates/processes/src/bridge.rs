@@ -1,13 +1,13 @@
 //! valve-bridge, in the plant simulator's place: StepCommand in, one frame to the drive, Feedback out. It has no PlantTruth: nobody
 //! knows it.
 
+use crate::bus_news::BusNews;
 use crate::child::{Child, ChildError};
-use crate::complain::complain;
 use crate::inbox::Inbox;
 use crate::outbox::Outbox;
 use crate::paced::{self, Absence, Cyclic, Stamp};
 use crate::part::{BridgePart, ChildSummary};
-use ethercat_link::{Bridge, BringUpError, PacketLink};
+use ethercat_link::{Bridge, PacketLink};
 use injection::Injection;
 use signal_bus::Writer;
 use signals::{
@@ -17,7 +17,6 @@ use signals::{
 
 struct ValveBridge {
     bridge: Bridge<PacketLink>,
-    interface: String,
     period_ns: u64,
     phase_ns: u64,
     feedback: Outbox<Feedback>,
@@ -29,8 +28,7 @@ struct ValveBridge {
     newest_order: u64,
     was_in_fault: bool,
     standstill_told: bool,
-    /// Bus state last reported on stderr.
-    told: (BusPhase, Option<BringUpError>),
+    news: BusNews,
 }
 
 /// Looks at the drive first: a wrong one is refused before anything runs.
@@ -43,7 +41,6 @@ pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary
     bridge.check().map_err(|error| ChildError::Drive { interface: interface.clone(), error })?;
     let bridge = ValveBridge {
         bridge,
-        interface,
         period_ns: child.timeline.period_ns,
         phase_ns: child.phase_ns,
         feedback: Outbox::open(child, Source::Plant)?.with_encoder(counts_per_turn),
@@ -54,7 +51,7 @@ pub(crate) fn run(child: &Child, part: BridgePart) -> Result<Option<ChildSummary
         newest_order: 0,
         was_in_fault: false,
         standstill_told: true,
-        told: (BusPhase::Wait, None),
+        news: BusNews::of(interface).map_err(ChildError::Thread)?,
     };
     paced::run(child, bridge)
 }
@@ -79,26 +76,6 @@ impl ValveBridge {
             }
         }
     }
-
-    /// Says what changed on the bus, on stderr; a healthy bus says nothing in a cycle.
-    fn tell(&mut self) {
-        let now = (self.bridge.phase(), self.bridge.error());
-        if now == self.told {
-            return;
-        }
-        let interface = &self.interface;
-        match now {
-            (BusPhase::Wait, Some(error)) if self.told.1 != now.1 => {
-                complain(format_args!("{interface}: {error}"))
-            }
-            (BusPhase::Operate, _) => complain(format_args!("{interface}: the drive is in operation")),
-            (BusPhase::Wait, _) if self.told.0 == BusPhase::Operate => {
-                complain(format_args!("{interface}: the drive is not in operation any more"));
-            }
-            _ => {}
-        }
-        self.told = now;
-    }
 }
 
 impl Cyclic for ValveBridge {
@@ -121,7 +98,7 @@ impl Cyclic for ValveBridge {
             self.standstill_told = feedback.validity & validity::STANDSTILL != 0;
         }
         self.bus_status.write(cycle, stamp.now(), self.bridge.status());
-        self.tell();
+        self.news.tell((self.bridge.phase(), self.bridge.error()));
         stamp.has_written();
     }
 

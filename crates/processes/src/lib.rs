@@ -8,6 +8,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod bridge;
+mod bus_news;
 mod child;
 mod complain;
 mod controller;
