@@ -2,6 +2,7 @@
 //! nothing, values beyond all limits, folders removed under a live instance.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
+use nix::fcntl::{FcntlArg, fcntl};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use std::os::unix::fs::{PermissionsExt, chown, symlink};
@@ -223,5 +224,22 @@ fn a_recorder_that_dies_again_and_again_is_given_up_and_the_loss_is_told() {
     place.stepvalve(&["set", "angle", "5deg"]).expect_code(0);
     let ended = end_instance(run, Signal::SIGTERM).expect_code(1);
     assert!(ended.stderr.contains("the record is not whole"), "{}", ended.stderr);
+    place.assert_nothing_left(&[NAME]);
+}
+
+/// A terminal that was paused takes no more lines once its pipe is full: neither the journal's nor the recorder's own.
+#[test]
+fn a_recorder_whose_complaints_nobody_reads_records_again() {
+    let place = TestPlace::new();
+    let run = place.start_instance(NAME, &["--allow-injection"], &scenario(&place), &place.path("out"));
+    fcntl(run.stderr.as_ref().unwrap(), FcntlArg::F_SETPIPE_SZ(4096)).unwrap();
+    for _ in 0..100 {
+        place.stepvalve(&["set", "angle", "1deg"]).expect_code(1);
+    }
+    place.stepvalve(&["inject", "disk-full"]).expect_code(0);
+    let healthy = || place.status()?["recorder_healthy"].as_bool();
+    place.wait_for("the record's loss", || (!healthy()?).then_some(()));
+    place.wait_for("the next segment", || healthy()?.then_some(()));
+    end_instance(run, Signal::SIGTERM).expect_code(0);
     place.assert_nothing_left(&[NAME]);
 }

@@ -1,14 +1,9 @@
-//! What changes on the drive's bus, told on stderr by a thread beside the cycle: whoever reads stderr may pause while a valve turns.
+//! What changes on the drive's bus, told on stderr beside the cycle.
 
-use crate::complain::complain;
-use crate::side_thread;
+use crate::aside::Aside;
 use ethercat_link::BringUpError;
 use signals::BusPhase;
 use std::io;
-use std::sync::mpsc::{SyncSender, sync_channel};
-
-/// Changes that wait for a reader of stderr; what comes while so many wait is left out, since `status` tells the newest.
-const WAITING: usize = 64;
 
 /// The bus's state, and why the last bring-up failed.
 type State = (BusPhase, Option<BringUpError>);
@@ -16,7 +11,7 @@ type State = (BusPhase, Option<BringUpError>);
 /// Tells each change of the bus's state once.
 pub(crate) struct BusNews {
     told: State,
-    changes: SyncSender<(State, State)>,
+    changes: Aside<(State, State)>,
 }
 
 impl BusNews {
@@ -25,13 +20,8 @@ impl BusNews {
     /// # Errors
     /// Where the system has no thread for it.
     pub(crate) fn of(interface: String) -> io::Result<Self> {
-        let (changes, heard) = sync_channel(WAITING);
-        side_thread::start("bus-news", move || {
-            for (before, now) in heard {
-                if let Some(words) = words(before, now) {
-                    complain(format_args!("{interface}: {words}"));
-                }
-            }
+        let changes = Aside::start("bus-news", move |(before, now)| {
+            words(before, now).map(|words| format!("{interface}: {words}"))
         })?;
         Ok(Self { told: (BusPhase::Wait, None), changes })
     }
@@ -40,7 +30,7 @@ impl BusNews {
     pub(crate) fn tell(&mut self, now: State) {
         if now != self.told {
             let before = std::mem::replace(&mut self.told, now);
-            let _ = self.changes.try_send((before, now));
+            self.changes.tell((before, now));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The record on the disk: segment after segment, made safe by a thread of its own, given up when the disk fails.
 
 use super::ring::Ring;
-use crate::complain::complain;
+use crate::aside::Aside;
 use crate::part::{Keep, RecorderPart};
 use crate::segments::SegmentName;
 use injection::Fault;
@@ -40,10 +40,11 @@ pub(crate) struct Disk {
     last_sync: Instant,
     slow: SyncSender<Slow>,
     slow_thread: JoinHandle<()>,
+    news: Aside<String>,
 }
 
 impl Disk {
-    pub(crate) fn create(part: &RecorderPart) -> Result<Self, RecordingError> {
+    pub(crate) fn create(part: &RecorderPart, news: Aside<String>) -> Result<Self, RecordingError> {
         let (slow, work) = sync_channel(4);
         let mut disk = Self {
             folder: part.folder.clone(),
@@ -59,6 +60,7 @@ impl Disk {
             last_sync: Instant::now(),
             slow,
             slow_thread: spawn(move || do_slow_work(&work)),
+            news,
         };
         if disk.recording {
             match disk.begin() {
@@ -211,7 +213,7 @@ impl Disk {
     }
 
     fn fail(&mut self, reason: String) {
-        complain(format_args!("run-recorder: {reason}; the loop goes on unrecorded"));
+        self.news.tell(format!("{reason}; the loop goes on unrecorded"));
         self.writer = None;
         self.last_sync = Instant::now();
         self.error.get_or_insert(reason);

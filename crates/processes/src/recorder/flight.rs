@@ -1,6 +1,5 @@
 //! The slow cycle's flight recorder: the last seconds of every process's timing, in memory, saved when a cycle was slow.
 
-use crate::complain::complain;
 use serde::Serialize;
 use signals::{LoopTiming, Message, Source};
 use std::collections::{BTreeMap, VecDeque};
@@ -88,21 +87,22 @@ impl Flight {
     }
 
     /// Saves what led to a slow cycle, once its aftermath is there, and not too often.
-    pub(crate) fn save_if_slow(&mut self) {
+    ///
+    /// # Errors
+    /// Why it was not saved.
+    pub(crate) fn save_if_slow(&mut self) -> Result<(), String> {
         let due = self.culprit.as_ref().is_some_and(|(_, since)| since.elapsed() >= AFTERMATH);
         if !due {
-            return;
+            return Ok(());
         }
         let too_soon = self.last_save.is_some_and(|last| last.elapsed() < SAVE_EVERY);
         if too_soon || self.saved >= MAX_FILES {
             // The next file says how many there were.
             self.culprit = None;
-            return;
+            return Ok(());
         }
         self.saved += 1;
-        if let Err(reason) = self.save_now() {
-            complain(format_args!("run-recorder: {reason}"));
-        }
+        self.save_now().map(drop)
     }
 
     /// Saves what is held; the file's path.

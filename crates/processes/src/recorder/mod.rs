@@ -5,6 +5,7 @@ mod flight;
 mod ring;
 mod streams;
 
+use crate::aside::Aside;
 use crate::child::{Child, ChildError};
 use crate::part::{ChildSummary, FromChild, Pace, RecorderPart, ToChild};
 use disk::Disk;
@@ -24,11 +25,14 @@ const FLUSH_AFTER: Duration = Duration::from_millis(15);
 const ORPHAN_PATIENCE: Duration = Duration::from_secs(1);
 
 pub(crate) fn run(child: &Child, part: &RecorderPart) -> Result<Option<ChildSummary>, ChildError> {
+    let news = Aside::start("recorder-news", |reason: String| Some(format!("run-recorder: {reason}")))
+        .map_err(ChildError::Thread)?;
     let mut recorder = Recorder {
         streams: Streams::open(&child.bus, part.first)?,
         progress: child.bus.writer::<RecorderProgress>(Source::Recorder)?,
-        disk: Disk::create(part)?,
+        disk: Disk::create(part, news.clone())?,
         flight: Flight::new(part.folder.clone()),
+        news,
         last_flush: Instant::now(),
         last_message: Instant::now(),
     };
@@ -57,6 +61,7 @@ struct Recorder {
     progress: Writer<RecorderProgress>,
     disk: Disk,
     flight: Flight,
+    news: Aside<String>,
     last_flush: Instant,
     last_message: Instant,
 }
@@ -75,7 +80,9 @@ impl Recorder {
             self.disk.flush();
             self.last_flush = Instant::now();
         }
-        self.flight.save_if_slow();
+        if let Err(reason) = self.flight.save_if_slow() {
+            self.news.tell(reason);
+        }
         self.report();
         count > 0
     }
