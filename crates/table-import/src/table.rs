@@ -61,9 +61,9 @@ pub struct Selection {
     pub rows: Option<Rows>,
     /// Only rows in which all of these hold.
     pub conditions: Vec<Condition>,
-    /// Every so manieth of the range.
+    /// Every nth of the range.
     pub every: Option<NonZero<usize>>,
-    /// A low-pass on every channel, then every so manieth row.
+    /// A low-pass on every channel, then every Nth row.
     pub decimate: Option<NonZero<usize>>,
     /// The most numbers, of all columns read and channels made.
     pub numbers: usize,
@@ -135,7 +135,7 @@ fn bind<'a, T>(
     all.iter().map(&mut bind).collect()
 }
 
-/// Reads the rows of the range, every so manieth.
+/// Reads every nth row of the range.
 fn read(
     table: &mut dyn Table,
     wanted: &[usize],

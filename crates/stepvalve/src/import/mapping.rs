@@ -35,7 +35,7 @@ pub(super) struct Mapping {
     #[arg(long, value_name = "FIRST..LAST")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows: Option<Rows>,
-    /// Only every so manieth row
+    /// Only every Nth row
     #[arg(long, value_name = "N")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<NonZero<usize>>,
@@ -43,7 +43,7 @@ pub(super) struct Mapping {
     #[arg(long = "where", value_name = "CONDITION")]
     #[serde(rename = "where", with = "conditions", skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<Condition>,
-    /// A low-pass on every channel (without delay), then every so manieth row
+    /// A low-pass on every channel (without delay), then every Nth row
     #[arg(long, value_name = "N")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decimate: Option<NonZero<usize>>,

@@ -423,7 +423,7 @@ fn names(effects: &[Effect]) -> impl Iterator<Item = String> {
     effects.iter().map(|effect| effect.name().to_owned())
 }
 
-/// Every so manieth run of many, the beginnings of few.
+/// Every nth run of many, the beginnings of few.
 fn part(runs: &[RunPlan]) -> Vec<RunPlan> {
     let total: usize = runs.iter().map(|run| run.times_s.len()).sum();
     let every = (total / PART).clamp(1, (runs.len() / 4).max(1));
