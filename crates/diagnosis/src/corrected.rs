@@ -10,6 +10,7 @@ use crate::fit::spread::spread;
 use crate::log::piece::Piece;
 use crate::measure::doubt::is_noise;
 use crate::name::refine::fewer_orders;
+use crate::name::round::LEVEL;
 use crate::name::selection::Selection;
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, STEPS, Tried};
@@ -22,9 +23,6 @@ use crate::show::whiteness::is_white;
 pub(crate) const CORRECTING: usize = 6;
 /// A correction counts as significant from this many standard errors on.
 const CLEAR: f64 = 2.0;
-/// A level beyond its tolerance, beside the causes that a search has found, must cut the held-out error by at least this fraction: numbers at
-/// their bounds make up for what is not quite right in the causes' forms, a late transducer above all.
-const LEVEL: f64 = 0.1;
 
 /// The given model refitted with corrections; `None` if its residual is white without them, or none are allowed. They stay
 /// neutral if they would only increase a residual that is noise already.

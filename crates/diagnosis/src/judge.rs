@@ -12,6 +12,9 @@ use crate::found::Event;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
+use crate::name::apart::tell_apart;
+use crate::name::exchange::exchange;
+use crate::name::prune::tell_asymmetry_from_offset;
 use crate::name::refine::refine;
 use crate::name::round::next_cause;
 use crate::name::screen::screen;
@@ -160,7 +163,9 @@ fn judgement<'a>(
 ) -> Result<Judgement<'a>, DiagnosisError> {
     let everything = |_: &Piece| true;
     let (selection, begun) = setting.campaign.with_reserve(|| {
-        let selection = with_corrections(&setting, selection, corrected, (asked.corrections, asked.able))?;
+        let mut selection =
+            with_corrections(&setting, selection, corrected, (asked.corrections, asked.able))?;
+        tell_apart(&setting, &mut selection, asked.corrections)?;
         Ok::<_, DiagnosisError>((selection, settled(&setting, begun, &everything)?))
     })?;
     let before = left_with(&setting, &begun, Jumps::Seen)?;
@@ -199,16 +204,16 @@ fn few(
     let rms = Tried::judged(setting, corrected.clone()).rms;
     // If the corrections leave noise, a parameter beyond its tolerance must leave less.
     let least = if within { rms - EQUAL } else { f64::INFINITY };
-    if let Some(beyond) = beyond_tolerance(setting, asked.able, (given, corrected), least)? {
-        return found(beyond);
-    }
-    if within {
+    let beyond = beyond_tolerance(setting, asked.able, (given, corrected), least)?;
+    if within && beyond.is_none() {
         return found(nothing_yet(setting, given.clone()));
     }
-    if let Some(earlier) = earlier
-        && let Some(again) = earlier_ones(setting, earlier, (given, corrected))?
-    {
-        return found(again);
+    let again = match earlier {
+        Some(earlier) => earlier_ones(setting, earlier, (given, corrected))?,
+        None => None,
+    };
+    if let Some(one) = least_left(beyond, again) {
+        return found(one);
     }
     // Far above noise: if several parameters of the model alone explain the residual, only a single cause in place of them all
     // is a smaller assumption.
@@ -216,9 +221,25 @@ fn few(
     let causes = if numbers.is_some() { 1 } else { FEW };
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
     Ok(match (few, numbers) {
+        (Few::Not(Some(one)), Some(numbers)) if is_simpler(&one, &numbers) => Few::Found(one),
         (Few::Not(_), Some(numbers)) => Few::Found(Box::new(numbers)),
         (few, _) => few,
     })
+}
+
+/// Whether it has fewer causes and leaves as much: a transducer's scale in place of all levels.
+fn is_simpler(one: &Selection, other: &Selection) -> bool {
+    let causes = |of: &Selection| of.fitted.point.hypothesis.members.len();
+    (1..causes(other)).contains(&causes(one)) && one.rms <= other.rms + NEARLY * other.rms.max(1.0)
+}
+
+/// A single parameter beyond its tolerance, unless the causes of an earlier search leave less. Corrections at their bounds beside the
+/// one make up for several that are off.
+fn least_left(beyond: Option<Selection>, again: Option<Selection>) -> Option<Selection> {
+    match (beyond, again) {
+        (Some(beyond), Some(again)) if again.rms < beyond.rms - NEARLY => Some(again),
+        (beyond, again) => beyond.or(again),
+    }
 }
 
 /// The causes of an earlier search, if they leave no more than noise beside the corrections now: the log, or the estimate of
@@ -289,6 +310,8 @@ fn beyond_tolerance(
         rivals: vec![(best, tried.rms)],
         equals: alike.iter().map(|(id, _)| *id).collect(),
         accepted: Some(best),
+        rms_after: tried.rms,
+        others: Vec::new(),
     };
     state.take(tried);
     if !alike.is_empty() {
@@ -322,15 +345,17 @@ fn few_beside_corrections(
             state.first_ranking = screening.ranking();
             ranked(&state.first_ranking);
         }
-        // The last cause that is allowed must leave no more than noise.
+        // The last cause that is allowed must leave no more than noise. What promises half of the way to first order may get there.
         let best = screening.ranked.first().map_or(0.0, |best| best.gain);
-        if causes + 1 == at_most && state.rms - best > HOPELESS {
+        if causes + 1 == at_most && state.rms - best > HOPELESS.max(0.5 * state.rms) {
             break;
         }
         if !next_cause(&quick, &screening.ranked, &mut state)? {
             break;
         }
         refine(&quick, &mut state)?;
+        tell_asymmetry_from_offset(&mut state);
+        exchange(&quick, &mut state, &corrected.point.hypothesis.corrections)?;
         kept = setting.sensitivities(&state.fitted.point)?;
         if kept.is_some() {
             // Beside the cause, other corrections may be the best.

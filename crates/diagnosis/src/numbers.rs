@@ -63,6 +63,8 @@ pub(crate) fn numbers_off(
             rivals: vec![(*id, tried.rms)],
             equals: Vec::new(),
             accepted: Some(*id),
+            rms_after: tried.rms,
+            others: Vec::new(),
         };
         state.rounds.push(round);
     }

@@ -69,6 +69,9 @@ fn why_alike(selection: &Selection, best: EffectId, others: &[EffectId], facts: 
     };
     let angles = selection.angles.iter().filter(|(one, two, _)| *one == best && others.contains(two));
     let angles: Vec<String> = angles.map(|(_, other, angle)| format!("{angle:.1}° ({other})")).collect();
+    if angles.is_empty() {
+        return first;
+    }
     format!(
         "{first}; the angle between what {best} and the other would change in the prediction: {}",
         angles.join(", ")

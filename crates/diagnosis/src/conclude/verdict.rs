@@ -14,7 +14,7 @@ use crate::extend::untestable::Untestable;
 use crate::found::{Event, Found, Shown};
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
-use crate::measure::accept::{Accepted, accept, best_of_groups, groups_within_errors, members_with_numbers};
+use crate::measure::accept::{Accepted, accept, best_of_groups, members_with_numbers, vague_groups};
 use crate::measure::alternatives::rivals;
 use crate::measure::doubt::{is_doubtful, is_noise, spared};
 use crate::measure::judgement::Judgement;
@@ -90,7 +90,7 @@ fn conclusion(
     let Accepted { point, after, mut causes, corrected, covariance, harmful, unclear } =
         without_what_only_harms(judged, accepted)?;
     (against.harmful, against.unclear) = (harmful, unclear);
-    against.unclear.extend(groups_within_errors(judged)?);
+    against.unclear.extend(vague_groups(judged)?);
     let structure_kept = structure(&judged.setting, &after);
     tell_phases(judged, &ripples, &mut causes);
     let mut offered = offer(judged, &ripples, &drifting, with_all)?;

@@ -133,6 +133,18 @@ impl Hypothesis {
         more.with_usual_changes()
     }
 
+    /// The same with one more cause. A parameter of the model goes on from its correction, in the place of that.
+    pub fn with_cause(&self, mut member: Member) -> Self {
+        let id = member.candidate.id;
+        let own = self.corrections.iter().find(|of| of.id == id);
+        if let Some((own, (number, of))) =
+            own.zip(member.numbers.first_mut().zip(member.candidate.parameters.first()))
+        {
+            *number = (*number + own.value - own.neutral).clamp(of.lower, of.upper);
+        }
+        self.with_corrections_of(|other| other != id).with(member)
+    }
+
     /// The given model, with no cause.
     pub fn without_causes(&self) -> Self {
         Self { members: Vec::new(), ..self.clone() }

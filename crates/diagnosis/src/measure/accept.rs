@@ -74,13 +74,8 @@ pub(crate) fn accept(
         let errors = errors_of(judged, &kept)?;
         let weighed = weigh(judged, &kept, &after, &errors)?;
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
-        let vague = (0..weighed.len()).filter(|index| {
-            match (is_number(judged, weighed[*index].cause.id), weighed.len()) {
-                (true, 2..) => weighed[*index].worth < INDISPENSABLE_BESIDE,
-                (true, _) if weighed[*index].worth > INDISPENSABLE => false,
-                _ => weighed[*index].worth < NEEDED || may_be_none(judged, &kept, &errors, *index),
-            }
-        });
+        let vague = (0..weighed.len())
+            .filter(|index| is_vague(judged, (&kept, &errors), *index, weighed[*index].worth));
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
             members.remove(vague);
@@ -94,6 +89,17 @@ pub(crate) fn accept(
         };
         harmful.push(weighed[worst].cause.id);
         members.remove(worst);
+    }
+}
+
+/// Whether there is too little evidence for the member at this index, which is worth so much of the held-out error.
+fn is_vague(judged: &Judgement<'_>, (kept, errors): (&Fitted, &Errors), index: usize, worth: f64) -> bool {
+    let members = &kept.point.hypothesis.members;
+    let is_number = members.get(index).is_some_and(|member| is_number(judged, member.candidate.id));
+    match (is_number, members.len()) {
+        (true, 2..) => worth < INDISPENSABLE_BESIDE,
+        (true, _) if worth > INDISPENSABLE => false,
+        _ => worth < NEEDED || may_be_none(judged, kept, errors, index),
     }
 }
 
@@ -125,19 +131,20 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
             _ => None,
         })
         .collect();
+    let own_number = is_number(judged, member.candidate.id);
     let is_amplitude = |number: usize| {
         member.candidate.parameters.get(number).is_some_and(|of| {
-            let id = member.candidate.id;
-            let is_factor = IN_PROPORTION.contains(&id) || is_number(judged, id);
+            let is_factor = IN_PROPORTION.contains(&member.candidate.id) || own_number;
             of.map == Map::Plain && (of.neutral == 0.0 || is_factor)
         })
     };
     let shape: Vec<usize> =
         own.iter().filter(|(_, number)| !is_amplitude(*number)).map(|(place, _)| *place).collect();
-    // Numbers that no fit moves count as they were held: a cause is accepted beside them, not in their place.
+    // Numbers that no fit moves count as they were held: a cause is accepted beside them, not in their place. A parameter of the model is
+    // a number as uncertain as they are, and may be in their place.
     let held = errors.hypothesis.free().into_iter().enumerate().filter_map(|(place, free)| match free {
         Free::Correction(index) => {
-            errors.hypothesis.corrections.get(index).filter(|of| is_held(of.id)).map(|_| place)
+            errors.hypothesis.corrections.get(index).filter(|of| !own_number && is_held(of.id)).map(|_| place)
         }
         Free::Zero | Free::Number(..) => None,
     });
@@ -151,19 +158,24 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
     amplitudes.peek().is_some() && amplitudes.all(within)
 }
 
-/// The best of each ambiguous group, if it doesn't differ significantly from zero effect: there is then no evidence for any
-/// cause of the group.
-pub(crate) fn groups_within_errors(judged: &Judgement<'_>) -> Result<Vec<EffectId>, DiagnosisError> {
+/// The best of each ambiguous group, if there is too little evidence for it: there is then none for any cause of the group.
+pub(crate) fn vague_groups(judged: &Judgement<'_>) -> Result<Vec<EffectId>, DiagnosisError> {
     let selection = &judged.selection;
     if selection.ambiguous.is_empty() {
         return Ok(Vec::new());
     }
-    let errors = errors_of(judged, &selection.fitted)?;
-    let members = selection.fitted.point.hypothesis.members.iter().enumerate();
-    let of_group =
-        members.filter(|(_, of)| selection.ambiguous.iter().any(|(best, _)| *best == of.candidate.id));
-    let vague = of_group.filter(|(index, _)| may_be_none(judged, &selection.fitted, &errors, *index));
-    Ok(vague.map(|(_, member)| member.candidate.id).collect())
+    let fitted = &selection.fitted;
+    let errors = errors_of(judged, fitted)?;
+    let (_, after) = judged.everywhere(fitted)?;
+    let mut vague = Vec::new();
+    for (index, member) in fitted.point.hypothesis.members.iter().enumerate() {
+        let id = member.candidate.id;
+        if selection.ambiguous.iter().any(|(best, _)| *best == id) {
+            let worth = weigh_one(judged, fitted, (&after, &errors), index)?.worth;
+            vague.extend(is_vague(judged, (fitted, &errors), index, worth).then_some(id));
+        }
+    }
+    Ok(vague)
 }
 
 /// The fit of the accepted members; a new one if some are left out.
@@ -174,17 +186,22 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     }
     let members: Vec<Member> =
         accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
-    let mut hypothesis = Hypothesis { members, ..judged.without_causes() };
-    // A parameter of the model that is dropped as a cause is corrected within its tolerance again.
-    let dropped = |id: EffectId| fitted.point.hypothesis.has(id) && !hypothesis.has(id);
-    let again = judged.corrections.iter().filter(|of| dropped(of.id)).cloned().collect::<Vec<_>>();
-    hypothesis.corrections.extend(again);
+    let hypothesis = Hypothesis { members, ..judged.without_causes() };
+    let mut hypothesis = corrected_again(hypothesis, judged, &fitted.point.hypothesis);
     // Without any cause, corrections would stand in for the causes that are not accepted.
     if hypothesis.members.is_empty() {
         hypothesis.corrections.clear();
     }
     let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
     fit(&judged.setting, begin, &Piece::is_fitted, 8)
+}
+
+/// `fewer` with those parameters of the model corrected within their tolerance that are causes in `before` alone: they may be off anyway.
+fn corrected_again(mut fewer: Hypothesis, judged: &Judgement<'_>, before: &Hypothesis) -> Hypothesis {
+    let again = judged.corrections.iter().filter(|of| before.has(of.id) && !fewer.has(of.id));
+    let again: Vec<_> = again.cloned().collect();
+    fewer.corrections.extend(again);
+    fewer
 }
 
 /// Each member's cause, in order.
@@ -194,35 +211,40 @@ fn weigh(
     after: &[PieceResidual],
     errors: &Errors,
 ) -> Result<Vec<Weighed>, DiagnosisError> {
+    (0..kept.point.hypothesis.members.len())
+        .map(|index| weigh_one(judged, kept, (after, errors), index))
+        .collect()
+}
+
+/// The cause at an index, against a refit without it.
+fn weigh_one(
+    judged: &Judgement<'_>,
+    kept: &Fitted,
+    (after, errors): (&[PieceResidual], &Errors),
+    index: usize,
+) -> Result<Weighed, DiagnosisError> {
     let setting = &judged.setting;
     let wanted = setting.campaign.judges();
-    let all = rms_left(setting, after, &wanted);
-    let all_as_fitted = rms_as_fitted(setting, after, &wanted);
     let hypothesis = &kept.point.hypothesis;
-    let mut weighed = Vec::new();
-    for (index, member) in hypothesis.members.iter().enumerate() {
-        let mut fewer = hypothesis.without(index);
-        // A number of the model is off by more than its tolerance, or not: within it, it is corrected anyway.
-        fewer.corrections.extend(judged.corrections.iter().find(|of| of.id == member.candidate.id).cloned());
-        let begin = Point { hypothesis: fewer, starts: kept.point.starts.clone() };
-        let without = fit(setting, begin, &Piece::is_fitted, 6)?;
-        let (_, left) = judged.everywhere(&without)?;
-        let rms = rms_left(setting, &left, &wanted);
-        let mut evidence = BTreeMap::new();
-        evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
-        if let Some(text) = taken(member) {
-            evidence.insert("taken".to_owned(), Evidence::Text(text));
-        }
-        let cause = Cause {
-            id: member.candidate.id,
-            parameters: parameters(errors, index),
-            evidence,
-            rms_gain: part_taken(all, rms),
-        };
-        let worth = part_taken(all_as_fitted, rms_as_fitted(setting, &left, &wanted));
-        weighed.push(Weighed { cause, worth });
+    let member = &hypothesis.members[index];
+    let fewer = corrected_again(hypothesis.without(index), judged, hypothesis);
+    let begin = Point { hypothesis: fewer, starts: kept.point.starts.clone() };
+    let without = fit(setting, begin, &Piece::is_fitted, 6)?;
+    let (_, left) = judged.everywhere(&without)?;
+    let rms = rms_left(setting, &left, &wanted);
+    let mut evidence = BTreeMap::new();
+    evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
+    if let Some(text) = taken(member) {
+        evidence.insert("taken".to_owned(), Evidence::Text(text));
     }
-    Ok(weighed)
+    let cause = Cause {
+        id: member.candidate.id,
+        parameters: parameters(errors, index),
+        evidence,
+        rms_gain: part_taken(rms_left(setting, after, &wanted), rms),
+    };
+    let worth = part_taken(rms_as_fitted(setting, after, &wanted), rms_as_fitted(setting, &left, &wanted));
+    Ok(Weighed { cause, worth })
 }
 
 /// The representative of each group of twins, with its parameters.

@@ -1,5 +1,7 @@
 //! Which causes are accepted: candidates are screened, fitted as rivals, and compared on groups that they were not fitted on.
 
+pub(crate) mod apart;
+pub(crate) mod exchange;
 pub(crate) mod fine;
 pub(crate) mod forms;
 pub(crate) mod pair;

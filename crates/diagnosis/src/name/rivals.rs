@@ -41,6 +41,17 @@ pub(crate) struct Rival {
     pub rms: f64,
 }
 
+impl Rival {
+    pub fn of(id: EffectId, tried: Tried) -> Self {
+        let Tried { fitted, held_out, rms } = tried;
+        Self { id, fitted, held_out, rms }
+    }
+
+    pub fn tried(&self) -> Tried {
+        Tried { fitted: self.fitted.clone(), held_out: self.held_out.clone(), rms: self.rms }
+    }
+}
+
 /// Fits the most promising candidates of the screening, the leader's twins among them.
 pub(crate) fn fit_rivals(
     setting: &Setting<'_>,
@@ -83,7 +94,7 @@ pub(crate) fn fit_rival(
     best: f64,
 ) -> Result<Rival, DiagnosisError> {
     let begin = Point {
-        hypothesis: state.fitted.point.hypothesis.with(screened.member.clone()),
+        hypothesis: state.fitted.point.hypothesis.with_cause(screened.member.clone()),
         ..state.fitted.point.clone()
     };
     let far = ended_poorly(setting, &state.fitted) || hysteresis_keeps_shrinking(state, setting.loss());
@@ -99,13 +110,12 @@ pub(crate) fn fit_rival(
         let last = tried.fitted.point.hypothesis.members.len() - 1;
         tried = tried.searched(setting, last)?;
     }
-    let Tried { fitted, held_out, rms } = tried;
-    Ok(Rival { id, fitted, held_out, rms })
+    Ok(Rival::of(id, tried))
 }
 
-/// Count of free numbers in a rival's fit.
+/// Count of the free numbers of a rival's causes.
 pub(crate) fn numbers(rival: &Rival) -> usize {
-    rival.fitted.point.hypothesis.free().len()
+    rival.fitted.point.hypothesis.members.iter().map(|member| member.free.len()).sum()
 }
 
 /// True if `other` has the same held-out error as `best`, within what the groups' scatter allows.

@@ -5,9 +5,10 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::candidate;
-use crate::extend::hypothesis::Member;
+use crate::extend::hypothesis::{Hypothesis, Member};
 use crate::extend::untestable::is_confounded;
 use crate::fit::equations::{Point, Setting};
+use crate::name::exchange::{COMPETED, MOST};
 use crate::name::rivals::{Rival, angle_between, as_good, as_good_within, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
@@ -16,6 +17,8 @@ use crate::name::tried::{NEARLY, STEPS, Tried};
 use crate::name::twins::missing;
 use valve_model::EffectId;
 
+/// Beside causes that are found a parameter of the model beyond its tolerance must leave less than any other cause by this part.
+pub(crate) const LEVEL: f64 = 0.1;
 /// A twin that these data can't tell apart is reported beside a cause if it explains this share of what the cause does.
 const SIMILAR: f64 = 0.3;
 /// Under model misfit, rivals within this part of the best gain count as equal.
@@ -31,11 +34,14 @@ pub(crate) fn next_cause(
 ) -> Result<bool, DiagnosisError> {
     let mut rivals = fit_rivals(setting, screened, state)?;
     rivals.sort_by(|a, b| a.rms.total_cmp(&b.rms));
+    without_stand_ins(&mut rivals, &state.fitted.point.hypothesis);
     let mut round = Round {
         rms_before: state.rms,
         rivals: rivals.iter().map(|rival| (rival.id, rival.rms)).collect(),
         equals: Vec::new(),
         accepted: None,
+        rms_after: state.rms,
+        others: Vec::new(),
     };
     let facts = &setting.campaign.facts;
     let chosen = rivals.first().and_then(|best| {
@@ -58,6 +64,9 @@ pub(crate) fn next_cause(
     let chosen = &chosen;
     round.equals.clone_from(&equals);
     round.accepted = Some(chosen.id);
+    round.rms_after = chosen.rms;
+    let competed = rivals.iter().filter(|of| of.id != chosen.id && of.rms < COMPETED * chosen.rms).take(MOST);
+    round.others = competed.filter_map(|of| of.fitted.point.hypothesis.members.last().cloned()).collect();
     for rival in rivals.iter().filter(|rival| equals.contains(&rival.id)) {
         let angle = angle_between(setting, &state.fitted.point, &chosen.fitted.point, &rival.fitted.point)?;
         state.angles.push((chosen.id, rival.id, angle));
@@ -78,6 +87,17 @@ pub(crate) fn next_cause(
     Ok(true)
 }
 
+/// Leaves out parameters of the model beyond their tolerance, beside other causes, that are not better by `LEVEL` than the best rival which is
+/// none: they make up for what is not quite right in the causes' forms, a late transducer above all.
+fn without_stand_ins(rivals: &mut Vec<Rival>, before: &Hypothesis) {
+    let is_number = |rival: &Rival| before.corrections.iter().any(|of| of.id == rival.id);
+    let others = rivals.iter().filter(|rival| !is_number(rival)).map(|rival| rival.rms);
+    let least = others.fold(f64::INFINITY, f64::min);
+    if !before.members.is_empty() {
+        rivals.retain(|rival| !is_number(rival) || rival.rms < (1.0 - LEVEL) * least);
+    }
+}
+
 /// A twin that is a number of the model, fitted in the place of the chosen one and of its own correction.
 fn in_place_of(setting: &Setting<'_>, chosen: &Rival, number: &Candidate) -> Result<Rival, DiagnosisError> {
     let point = &chosen.fitted.point;
@@ -85,8 +105,7 @@ fn in_place_of(setting: &Setting<'_>, chosen: &Rival, number: &Candidate) -> Res
     hypothesis.members.pop();
     let member = Member::new(number, number.neutral(), number.free.clone());
     let begin = Point { hypothesis: hypothesis.with(member), starts: point.starts.clone() };
-    let Tried { fitted, held_out, rms } = Tried::from(setting, begin, STEPS)?;
-    Ok(Rival { id: number.id, fitted, held_out, rms })
+    Ok(Rival::of(number.id, Tried::from(setting, begin, STEPS)?))
 }
 
 /// The effects that can't be told apart from the chosen one: equal held-out error, or twins whose separating data are missing.

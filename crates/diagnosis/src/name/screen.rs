@@ -67,7 +67,10 @@ pub(crate) fn screen<'a>(
     let hypothesis = &point.hypothesis;
     let candidates = with_orders(setting, candidates, point)?;
     let mut columns = setting.own_columns(hypothesis)?;
-    let own: Vec<usize> = (0..columns.len()).collect();
+    // Numbers at their bounds stay there: moved on, they would promise what no fit can keep, and leave nothing to any cause.
+    let free = hypothesis.free().into_iter().take(columns.len()).enumerate();
+    let own: Vec<usize> =
+        free.filter(|(_, free)| !hypothesis.is_at_bound(*free)).map(|(place, _)| place).collect();
     let mut places: Vec<Place> = Vec::new();
     // A parameter whose correction is free within its bounds is skipped: the candidate would be collinear with it.
     let is_free =

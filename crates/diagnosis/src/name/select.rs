@@ -5,6 +5,7 @@ use crate::DiagnosisError;
 use crate::extend::candidate::Candidate;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
+use crate::name::exchange::exchange;
 use crate::name::fine::fit_finely;
 use crate::name::forms::Forms;
 use crate::name::pair::{hidden_pair, leaves_less};
@@ -139,6 +140,7 @@ fn settle(
 ) -> Result<(), DiagnosisError> {
     refine(setting, state)?;
     tell_asymmetry_from_offset(state);
+    exchange(setting, state, &[])?;
     fit_earlier_ones(setting, state)?;
     fit_finely(setting, state)?;
     drop_idle(setting, state)?;

@@ -89,6 +89,10 @@ pub(crate) struct Round {
     /// The effects that can't be told apart from the accepted one.
     pub equals: Vec<EffectId>,
     pub accepted: Option<EffectId>,
+    /// Held-out RMS with the accepted one.
+    pub rms_after: f64,
+    /// What competed with it, as fitted.
+    pub others: Vec<Member>,
 }
 
 /// Whether these causes are all of the others and more.
