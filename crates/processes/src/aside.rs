@@ -9,7 +9,6 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 const WAITING: usize = 64;
 
 /// Where to say it. Lines that wait at the process's end may be lost.
-#[derive(Clone)]
 pub(crate) struct Aside<T>(SyncSender<T>);
 
 impl<T: Send + 'static> Aside<T> {
@@ -29,5 +28,21 @@ impl<T: Send + 'static> Aside<T> {
     /// Never waits.
     pub(crate) fn tell(&self, news: T) {
         let _ = self.0.try_send(news);
+    }
+}
+
+/// Where a process says what went wrong. Its thread begins with the first complaint, so that most processes have none.
+#[derive(Default)]
+pub(crate) struct Complaints(Option<Aside<String>>);
+
+impl Complaints {
+    /// Never waits. Nothing is said where the system has no thread for it.
+    pub(crate) fn tell(&mut self, complaint: String) {
+        if self.0.is_none() {
+            self.0 = Aside::start("complaints", Some).ok();
+        }
+        if let Some(aside) = &self.0 {
+            aside.tell(complaint);
+        }
     }
 }

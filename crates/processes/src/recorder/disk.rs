@@ -1,7 +1,7 @@
 //! The record on the disk: segment after segment, made safe by a thread of its own, given up when the disk fails.
 
 use super::ring::Ring;
-use crate::aside::Aside;
+use crate::aside::Complaints;
 use crate::part::{Keep, RecorderPart};
 use crate::segments::SegmentName;
 use injection::Fault;
@@ -40,11 +40,11 @@ pub(crate) struct Disk {
     last_sync: Instant,
     slow: SyncSender<Slow>,
     slow_thread: JoinHandle<()>,
-    news: Aside<String>,
+    complaints: Complaints,
 }
 
 impl Disk {
-    pub(crate) fn create(part: &RecorderPart, news: Aside<String>) -> Result<Self, RecordingError> {
+    pub(crate) fn create(part: &RecorderPart) -> Result<Self, RecordingError> {
         let (slow, work) = sync_channel(4);
         let mut disk = Self {
             folder: part.folder.clone(),
@@ -60,7 +60,7 @@ impl Disk {
             last_sync: Instant::now(),
             slow,
             slow_thread: spawn(move || do_slow_work(&work)),
-            news,
+            complaints: Complaints::default(),
         };
         if disk.recording {
             match disk.begin() {
@@ -213,7 +213,7 @@ impl Disk {
     }
 
     fn fail(&mut self, reason: String) {
-        self.news.tell(format!("{reason}; the loop goes on unrecorded"));
+        self.complaints.tell(format!("run-recorder: {reason}; the loop goes on unrecorded"));
         self.writer = None;
         self.last_sync = Instant::now();
         self.error.get_or_insert(reason);

@@ -5,7 +5,7 @@ mod flight;
 mod ring;
 mod streams;
 
-use crate::aside::Aside;
+use crate::aside::Complaints;
 use crate::child::{Child, ChildError};
 use crate::part::{ChildSummary, FromChild, Pace, RecorderPart, ToChild};
 use disk::Disk;
@@ -25,14 +25,12 @@ const FLUSH_AFTER: Duration = Duration::from_millis(15);
 const ORPHAN_PATIENCE: Duration = Duration::from_secs(1);
 
 pub(crate) fn run(child: &Child, part: &RecorderPart) -> Result<Option<ChildSummary>, ChildError> {
-    let news = Aside::start("recorder-news", |reason: String| Some(format!("run-recorder: {reason}")))
-        .map_err(ChildError::Thread)?;
     let mut recorder = Recorder {
         streams: Streams::open(&child.bus, part.first)?,
         progress: child.bus.writer::<RecorderProgress>(Source::Recorder)?,
-        disk: Disk::create(part, news.clone())?,
+        disk: Disk::create(part)?,
         flight: Flight::new(part.folder.clone()),
-        news,
+        complaints: Complaints::default(),
         last_flush: Instant::now(),
         last_message: Instant::now(),
     };
@@ -61,7 +59,7 @@ struct Recorder {
     progress: Writer<RecorderProgress>,
     disk: Disk,
     flight: Flight,
-    news: Aside<String>,
+    complaints: Complaints,
     last_flush: Instant,
     last_message: Instant,
 }
@@ -81,7 +79,7 @@ impl Recorder {
             self.last_flush = Instant::now();
         }
         if let Err(reason) = self.flight.save_if_slow() {
-            self.news.tell(reason);
+            self.complaints.tell(format!("run-recorder: {reason}"));
         }
         self.report();
         count > 0
