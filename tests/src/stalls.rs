@@ -10,6 +10,9 @@ use std::time::Duration;
 /// Tries at the most: virtual machines' stalls come in bursts, and some last for 40 ms.
 const TRIES: u32 = 8;
 
+/// The longest pause before another try: a burst may last for a minute. The first pause is a second, each further one twice as long.
+const LONGEST_PAUSE: Duration = Duration::from_secs(60);
+
 /// A core that stood still for half a cycle of 1 ms may have made the loop miss what it is tested for, ns.
 const STALL_NS: u64 = 500_000;
 
@@ -30,6 +33,7 @@ pub fn despite_stalls(test: impl Fn(&TestPlace)) {
             resume_unwind(failure);
         }
         println!("try {attempt}: the machine stalled for {:.1} ms meanwhile; again", stall_ns as f64 / 1e6);
+        sleep(LONGEST_PAUSE.min(Duration::from_secs(1 << (attempt - 1))));
     }
 }
 
