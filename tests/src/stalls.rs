@@ -3,15 +3,13 @@
 use crate::TestPlace;
 use realtime::{Wanted, now_ns, obtain};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{scope, sleep};
 use std::time::Duration;
 
 /// Tries at the most: virtual machines' stalls come in bursts, and some last for 40 ms.
 const TRIES: u32 = 8;
-
-/// The longest pause before another try: a burst may last for a minute. The first pause is a second, each further one twice as long.
-const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 
 /// A core that stood still for half a cycle of 1 ms may have made the loop miss what it is tested for, ns.
 const STALL_NS: u64 = 500_000;
@@ -19,52 +17,91 @@ const STALL_NS: u64 = 500_000;
 /// How long the witness of a core sleeps at a time.
 const NAP: Duration = Duration::from_micros(200);
 
+/// A time in which a core did not run a thread above every other, ns of CLOCK_MONOTONIC.
+#[derive(Clone, Copy)]
+struct Stall {
+    core: usize,
+    from_ns: u64,
+    to_ns: u64,
+}
+
+/// The stalls seen since a try began.
+#[derive(Default)]
+pub struct Stalls(Mutex<Vec<Stall>>);
+
+impl Stalls {
+    fn longest_ns(&self) -> Option<u64> {
+        self.list().iter().map(|stall| stall.to_ns - stall.from_ns).max()
+    }
+
+    /// Each time, in ns, for which a core stood still, if some of it lies between two moments of CLOCK_MONOTONIC.
+    pub fn of_core(&self, core: usize, from_ns: u64, to_ns: u64) -> Vec<u64> {
+        let meets = |stall: &&Stall| stall.core == core && stall.from_ns < to_ns && stall.to_ns > from_ns;
+        self.list().iter().filter(meets).map(|stall| stall.to_ns - stall.from_ns).collect()
+    }
+
+    fn note(&self, stall: Stall) {
+        self.0.lock().expect("no witness panics").push(stall);
+    }
+
+    fn list(&self) -> Vec<Stall> {
+        self.0.lock().expect("no witness panics").clone()
+    }
+}
+
 /// Runs a test in a new place, and again in another one as long as it fails while the machine stalls. A failure without
 /// a stall, or in all of eight tries, is the test's.
 ///
 /// # Panics
 /// As the test does.
 pub fn despite_stalls(test: impl Fn(&TestPlace)) {
+    despite_stalls_seen(|place, _| test(place));
+}
+
+/// The same for a test that looks at the stalls seen while it runs.
+///
+/// # Panics
+/// As the test does.
+pub fn despite_stalls_seen(test: impl Fn(&TestPlace, &Stalls)) {
     for attempt in 1.. {
-        let place = TestPlace::new();
-        let (result, stall_ns) = with_witness(|| catch_unwind(AssertUnwindSafe(|| test(&place))));
+        let (place, stalls) = (TestPlace::new(), Stalls::default());
+        let result = with_witness(&stalls, || catch_unwind(AssertUnwindSafe(|| test(&place, &stalls))));
         let Err(failure) = result else { return };
-        if stall_ns < STALL_NS || attempt == TRIES {
-            resume_unwind(failure);
-        }
-        println!("try {attempt}: the machine stalled for {:.1} ms meanwhile; again", stall_ns as f64 / 1e6);
-        sleep(LONGEST_PAUSE.min(Duration::from_secs(1 << (attempt - 1))));
+        let Some(longest_ns) = stalls.longest_ns().filter(|_| attempt < TRIES) else {
+            resume_unwind(failure)
+        };
+        println!("try {attempt}: the machine stalled for {:.1} ms meanwhile; again", longest_ns as f64 / 1e6);
+        // A burst may last for a minute.
+        sleep(Duration::from_secs(1 << (attempt - 1)));
     }
 }
 
-/// What `work` gives, and the longest time for which a core did not run a thread above every other while it worked.
-fn with_witness<T>(work: impl FnOnce() -> T) -> (T, u64) {
-    let (over, longest_ns) = (AtomicBool::new(false), AtomicU64::new(0));
+/// What `work` gives; meanwhile a thread above every other on each core notes when its core did not run it.
+fn with_witness<T>(stalls: &Stalls, work: impl FnOnce() -> T) -> T {
+    let over = AtomicBool::new(false);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let result = scope(|scope| {
+    scope(|scope| {
         for core in 0..cores {
-            scope.spawn({
-                let (over, longest_ns) = (&over, &longest_ns);
-                move || witness(core, over, longest_ns)
-            });
+            let over = &over;
+            scope.spawn(move || witness(core, over, stalls));
         }
         let result = work();
         over.store(true, Ordering::Relaxed);
         result
-    });
-    (result, longest_ns.into_inner())
+    })
 }
 
-/// Sleeps for a fifth of the loop's cycle, again and again, and notes by how much the longest sleep was late. A sleep as long as the cycle
-/// would miss a stall that begins and ends within it.
-fn witness(core: usize, over: &AtomicBool, longest_ns: &AtomicU64) {
+/// Sleeps for a fifth of the loop's cycle, again and again, and notes each stall. A sleep as long as the cycle would
+/// miss a stall that begins and ends within it.
+fn witness(core: usize, over: &AtomicBool, stalls: &Stalls) {
     let wanted = Wanted { core: Some(core), priority: Some(95), lock_memory: false };
     let _guard = obtain(&wanted);
     while !over.load(Ordering::Relaxed) {
-        let before_ns = now_ns();
+        let wanted_ns = now_ns() + NAP.as_nanos() as u64;
         sleep(NAP);
-        let late_ns =
-            Duration::from_nanos(now_ns().saturating_sub(before_ns)).saturating_sub(NAP).as_nanos() as u64;
-        longest_ns.fetch_max(late_ns, Ordering::Relaxed);
+        let woken_ns = now_ns();
+        if woken_ns > wanted_ns + STALL_NS {
+            stalls.note(Stall { core, from_ns: wanted_ns, to_ns: woken_ns });
+        }
     }
 }

@@ -4,13 +4,13 @@
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use recording::{AnyMessage, GapOrigin, read_record};
-use signals::{Feedback, validity};
+use signals::{Feedback, Source, validity};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Child;
 use std::thread::sleep;
 use std::time::Duration;
-use stepvalve_tests::{Finished, TestPlace, despite_stalls};
+use stepvalve_tests::{Finished, TestPlace, despite_stalls, despite_stalls_seen};
 
 /// The shipped rotation, with the silence that a machine takes would end by the stalls of virtual machines: 20 cycles.
 const SILENCE_CYCLES: u64 = 20;
@@ -88,36 +88,62 @@ fn a_closed_terminal_stops_nothing() {
     });
 }
 
-/// Cycles that each loop process overran or skipped from the recorder's death until its successor has been there for
-/// 100 cycles.
-fn late_around_the_gap(place: &TestPlace) -> u64 {
-    let mut late = BTreeMap::<_, Vec<(u64, u64)>>::new();
-    for segment in ["out/run-0001.mcap", "out/run-0002.mcap"] {
-        let mut last_or_first = BTreeMap::new();
-        let mut after = BTreeMap::<_, (u64, u64)>::new();
-        read_record(&[place.path(segment)], |message| {
-            if let AnyMessage::LoopTiming(source, message) = message {
-                let lost = message.body.overruns + message.body.skipped_cycles;
-                last_or_first.insert(*source, (message.header.cycle, lost));
-                let early = after.entry(*source).or_insert((message.header.cycle, lost));
-                if message.header.cycle <= early.0 + 100 {
-                    early.1 = lost;
-                }
-            }
-        })
-        .unwrap();
-        let of_segment = if segment.ends_with("1.mcap") { last_or_first } else { after };
-        of_segment.into_iter().for_each(|(source, entry)| late.entry(source).or_default().push(entry));
-    }
-    late.values().map(|entries| entries[1].1 - entries[0].1).sum()
+/// How often a loop process had overrun or skipped cycles, and when it said so.
+#[derive(Clone, Copy)]
+struct Late {
+    cycle: u64,
+    at_ns: u64,
+    cycles: u64,
 }
 
+/// What each loop process said last before the recorder's death, and when its successor had been there for 100 cycles.
+fn around_the_gap(place: &TestPlace) -> Vec<(Late, Late)> {
+    let mut before = BTreeMap::new();
+    each_lateness(place, "out/run-0001.mcap", |source, late| {
+        before.insert(source, late);
+    });
+    let mut after = BTreeMap::<_, (u64, Late)>::new();
+    each_lateness(place, "out/run-0002.mcap", |source, late| {
+        let (first_cycle, last) = after.entry(source).or_insert((late.cycle, late));
+        if late.cycle <= *first_cycle + 100 {
+            *last = late;
+        }
+    });
+    before.into_iter().map(|(source, before)| (before, after[&source].1)).collect()
+}
+
+fn each_lateness(place: &TestPlace, segment: &str, mut each: impl FnMut(Source, Late)) {
+    read_record(&[place.path(segment)], |message| {
+        if let AnyMessage::LoopTiming(source, message) = message {
+            let (header, body) = (&message.header, &message.body);
+            let cycles = body.overruns + body.skipped_cycles;
+            each(*source, Late { cycle: header.cycle, at_ns: header.monotonic_ns, cycles });
+        }
+    })
+    .unwrap();
+}
+
+/// The loop's core in the shipped scenarios, and its period.
+const LOOP_CORE: usize = 1;
+const PERIOD_NS: u64 = 1_000_000;
+
+/// A core that stands still takes the cycles that begin meanwhile, and the one that is being worked on.
 #[test]
 fn the_loop_misses_no_cycle_for_a_killed_recorder() {
-    despite_stalls(|place| {
+    despite_stalls_seen(|place, stalls| {
         let (run, _) = kill_one(place, "run-recorder");
         let _ = Finished::from(run.wait_with_output().unwrap());
-        assert_eq!(late_around_the_gap(place), 0, "cycles late around the recorder's death");
+        let gap = around_the_gap(place);
+        assert_eq!(gap.len(), LOOP.len());
+        for (before, after) in gap {
+            let late = after.cycles - before.cycles;
+            let stood_ns = stalls.of_core(LOOP_CORE, before.at_ns, after.at_ns);
+            let for_stalls: u64 = stood_ns.iter().map(|ns| ns.div_ceil(PERIOD_NS) + 1).sum();
+            assert!(
+                late <= for_stalls,
+                "{late} cycles late around the recorder's death; stalls, ns: {stood_ns:?}"
+            );
+        }
     });
 }
 
