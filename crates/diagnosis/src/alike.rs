@@ -26,8 +26,8 @@ pub(crate) fn if_noise_is_left(
     member: Member,
     hopeless: f64,
 ) -> Result<Option<Tried>, DiagnosisError> {
-    let others = corrected.point.hypothesis.with_corrections_of(|id| id != member.candidate.id);
-    let begin = Point { hypothesis: others.with(member), starts: corrected.point.starts.clone() };
+    let hypothesis = corrected.point.hypothesis.with_uncorrected(member);
+    let begin = Point { hypothesis, starts: corrected.point.starts.clone() };
     // The prediction is nearly linear in such causes: if a few steps end far above noise, more steps would not reach it.
     let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { return Ok(None) };
     if tried.rms > hopeless {

@@ -104,10 +104,9 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
         if setting.is_over() {
             break;
         }
-        let hypothesis = &best.fitted.point.hypothesis;
-        let others = hypothesis.with_corrections_of(|id| id != of.id);
         let member = Member::new(candidate, vec![of.value], candidate.free.clone());
-        let begin = Point { hypothesis: others.with(member), starts: best.fitted.point.starts.clone() };
+        let hypothesis = best.fitted.point.hypothesis.with_uncorrected(member);
+        let begin = Point { hypothesis, starts: best.fitted.point.starts.clone() };
         let tried = if_possible(Tried::from(setting, begin, STEPS))?;
         if let Some(tried) = tried.filter(|tried| tried.rms < best.rms - FLOOR.max(LEVEL * best.rms)) {
             best = tried;

@@ -86,11 +86,12 @@ fn conclusion(
     let drifting: Vec<usize> = drifting(&ripples).filter(|index| kept.contains(index)).collect();
     let leading: Vec<usize> = leading(selection).filter(|index| kept.contains(index)).collect();
     kept.retain(|index| !drifting.contains(index) && !leading.contains(index));
+    let vague = vague_groups(judged, &left_of_all)?;
     let accepted = accept(judged, kept, (point_of_all, left_of_all))?;
     let Accepted { point, after, mut causes, corrected, covariance, harmful, unclear } =
         without_what_only_harms(judged, accepted)?;
     (against.harmful, against.unclear) = (harmful, unclear);
-    against.unclear.extend(vague_groups(judged)?);
+    against.unclear.extend(vague);
     let structure_kept = structure(&judged.setting, &after);
     tell_phases(judged, &ripples, &mut causes);
     let mut offered = offer(judged, &ripples, &drifting, with_all)?;

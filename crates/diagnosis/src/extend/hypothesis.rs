@@ -142,6 +142,12 @@ impl Hypothesis {
         {
             *number = (*number + own.value - own.neutral).clamp(of.lower, of.upper);
         }
+        self.with_uncorrected(member)
+    }
+
+    /// The same with a cause more. Its own correction goes, if it is a parameter of the model: both would say the same.
+    pub fn with_uncorrected(&self, member: Member) -> Self {
+        let id = member.candidate.id;
         self.with_corrections_of(|other| other != id).with(member)
     }
 

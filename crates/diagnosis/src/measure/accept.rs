@@ -159,19 +159,23 @@ fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: us
 }
 
 /// The best of each ambiguous group, if there is too little evidence for it: there is then none for any cause of the group.
-pub(crate) fn vague_groups(judged: &Judgement<'_>) -> Result<Vec<EffectId>, DiagnosisError> {
+/// `after` is what all selected causes leave.
+pub(crate) fn vague_groups(
+    judged: &Judgement<'_>,
+    after: &[PieceResidual],
+) -> Result<Vec<EffectId>, DiagnosisError> {
     let selection = &judged.selection;
     if selection.ambiguous.is_empty() {
         return Ok(Vec::new());
     }
     let fitted = &selection.fitted;
     let errors = errors_of(judged, fitted)?;
-    let (_, after) = judged.everywhere(fitted)?;
+    let all = left_held_out(judged, after);
     let mut vague = Vec::new();
     for (index, member) in fitted.point.hypothesis.members.iter().enumerate() {
         let id = member.candidate.id;
         if selection.ambiguous.iter().any(|(best, _)| *best == id) {
-            let worth = weigh_one(judged, fitted, (&after, &errors), index)?.worth;
+            let worth = weigh_one(judged, fitted, (all, &errors), index)?.worth;
             vague.extend(is_vague(judged, (fitted, &errors), index, worth).then_some(id));
         }
     }
@@ -211,27 +215,31 @@ fn weigh(
     after: &[PieceResidual],
     errors: &Errors,
 ) -> Result<Vec<Weighed>, DiagnosisError> {
+    let all = left_held_out(judged, after);
     (0..kept.point.hypothesis.members.len())
-        .map(|index| weigh_one(judged, kept, (after, errors), index))
+        .map(|index| weigh_one(judged, kept, (all, errors), index))
         .collect()
 }
 
-/// The cause at an index, against a refit without it.
+/// The RMS of what is left on held-out groups: plain, and by the loss of the fit.
+fn left_held_out(judged: &Judgement<'_>, left: &[PieceResidual]) -> (f64, f64) {
+    let wanted = judged.setting.campaign.judges();
+    (rms_left(&judged.setting, left, &wanted), rms_as_fitted(&judged.setting, left, &wanted))
+}
+
+/// The cause at an index, against a refit without it. `all`: what is left on held-out groups with all of them.
 fn weigh_one(
     judged: &Judgement<'_>,
     kept: &Fitted,
-    (after, errors): (&[PieceResidual], &Errors),
+    (all, errors): ((f64, f64), &Errors),
     index: usize,
 ) -> Result<Weighed, DiagnosisError> {
-    let setting = &judged.setting;
-    let wanted = setting.campaign.judges();
     let hypothesis = &kept.point.hypothesis;
     let member = &hypothesis.members[index];
     let fewer = corrected_again(hypothesis.without(index), judged, hypothesis);
     let begin = Point { hypothesis: fewer, starts: kept.point.starts.clone() };
-    let without = fit(setting, begin, &Piece::is_fitted, 6)?;
-    let (_, left) = judged.everywhere(&without)?;
-    let rms = rms_left(setting, &left, &wanted);
+    let without = fit(&judged.setting, begin, &Piece::is_fitted, 6)?;
+    let (rms, as_fitted) = left_held_out(judged, &judged.everywhere(&without)?.1);
     let mut evidence = BTreeMap::new();
     evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
     if let Some(text) = taken(member) {
@@ -241,10 +249,9 @@ fn weigh_one(
         id: member.candidate.id,
         parameters: parameters(errors, index),
         evidence,
-        rms_gain: part_taken(rms_left(setting, after, &wanted), rms),
+        rms_gain: part_taken(all.0, rms),
     };
-    let worth = part_taken(rms_as_fitted(setting, after, &wanted), rms_as_fitted(setting, &left, &wanted));
-    Ok(Weighed { cause, worth })
+    Ok(Weighed { cause, worth: part_taken(all.1, as_fitted) })
 }
 
 /// The representative of each group of twins, with its parameters.

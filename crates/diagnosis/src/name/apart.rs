@@ -5,11 +5,10 @@ use crate::error::if_possible;
 use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::Setting;
 use crate::name::exchange::in_place_of;
+use crate::name::rivals::AT_NOISE;
 use crate::name::selection::Selection;
 use valve_model::EffectId;
 
-/// Held-out RMS that counts as noise, relative to it.
-const AT_NOISE: f64 = 1.05;
 /// A rival that leaves this much more, in noise RMS, is another cause, though data are missing that would tell the two apart in any model:
 /// of 1,000 independent samples a ratio of likelihoods of exp(100).
 const CLEARLY_MORE: f64 = 0.1;

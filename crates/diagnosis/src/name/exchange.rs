@@ -89,8 +89,8 @@ pub(crate) fn in_place_of(
     let Some(place) = hypothesis.members.iter().position(|of| of.candidate.id == id) else {
         return Ok(None);
     };
-    let mut others = hypothesis.without(place).with_corrections_of(|of| of != member.candidate.id);
-    others.corrections.extend(corrections.iter().find(|of| of.id == id).cloned());
-    let begin = Point { hypothesis: others.with(member.clone()), starts: starts.clone() };
+    let mut hypothesis = hypothesis.without(place).with_uncorrected(member.clone());
+    hypothesis.corrections.extend(corrections.iter().find(|of| of.id == id).cloned());
+    let begin = Point { hypothesis, starts: starts.clone() };
     Tried::from(setting, begin, STEPS).map(Some)
 }

@@ -24,8 +24,8 @@ const PROMISING: f64 = 0.3;
 const FIRST_STEPS: usize = 3;
 const FIRST_STEP: usize = 1;
 const BEHIND: f64 = 1.5;
-/// If the best rival's RMS is below this (1 is noise), `CLOSELY` replaces `BEHIND`: no other can be as good.
-const AT_NOISE: f64 = 1.05;
+/// Held-out RMS that counts as noise, relative to it. If the best rival's is below, `CLOSELY` replaces `BEHIND`: no other can be as good.
+pub(crate) const AT_NOISE: f64 = 1.05;
 const CLOSELY: f64 = 1.15;
 /// Two fits whose RMS differ by less than `NEARLY` count as equal if their mean difference over the groups is within
 /// `DISAGREE` standard errors.

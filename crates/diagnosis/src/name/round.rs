@@ -101,10 +101,10 @@ fn without_stand_ins(rivals: &mut Vec<Rival>, before: &Hypothesis) {
 /// A twin that is a number of the model, fitted in the place of the chosen one and of its own correction.
 fn in_place_of(setting: &Setting<'_>, chosen: &Rival, number: &Candidate) -> Result<Rival, DiagnosisError> {
     let point = &chosen.fitted.point;
-    let mut hypothesis = point.hypothesis.with_corrections_of(|id| id != number.id);
+    let mut hypothesis = point.hypothesis.clone();
     hypothesis.members.pop();
     let member = Member::new(number, number.neutral(), number.free.clone());
-    let begin = Point { hypothesis: hypothesis.with(member), starts: point.starts.clone() };
+    let begin = Point { hypothesis: hypothesis.with_uncorrected(member), starts: point.starts.clone() };
     Ok(Rival::of(number.id, Tried::from(setting, begin, STEPS)?))
 }
 
