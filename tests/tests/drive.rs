@@ -248,9 +248,31 @@ fn a_scan_names_the_drive() {
         println!("{}", scan.stdout);
         assert!(scan.stdout.contains("SIM-STEPPER: vendor 0x00005356, product 0x00000402"));
         assert!(scan.stdout.contains("cyclic synchronous position: yes"));
-        let proposal = scan.stdout.split_once("\n\n").unwrap().1;
-        let file = place.write("proposed.toml", proposal);
-        place.stepvalve(&["check", file.to_str().unwrap()]).expect_code(0);
+        let file = check_proposal(&place, &scan.stdout);
+        assert!(!file.contains("absent"), "{file}");
+    });
+}
+
+/// The drive file that a scan proposes, which `check` takes.
+fn check_proposal(place: &TestPlace, scanned: &str) -> String {
+    let proposal = scanned.split_once("\n\n").unwrap().1;
+    let file = place.write("proposed.toml", proposal);
+    place.stepvalve(&["check", file.to_str().unwrap()]).expect_code(0);
+    proposal.to_owned()
+}
+
+#[test]
+fn a_scan_lists_what_the_drive_lacks() {
+    on_a_cable("a_scan_lists_what_the_drive_lacks", || {
+        let place = TestPlace::new();
+        // No such object, no such subindex; what can't be read now is there.
+        let refused = ["6007:0=06020000", "10F1:2=06090011", "60FD:0=06020000", "6085:0=08000000"];
+        let arguments: Vec<_> = refused.iter().flat_map(|refused| ["--refuse", refused]).collect();
+        let drive = start_drive(&model(), &arguments);
+        let scan = place.stepvalve(&["bus", "scan", NEAR]).expect_code(0);
+        end_drive(drive);
+        let file = check_proposal(&place, &scan.stdout);
+        assert!(file.contains(r#"absent = ["0x10F1:02", "0x6007:00", "0x60FD:00"]"#), "{file}");
     });
 }
 

@@ -7,6 +7,9 @@ use crate::main_device;
 use core::pin::pin;
 use core::task::Poll;
 use ethercrab::MainDevice;
+use ethercrab::error::{CoeAbortCode, Error, MailboxError};
+use fieldbus::may_be_absent;
+use fieldbus::objects::Object;
 
 /// A scan takes no longer, ns.
 const LIMIT_NS: u64 = 10_000_000_000;
@@ -34,6 +37,19 @@ pub struct Found {
     pub minimum_cycle_ns: Option<u32>,
     /// 0x6092:01, or 0x608F:01: position units of a revolution.
     pub units_per_rev: Option<u32>,
+    /// Of a CiA 402 drive: objects that a bring-up asks for, and that its dictionary does not have.
+    pub absent: Vec<Object>,
+}
+
+impl Found {
+    /// Whether it says that it is a drive after CiA 402.
+    pub fn is_drive(&self) -> bool {
+        is_drive(self.device_type)
+    }
+}
+
+fn is_drive(device_type: Option<u32>) -> bool {
+    device_type.is_some_and(|kind| kind & 0xFFFF == 0x0192)
 }
 
 /// Looks who is there, and leaves all of them in PRE-OP. Nothing is written but what a bring-up needs.
@@ -61,6 +77,14 @@ async fn look(main: &'static MainDevice<'static>) -> Result<Vec<Found>, BringUpE
             Some(units) => Some(units),
             None => number(0x608F, 1).await,
         };
+        let device_type = number(0x1000, 0).await;
+        let mut absent = Vec::new();
+        for object in if is_drive(device_type) { may_be_absent() } else { Vec::new() } {
+            // Of any other size than this it is there all the same.
+            if device.sdo_read::<u32>(object.index, object.sub).await.is_err_and(|error| is_unknown(&error)) {
+                absent.push(object);
+            }
+        }
         all.push(Found {
             name: device.name().to_owned(),
             vendor: identity.vendor_id,
@@ -68,11 +92,18 @@ async fn look(main: &'static MainDevice<'static>) -> Result<Vec<Found>, BringUpE
             revision: identity.revision,
             serial: identity.serial,
             clock: device.dc_support().any(),
-            device_type: number(0x1000, 0).await,
+            device_type,
             modes: number(0x6502, 0).await,
             minimum_cycle_ns: number(0x1C32, 5).await,
             units_per_rev: units,
+            absent,
         });
     }
     Ok(all)
+}
+
+/// Whether a device said that it has no such object.
+fn is_unknown(error: &Error) -> bool {
+    let Error::Mailbox(MailboxError::Aborted { code, .. }) = error else { return false };
+    matches!(code, CoeAbortCode::NotFound | CoeAbortCode::SubIndexNotFound)
 }

@@ -38,5 +38,5 @@ pub use counter::Counter;
 pub use cyclic_frame::{CyclicFrame, FrameError, MAX_FRAME, Reply};
 pub use drive_file::{DriveFile, DriveFileError, Homing, Profile, Sdo, SdoValue};
 pub use judge::{BusFault, Judge, JudgeParams, Outcome, Verdict, al_state_name};
-pub use plan::{Mismatch, OwnLimits, Plan, Request, watchdog_registers};
+pub use plan::{Mismatch, OwnLimits, Plan, Request, may_be_absent, watchdog_registers};
 pub use process_data::{Inputs, Layout, Outputs};

@@ -2,6 +2,7 @@
 
 use crate::drive_file::{DriveFile, Homing, Profile, SdoValue};
 use crate::objects::{self, Object};
+use crate::process_data::OPTIONAL;
 use thiserror::Error;
 
 /// What a value read must be.
@@ -127,7 +128,7 @@ impl Plan {
         synchronisation(&mut requests, period_ns);
         if file.profile == Profile::Cia402Csp {
             units(&mut requests, file.units_per_rev);
-            drive(&mut requests, file, period_ns, limits);
+            drive(&mut requests, (file.homing, file.bus_lost_cycles), period_ns, limits);
         }
         // What the file itself sets stays; what the drive lacks is passed over.
         let own = |request: &Request| file.sdos.iter().any(|sdo| sdo.object() == request.object);
@@ -142,6 +143,26 @@ impl Plan {
     pub fn requests(&self) -> &[Request] {
         &self.requests
     }
+}
+
+/// What a CiA 402 drive may lack, if the drive file lists it as `absent`: settings of the bring-up, and of the process data those
+/// that frames can do without.
+pub fn may_be_absent() -> Vec<Object> {
+    let mut requests = Vec::new();
+    synchronisation(&mut requests, 1_000_000);
+    units(&mut requests, 1);
+    drive(
+        &mut requests,
+        (Homing::None, 1),
+        1_000_000,
+        OwnLimits { quick_stop_units_per_s2: 1, max_speed_rpm: 1 },
+    );
+    let of_frames = |object: &Object| Profile::Cia402Csp.needs(*object);
+    let mut objects: Vec<_> = requests.iter().map(|request| request.object).chain(OPTIONAL).collect();
+    objects.retain(|object| !of_frames(object));
+    objects.sort_unstable();
+    objects.dedup();
+    objects
 }
 
 /// Empties an assignment, maps its PDO where that is wanted, and assigns it.
@@ -189,13 +210,18 @@ fn units(requests: &mut Vec<Request>, units_per_rev: u32) {
     }
 }
 
-fn drive(requests: &mut Vec<Request>, file: &DriveFile, period_ns: u32, limits: OwnLimits) {
+fn drive(
+    requests: &mut Vec<Request>,
+    (homing, bus_lost_cycles): (Homing, u64),
+    period_ns: u32,
+    limits: OwnLimits,
+) {
     /// Bit 7 of 0x6502: cyclic synchronous position.
     const CSP: u32 = 1 << 7;
     /// Bit 5: homing.
     const HOMING: u32 = 1 << 5;
     requests.push(Request::expect(objects::SUPPORTED_MODES, SdoValue::U32(CSP), Check::HasBits));
-    if let Homing::Drive { method } = file.homing {
+    if let Homing::Drive { method } = homing {
         requests.push(Request::expect(objects::SUPPORTED_MODES, SdoValue::U32(HOMING), Check::HasBits));
         requests.push(Request::write(objects::HOMING_METHOD, SdoValue::I8(method)));
     }
@@ -221,7 +247,7 @@ fn drive(requests: &mut Vec<Request>, file: &DriveFile, period_ns: u32, limits: 
         (objects::other(0x607B, 2), SdoValue::I32(i32::MAX)),
         (objects::other(0x607D, 1), SdoValue::I32(i32::MIN)),
         (objects::other(0x607D, 2), SdoValue::I32(i32::MAX)),
-        (objects::other(0x10F1, 2), SdoValue::U16(file.bus_lost_cycles as u16)),
+        (objects::other(0x10F1, 2), SdoValue::U16(bus_lost_cycles as u16)),
     ];
     requests.extend(writes.map(|(object, value)| Request::write(object, value)));
 }

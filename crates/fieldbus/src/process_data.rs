@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 type Mapping = &'static [(Object, u8)];
 
 /// What a drive may lack: feed-forward of the speed, and what is told beside position and state. All else is needed.
-const OPTIONAL: [Object; 4] =
+pub(crate) const OPTIONAL: [Object; 4] =
     [objects::VELOCITY_OFFSET, objects::ERROR_CODE, objects::DIGITAL_INPUTS, objects::FOLLOWING_ERROR];
 
 const CIA402_OUTPUTS: Mapping = &[

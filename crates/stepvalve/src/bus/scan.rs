@@ -43,7 +43,7 @@ fn describe(number: usize, device: &Found) {
     say(format_args!("   {clock}; shortest cycle {cycle}"));
     match (device.device_type, device.modes) {
         (None, _) => say(format_args!("   no CoE: not a drive")),
-        (Some(kind), Some(modes)) if kind & 0xFFFF == 0x0192 => {
+        (Some(_), Some(modes)) if device.is_drive() => {
             let csp = if modes & 0x80 != 0 { "yes" } else { "NO: it can't be used" };
             say(format_args!("   CiA 402 drive; cyclic synchronous position: {csp}"));
         }
@@ -57,11 +57,19 @@ fn proposal(device: &Found) -> String {
     let profile = if terminal { "el2522" } else { "cia402-csp" };
     let units = device.units_per_rev.unwrap_or(0);
     let Found { name, vendor, product, revision, .. } = device;
+    let lacks: Vec<_> = device.absent.iter().map(|object| format!("\"{object}\"")).collect();
+    let absent = match lacks.is_empty() {
+        true => String::new(),
+        false => format!(
+            "# Its dictionary does not have these: its manual has to say what it does instead.\nabsent = [{}]\n",
+            lacks.join(", ")
+        ),
+    };
     format!(
         "\nformat = \"stepvalve-drive\"\nformat_version = 1\nname = \"{name}\"\nprofile = \"{profile}\"\n\
          vendor = {vendor:#010x}\nproduct = {product:#010x}\nrevision_min = {revision:#010x}\n\
          units_per_rev = {units}          # must be the model's micro-steps of a revolution\n\
          direction = \"positive\"          # to be tried, with little current\n\
-         position_is_measured = false    # true where 0x6064 comes from an encoder\n"
+         position_is_measured = false    # true where 0x6064 comes from an encoder\n{absent}"
     )
 }
