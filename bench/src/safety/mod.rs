@@ -1,8 +1,8 @@
-//! `bench safety` and `bench safety-live`: faults by the thousand, at random moments, judged by the oracle.
+//! `bench safety`, `safety-live` and `safety-bus`: faults by the thousand, at random moments, judged by the oracle.
 //!
 //! `safety` needs no clock: the loop in one thread and in lockstep, and files that are cut or wrong. `safety-live` is
-//! real time: processes killed, stopped and starved on a running instance. Both print their seed; every trial's seed
-//! and fault are in the JSON where something was found.
+//! real time: processes killed, stopped and starved on a running instance. `safety-bus` hurts a drive's bus. All print
+//! their seed; every trial's seed and fault are in the JSON where something was found.
 
 mod bus;
 mod files;
@@ -82,8 +82,9 @@ impl Counts {
         let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
         let mut results: Value = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
         let counts = results.pointer_mut("/data/counts").map(Value::take).unwrap_or_default();
-        serde_json::from_value(counts)
-            .with_context(|| format!("{}: no counts of `bench safety` or `safety-live`", path.display()))
+        serde_json::from_value(counts).with_context(|| {
+            format!("{}: no counts of `bench safety`, `safety-live` or `safety-bus`", path.display())
+        })
     }
 
     fn json(&self) -> Value {
@@ -163,16 +164,23 @@ pub fn run_live(arguments: &Arguments, quick: bool) -> Result<Results> {
 /// # Errors
 /// As [`run`].
 pub fn run_bus(arguments: &Arguments, quick: bool) -> Result<Results> {
-    let trials = arguments.trials.unwrap_or(if quick { 10 } else { 300 });
-    let mut tally = Tally::default();
-    bus::campaign(arguments.seed, trials, &mut tally)?;
+    let counts = Counts::of(arguments, |seed| {
+        let trials = arguments.trials.unwrap_or(if quick { 10 } else { 300 });
+        let mut tally = Tally::default();
+        bus::campaign(seed, trials, &mut tally)?;
+        Ok(vec![tally])
+    })?;
+    let [tally] = counts.tallies.as_slice() else { bail!("one table expected") };
     Ok(Results {
         command: "safety-bus",
         quick,
         machine: realtime::machine_facts(),
         scheduling: "as the scenario asks; what was refused is in each run's output".to_owned(),
-        sheets: vec![tally.sheet("safety-bus", "Faults of a drive's bus, by kind; times in cycles of 1 ms, without those in which the machine stood still")],
-        data: json!({"seed": arguments.seed, "violations": tally.violations(), "found": tally.found()}),
+        sheets: vec![tally.sheet(
+            "safety-bus",
+            "Faults of a drive's bus, by kind; times in cycles of 1 ms, without those in which the machine stood still",
+        )],
+        data: counts.json(),
     })
 }
 
