@@ -43,20 +43,20 @@ impl Case<'_> {
         Some(self.exchanged((source, tried), &chosen(given), &chosen(&sums), names.collect()))
     }
 
+    /// The channels that agree best with the model in the place of angle and torque, if they do agree, and those given don't.
+    pub(super) fn exchange(&self, source: Source, given: &Sums) -> Option<(Source, Sums)> {
+        let of = |tried: Source| {
+            (tried, pooled(&self.expected.sums(&windows(self.log, tried), self.log.runs.len())))
+        };
+        let told = self.other_sources(source).into_iter().map(of).filter(|(_, sums)| sums.tell());
+        let nearer = |sums: &Sums| !given.tell() || given.distance() >= NEARER * sums.distance();
+        told.min_by(|(_, a), (_, b)| a.distance().total_cmp(&b.distance()))
+            .filter(|(_, sums)| sums.distance() <= AGREES && nearer(sums))
+    }
+
     /// Another channel in the place of the angle or the torque.
     pub(super) fn wrong_channels(&self, source: Source, given: &Sums) -> Option<Finding> {
-        let mut best: Option<(Source, Sums)> = None;
-        for tried in self.other_sources(source) {
-            let windows = windows(self.log, tried);
-            let sums = pooled(&self.expected.sums(&windows, self.log.runs.len()));
-            let nearer = best.is_none_or(|(_, known)| sums.distance() < known.distance());
-            if sums.tell() && nearer {
-                best = Some((tried, sums));
-            }
-        }
-        let nearer = |sums: &Sums| !given.tell() || given.distance() >= NEARER * sums.distance();
-        let explained = best.filter(|(_, sums)| sums.distance() <= AGREES && nearer(sums));
-        if let Some((tried, sums)) = explained {
+        if let Some((tried, sums)) = self.exchange(source, given) {
             return Some(self.exchanged((source, tried), given, &sums, Vec::new()));
         }
         // An angle log's angle was held against its command before; lost steps and an eccentric encoder rule the lag.
@@ -90,7 +90,7 @@ impl Case<'_> {
         others
     }
 
-    fn exchanged(
+    pub(super) fn exchanged(
         &self,
         (source, tried): (Source, Source),
         before: &Sums,

@@ -24,9 +24,6 @@ const CONTRADICTS: f64 = 1.3;
 const AGREES: f64 = 0.65;
 /// By so much a mended record must be nearer.
 const NEARER: f64 = 2.0;
-/// A unit of the angle that friction hardly feels is claimed where what is left falls to a quarter.
-const FEELS: f64 = 0.12;
-const FALLS: f64 = 4.0;
 /// Friction sampled more slowly than this shows neither stick nor slip: milliseconds are likelier than such a record, s.
 const SLOW_S: f64 = 0.1;
 /// Of a torque that is sampled so slowly, milliseconds leave so many times less.
@@ -83,6 +80,18 @@ fn intervals_differ(log: &Log) -> Vec<Finding> {
     }]
 }
 
+impl Tried<'_> {
+    /// How many mistakes it is at once.
+    fn count(&self) -> i32 {
+        self.mistake.count + i32::from(self.turned)
+    }
+
+    /// What it leaves, where one mistake is likelier than two.
+    fn cost(&self) -> f64 {
+        pooled(&self.mended).distance() * TWO_MISTAKES.powi(self.count() - 1)
+    }
+}
+
 /// A log held against what is expected of it.
 struct Case<'a> {
     log: &'a Log,
@@ -112,13 +121,12 @@ impl Case<'_> {
         let tried = self.tries();
         if all.tell() {
             let claims = tried.iter().filter(|tried| self.claims(tried, &all));
-            // One mistake is likelier than two.
-            let cost = |tried: &Tried<'_>| {
-                let more = tried.mistake.count - 1 + i32::from(tried.turned);
-                pooled(&tried.mended).distance() * TWO_MISTAKES.powi(more)
-            };
-            if let Some(best) = claims.min_by(|a, b| cost(a).total_cmp(&cost(b))) {
-                return vec![self.finding(best)];
+            if let Some(best) = claims.min_by(|a, b| a.cost().total_cmp(&b.cost())) {
+                let exchange = if best.count() > 1 { self.exchange(source, &all) } else { None };
+                return match exchange.filter(|(_, sums)| sums.distance() <= best.cost()) {
+                    Some((tried, sums)) => vec![self.exchanged((source, tried), &all, &sums, Vec::new())],
+                    None => vec![self.finding(best)],
+                };
             }
         }
         if let Some(found) = self.some_runs(&tried, &given).or_else(|| self.some_exchanged(source, &given)) {
@@ -155,7 +163,6 @@ impl Case<'_> {
         let (before, after) = (given.distance().min(all.distance()), mended.distance());
         let plain = before >= CONTRADICTS && after <= tried.mistake.agrees && before >= NEARER * after;
         match tried.mistake.kind {
-            Kind::AngleUnit => plain || (before >= FEELS && before >= FALLS * after),
             Kind::SwappedChannels => plain || (self.noisier_command_rad.is_some() && before > after),
             // A motor's lag hardly tells the speed; but what is sampled so slowly shows nothing of its motion.
             Kind::TimeUnit if !self.torque => self.interval_s() >= SLOW_S && after <= SAME * before,
@@ -193,21 +200,28 @@ impl Case<'_> {
         self.said(best, runs, &pooled(&best.given), &pooled(&best.mended))
     }
 
-    /// Runs that contradict the model where others don't, and agree once mended.
+    /// Runs that contradict the model where others agree with it, and agree once mended.
     fn some_runs(&self, tried: &[Tried<'_>], given: &[Sums]) -> Option<Finding> {
+        let of = |sums: &[Sums], run: usize| sums.get(run).copied().unwrap_or_default().about_zero();
+        let all = 0..self.log.runs.len();
+        let contradicts = |run: &usize| of(given, *run).tell() && of(given, *run).distance() >= CONTRADICTS;
+        let contradicting = all.clone().filter(contradicts).count();
+        if !all.clone().any(|run| of(given, run).tell() && of(given, run).distance() <= AGREES) {
+            return None;
+        }
         let mut best: Option<(&Tried<'_>, Vec<usize>)> = None;
-        for tried in tried.iter().filter(|tried| tried.mistake.count == 1) {
+        for tried in tried.iter().filter(|tried| tried.count() == 1) {
             let explained = |run: &usize| {
-                let of = |sums: &[Sums]| sums.get(*run).copied().unwrap_or_default();
-                let (before, after) = (of(&tried.given), of(&tried.mended));
+                let (before, after) = (of(&tried.given, *run), of(&tried.mended, *run));
                 before.tell()
                     && after.tell()
-                    && of(given).about_zero().distance() >= CONTRADICTS
-                    && before.about_zero().distance() >= CONTRADICTS
-                    && after.about_zero().distance() <= 0.5 * tried.mistake.agrees
+                    && before.distance() >= CONTRADICTS
+                    && after.distance() <= 0.5 * tried.mistake.agrees
             };
-            let runs: Vec<usize> = (0..self.log.runs.len()).filter(explained).collect();
-            if runs.len() > best.as_ref().map_or(0, |(_, runs)| runs.len()) {
+            let runs: Vec<usize> = all.clone().filter(contradicts).filter(explained).collect();
+            // Of many that contradict, a few agree with anything.
+            if 2 * runs.len() >= contradicting && runs.len() > best.as_ref().map_or(0, |(_, runs)| runs.len())
+            {
                 best = Some((tried, runs));
             }
         }
