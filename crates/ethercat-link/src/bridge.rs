@@ -6,6 +6,7 @@ use crate::exchange::{Back, Wire};
 use crate::link::Link;
 use crate::main_device::{self, Grid};
 use crate::params::BridgeParams;
+use crate::probe::ask;
 use crate::pump::Pump;
 use core::future::Future;
 use core::pin::Pin;
@@ -19,6 +20,8 @@ use signals::{BusPhase, BusStatus, Feedback, StepCommand};
 const LOCK_WINDOW_NS: i64 = 50_000;
 const LOCK_CYCLES: u64 = 200;
 const FAR_COUNTS: u64 = 20;
+/// A bring-up begins once the devices answered every cycle for so long, ns: what is still under way from before a fault has come then.
+const CALM_NS: u64 = 50_000_000;
 /// Locking, and coming to OP, take no longer, ns.
 const LOCK_LIMIT_NS: u64 = 10_000_000_000;
 const START_LIMIT_NS: u64 = 3_000_000_000;
@@ -31,11 +34,33 @@ const OP: u16 = 0x08;
 type BringUp = Pin<Box<dyn Future<Output = Result<BroughtUp, BringUpError>>>>;
 
 enum State {
-    Wait { until_ns: u64 },
-    BringUp { future: BringUp, until_ns: u64 },
-    Lock { wire: Wire, clock: Clock, locked: u64, until_ns: u64 },
-    Start { wire: Wire, clock: Clock, until_ns: u64 },
-    Operate { wire: Wire, clock: Clock },
+    Wait {
+        until_ns: u64,
+    },
+    /// The one drive has answered since `since_ns`; it has been looked for since `begun_ns`.
+    Seek {
+        begun_ns: u64,
+        since_ns: u64,
+    },
+    BringUp {
+        future: BringUp,
+        until_ns: u64,
+    },
+    Lock {
+        wire: Wire,
+        clock: Clock,
+        locked: u64,
+        until_ns: u64,
+    },
+    Start {
+        wire: Wire,
+        clock: Clock,
+        until_ns: u64,
+    },
+    Operate {
+        wire: Wire,
+        clock: Clock,
+    },
 }
 
 /// A drive behind a link.
@@ -100,7 +125,7 @@ impl<L: Link> Bridge<L> {
     /// What the bridge is doing with the bus.
     pub fn phase(&self) -> BusPhase {
         match self.state {
-            State::Wait { .. } => BusPhase::Wait,
+            State::Wait { .. } | State::Seek { .. } => BusPhase::Wait,
             State::BringUp { .. } => BusPhase::BringUp,
             State::Lock { .. } => BusPhase::Lock,
             State::Start { .. } => BusPhase::Start,
@@ -198,6 +223,15 @@ impl<L: Link> Bridge<L> {
     fn come_up(&mut self, state: State, begin_ns: u64, until_ns: u64) -> State {
         match state {
             State::Wait { until_ns: at } if begin_ns >= at => {
+                State::Seek { begun_ns: begin_ns, since_ns: begin_ns }
+            }
+            State::Seek { begun_ns, since_ns } if begin_ns < since_ns + CALM_NS => {
+                match self.seek(begun_ns, begin_ns, until_ns) {
+                    true => State::Seek { begun_ns, since_ns },
+                    false => State::Seek { begun_ns, since_ns: begin_ns },
+                }
+            }
+            State::Seek { .. } => {
                 let future = self.begin(begin_ns);
                 State::BringUp { future, until_ns: begin_ns + BRING_UP_LIMIT_NS }
             }
@@ -219,6 +253,17 @@ impl<L: Link> Bridge<L> {
             }
             other => other,
         }
+    }
+
+    /// Whether the one drive, and nobody else, answers in this cycle. Says so where that is not so for longer than a few frames may be lost.
+    fn seek(&mut self, begun_ns: u64, begin_ns: u64, until_ns: u64) -> bool {
+        // The cycles' frames have indices of their own kind: a late answer to one of them is none to this.
+        let index = (begin_ns / u64::from(self.params.period_ns.max(1))) as u8;
+        let found = ask(&mut self.link, index, until_ns).unwrap_or(0).into();
+        if found != 1 && begin_ns > begun_ns + RETRY_NS {
+            self.error = Some(BringUpError::Count { found, expected: 1 });
+        }
+        found == 1
     }
 
     fn failed(&mut self, error: BringUpError, now_ns: u64) -> State {

@@ -26,24 +26,11 @@ pub struct Probe {
 pub fn probe(link: &mut impl Link) -> Probe {
     let mut trips_ns = Vec::with_capacity(FRAMES);
     let mut found = Probe { sent: FRAMES, ..Probe::default() };
-    let mut buffer = [0; 1600];
     for number in 0..FRAMES {
-        let question = BroadcastRead::new(number as u8);
         let sent_ns = link.now_ns();
-        if link.send(&question.frame()).is_err() {
-            continue;
-        }
-        let until_ns = sent_ns + WAIT_NS;
-        while let Ok(Some(length)) = link.receive(&mut buffer, until_ns) {
-            let reply = buffer.get(..length).unwrap_or(&[]);
-            if let Some(devices) = question.read(reply).filter(|devices| *devices > 0) {
-                trips_ns.push(link.now_ns().saturating_sub(sent_ns));
-                found.devices = devices;
-                break;
-            }
-            if link.now_ns() >= until_ns {
-                break;
-            }
+        if let Some(devices) = ask(link, number as u8, sent_ns + WAIT_NS).filter(|devices| *devices > 0) {
+            trips_ns.push(link.now_ns().saturating_sub(sent_ns));
+            found.devices = devices;
         }
     }
     trips_ns.sort_unstable();
@@ -51,4 +38,21 @@ pub fn probe(link: &mut impl Link) -> Probe {
     found.median_ns = trips_ns.get(trips_ns.len() / 2).copied().unwrap_or(0);
     found.longest_ns = trips_ns.last().copied().unwrap_or(0);
     found
+}
+
+/// Asks once who is there: how many devices read the question, from an answer until `until_ns`.
+pub(crate) fn ask(link: &mut impl Link, index: u8, until_ns: u64) -> Option<u16> {
+    let question = BroadcastRead::new(index);
+    let mut buffer = [0; 1600];
+    link.send(&question.frame()).ok()?;
+    while let Ok(Some(length)) = link.receive(&mut buffer, until_ns) {
+        let reply = buffer.get(..length).unwrap_or(&[]);
+        if let Some(devices) = question.read(reply) {
+            return Some(devices);
+        }
+        if link.now_ns() >= until_ns {
+            break;
+        }
+    }
+    None
 }
