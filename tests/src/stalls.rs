@@ -17,10 +17,12 @@ const STALL_NS: u64 = 500_000;
 /// How long the witness of a core sleeps at a time.
 const NAP: Duration = Duration::from_micros(200);
 
-/// A time in which a core did not run a thread above every other, ns of CLOCK_MONOTONIC.
+/// A time in which a core did not run its witness, ns of CLOCK_MONOTONIC.
 #[derive(Clone, Copy)]
 struct Stall {
     core: usize,
+    /// Whether the witness was above every other thread: else one of them may have kept it from running.
+    above_all: bool,
     from_ns: u64,
     to_ns: u64,
 }
@@ -34,9 +36,12 @@ impl Stalls {
         self.list().iter().map(|stall| stall.to_ns - stall.from_ns).max()
     }
 
-    /// Each time, in ns, for which a core stood still, if some of it lies between two moments of CLOCK_MONOTONIC.
+    /// Each time, in ns, for which a core ran nobody, not even a thread above every other, if some of it lies between two moments of
+    /// CLOCK_MONOTONIC. None where the system grants no such thread.
     pub fn of_core(&self, core: usize, from_ns: u64, to_ns: u64) -> Vec<u64> {
-        let meets = |stall: &&Stall| stall.core == core && stall.from_ns < to_ns && stall.to_ns > from_ns;
+        let meets = |stall: &&Stall| {
+            stall.above_all && stall.core == core && stall.from_ns < to_ns && stall.to_ns > from_ns
+        };
         self.list().iter().filter(meets).map(|stall| stall.to_ns - stall.from_ns).collect()
     }
 
@@ -71,7 +76,7 @@ pub fn despite_stalls_seen(test: impl Fn(&TestPlace, &Stalls)) {
             resume_unwind(failure)
         };
         println!("try {attempt}: the machine stalled for {:.1} ms meanwhile; again", longest_ns as f64 / 1e6);
-        // A burst may last for a minute.
+        // Each pause is twice the one before: a burst of stalls may last for a minute.
         sleep(Duration::from_secs(1 << (attempt - 1)));
     }
 }
@@ -95,13 +100,14 @@ fn with_witness<T>(stalls: &Stalls, work: impl FnOnce() -> T) -> T {
 /// miss a stall that begins and ends within it.
 fn witness(core: usize, over: &AtomicBool, stalls: &Stalls) {
     let wanted = Wanted { core: Some(core), priority: Some(95), lock_memory: false };
-    let _guard = obtain(&wanted);
+    let (obtained, _guard) = obtain(&wanted);
+    let above_all = obtained.priority.is_some() && obtained.core.is_some();
     while !over.load(Ordering::Relaxed) {
         let wanted_ns = now_ns() + NAP.as_nanos() as u64;
         sleep(NAP);
         let woken_ns = now_ns();
         if woken_ns > wanted_ns + STALL_NS {
-            stalls.note(Stall { core, from_ns: wanted_ns, to_ns: woken_ns });
+            stalls.note(Stall { core, above_all, from_ns: wanted_ns, to_ns: woken_ns });
         }
     }
 }

@@ -266,13 +266,19 @@ fn a_scan_lists_what_the_drive_lacks() {
     on_a_cable("a_scan_lists_what_the_drive_lacks", || {
         let place = TestPlace::new();
         // No such object, no such subindex; what can't be read now is there.
-        let refused = ["6007:0=06020000", "10F1:2=06090011", "60FD:0=06020000", "6085:0=08000000"];
+        let refused =
+            ["6007:0=06020000", "10F1:2=06090011", "60FD:0=06020000", "6502:0=06020000", "6085:0=08000000"];
         let arguments: Vec<_> = refused.iter().flat_map(|refused| ["--refuse", refused]).collect();
         let drive = start_drive(&model(), &arguments);
         let scan = place.stepvalve(&["bus", "scan", NEAR]).expect_code(0);
         end_drive(drive);
         let file = check_proposal(&place, &scan.stdout);
-        assert!(file.contains(r#"absent = ["0x10F1:02", "0x6007:00", "0x60FD:00"]"#), "{file}");
+        assert!(file.contains("\nabsent = [\"0x60FD:00\"]\n"), "frames can do without it: {file}");
+        assert!(
+            file.contains("\n# absent = [\"0x10F1:02\", \"0x6007:00\", \"0x60FD:00\", \"0x6502:00\"]\n"),
+            "{file}"
+        );
+        assert!(scan.stdout.contains("does not say which modes it has"), "{}", scan.stdout);
     });
 }
 

@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Trials; without, as many as docs/safety.md tells of
+    /// Trials; without, as many as docs/safety.md tells of, 300 of `safety-bus`
     #[arg(long)]
     trials: Option<u64>,
     /// Of `safety`: trials between processes in lockstep [default: a twentieth]

@@ -20,12 +20,14 @@ use signals::{BusPhase, BusStatus, Feedback, StepCommand};
 const LOCK_WINDOW_NS: i64 = 50_000;
 const LOCK_CYCLES: u64 = 200;
 const FAR_COUNTS: u64 = 20;
-/// A bring-up begins once the devices answered every cycle for so long, ns: what is still under way from before a fault has come then.
+/// A bring-up begins once the drive answered so many cycles' questions, ns: by then frames that a fault delayed have arrived. A question without
+/// an answer counts against some answers, a wrong number of devices against all.
 const CALM_NS: u64 = 50_000_000;
+const MISSED_COUNTS: u64 = 5;
 /// Locking, and coming to OP, take no longer, ns.
 const LOCK_LIMIT_NS: u64 = 10_000_000_000;
 const START_LIMIT_NS: u64 = 3_000_000_000;
-/// A bring-up takes no longer, ns; after a failure it is tried again after this time.
+/// A bring-up takes no longer, ns; after a failure the drive is looked for again after this time, and so long it may be away untold.
 const BRING_UP_LIMIT_NS: u64 = 10_000_000_000;
 const RETRY_NS: u64 = 500_000_000;
 /// OP, with the acknowledgement of an error.
@@ -37,10 +39,10 @@ enum State {
     Wait {
         until_ns: u64,
     },
-    /// The one drive has answered since `since_ns`; it has been looked for since `begun_ns`.
+    /// It is asked every cycle who is there; what is wrong was told at `told_ns`.
     Seek {
-        begun_ns: u64,
-        since_ns: u64,
+        answered: u64,
+        told_ns: u64,
     },
     BringUp {
         future: BringUp,
@@ -138,7 +140,7 @@ impl<L: Link> Bridge<L> {
         self.status
     }
 
-    /// Why the last bring-up failed, where it did.
+    /// Why the last bring-up failed, or why none begins.
     pub fn error(&self) -> Option<BringUpError> {
         self.error
     }
@@ -222,19 +224,8 @@ impl<L: Link> Bridge<L> {
     /// A cycle on the way to operation.
     fn come_up(&mut self, state: State, begin_ns: u64, until_ns: u64) -> State {
         match state {
-            State::Wait { until_ns: at } if begin_ns >= at => {
-                State::Seek { begun_ns: begin_ns, since_ns: begin_ns }
-            }
-            State::Seek { begun_ns, since_ns } if begin_ns < since_ns + CALM_NS => {
-                match self.seek(begun_ns, begin_ns, until_ns) {
-                    true => State::Seek { begun_ns, since_ns },
-                    false => State::Seek { begun_ns, since_ns: begin_ns },
-                }
-            }
-            State::Seek { .. } => {
-                let future = self.begin(begin_ns);
-                State::BringUp { future, until_ns: begin_ns + BRING_UP_LIMIT_NS }
-            }
+            State::Wait { until_ns: at } if begin_ns >= at => self.seek(0, begin_ns, (begin_ns, until_ns)),
+            State::Seek { answered, told_ns } => self.seek(answered, told_ns, (begin_ns, until_ns)),
             State::BringUp { mut future, until_ns: limit } => {
                 match self.pump.poll_until(future.as_mut(), &mut self.link, until_ns) {
                     Poll::Ready(Ok(device)) => self.lock_onto(&device, begin_ns),
@@ -255,15 +246,24 @@ impl<L: Link> Bridge<L> {
         }
     }
 
-    /// Whether the one drive, and nobody else, answers in this cycle. Says so where that is not so for longer than a few frames may be lost.
-    fn seek(&mut self, begun_ns: u64, begin_ns: u64, until_ns: u64) -> bool {
-        // The cycles' frames have indices of their own kind: a late answer to one of them is none to this.
-        let index = (begin_ns / u64::from(self.params.period_ns.max(1))) as u8;
-        let found = ask(&mut self.link, index, until_ns).unwrap_or(0).into();
-        if found != 1 && begin_ns > begun_ns + RETRY_NS {
-            self.error = Some(BringUpError::Count { found, expected: 1 });
+    /// Asks who is there, and begins a bring-up once the one drive, and nobody else, has answered for long enough.
+    fn seek(&mut self, answered: u64, told_ns: u64, (begin_ns, until_ns): (u64, u64)) -> State {
+        let period_ns = u64::from(self.params.period_ns.max(1));
+        let found = ask(&mut self.link, (begin_ns / period_ns) as u8, until_ns);
+        let answered = match found {
+            Some(1) => answered + 1,
+            Some(_) => 0,
+            None => answered.saturating_sub(MISSED_COUNTS),
+        };
+        if answered * period_ns >= CALM_NS {
+            let future = self.begin(begin_ns);
+            return State::BringUp { future, until_ns: begin_ns + BRING_UP_LIMIT_NS };
         }
-        found == 1
+        if answered == 0 && begin_ns >= told_ns + RETRY_NS {
+            self.error = Some(BringUpError::Count { found: found.unwrap_or(0).into(), expected: 1 });
+            return State::Seek { answered, told_ns: begin_ns };
+        }
+        State::Seek { answered, told_ns }
     }
 
     fn failed(&mut self, error: BringUpError, now_ns: u64) -> State {

@@ -4,8 +4,8 @@
 //! ```text
 //!  BringUp ──SAFE-OP──▶ Lock ──clock within 50 µs, 200 cycles──▶ Start ──OP──▶ Operate
 //!    ▲                   │                                        │              │
-//!    └──── Wait ◀────────┴────────────────────────────────────────┴──────────────┘
-//!       twice a second        no reply, refused                     bus lost, device left OP
+//!  Seek ◀─ Wait ◀────────┴────────────────────────────────────────┴──────────────┘
+//!  answers for 50 ms          no reply, refused: 0.5 s              bus lost, device left OP
 //! ```
 //! ethercrab does what happens once: addresses, SII, mailboxes, FMMUs. Its futures are polled by hand ([`Pump`]), its frames sent
 //! by us: nothing waits but where we say, and there is no second thread. The frame of a cycle is our own

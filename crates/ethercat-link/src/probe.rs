@@ -6,6 +6,8 @@ use fieldbus::BroadcastRead;
 /// Frames that are sent, and how long each is waited for, ns.
 const FRAMES: usize = 200;
 const WAIT_NS: u64 = 5_000_000;
+/// No more frames than this wait in a socket.
+const MOST_WAITING: usize = 1000;
 
 /// What came back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,10 +42,17 @@ pub fn probe(link: &mut impl Link) -> Probe {
     found
 }
 
-/// Asks once who is there: how many devices read the question, from an answer until `until_ns`.
+/// Asks once who is there: how many devices read the question, from an answer until `until_ns`. Frames that came before are thrown away: an
+/// old answer could be taken for this one's.
 pub(crate) fn ask(link: &mut impl Link, index: u8, until_ns: u64) -> Option<u16> {
     let question = BroadcastRead::new(index);
     let mut buffer = [0; 1600];
+    for _ in 0..MOST_WAITING {
+        let now_ns = link.now_ns();
+        if !matches!(link.receive(&mut buffer, now_ns), Ok(Some(_))) {
+            break;
+        }
+    }
     link.send(&question.frame()).ok()?;
     while let Ok(Some(length)) = link.receive(&mut buffer, until_ns) {
         let reply = buffer.get(..length).unwrap_or(&[]);

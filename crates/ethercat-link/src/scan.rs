@@ -79,10 +79,16 @@ async fn look(main: &'static MainDevice<'static>) -> Result<Vec<Found>, BringUpE
         };
         let device_type = number(0x1000, 0).await;
         let mut absent = Vec::new();
-        for object in if is_drive(device_type) { may_be_absent() } else { Vec::new() } {
-            // Of any other size than this it is there all the same.
-            if device.sdo_read::<u32>(object.index, object.sub).await.is_err_and(|error| is_unknown(&error)) {
-                absent.push(object);
+        // A drive file is proposed for a drive alone.
+        if is_drive(device_type) && group.len() == 1 {
+            for object in may_be_absent() {
+                // An object of another size is there all the same.
+                match device.sdo_read::<u32>(object.index, object.sub).await {
+                    Err(error) if is_unknown(&error) => absent.push(object),
+                    // What does not answer this need not be asked for all of them.
+                    Err(Error::Timeout(_)) => break,
+                    _ => {}
+                }
             }
         }
         all.push(Found {

@@ -4,6 +4,7 @@
 mod common;
 
 use common::{PERIOD_NS, Rig, SILENCE_CYCLES, arming, drive_file, go, guard, off};
+use ethercat_link::BringUpError;
 use signals::{BusPhase, FaultCode, Feedback, StepCommand, validity};
 use subdevice::{Hurt, Line, OnMissed, Settings, SyncRow};
 
@@ -138,7 +139,6 @@ fn a_lost_bus_is_a_fault_after_silence_and_comes_back_without_arming() {
         no_leap(&rows, &what);
         assert!(stands(&rows, driver.fault_at.unwrap().1, &what) > 0, "{what}");
         assert!(!rig.bridge.enabled());
-        // Tried once a second; forty lost replies spoil some attempts.
         rig.operate(Some(&off()));
         // The drive itself stopped with a fault, unless its power went: only the operator's reset leaves it.
         rig.step(Some(&off()), true);
@@ -402,7 +402,7 @@ fn ride(rig: &mut Rig, trial: &Trial, what: &str) -> Option<(FaultCode, u64)> {
 
 /// The bus operates again within so many cycles of the trouble's end: it is looked for every cycle, and brought up by the first attempt.
 const BACK_WITHIN_CYCLES: u64 = 600;
-/// Nothing drawn here lasts longer, cycles: a frame is sent in each, whatever the bus does.
+/// Nothing drawn here lasts longer, cycles.
 const LONGEST_HURT_CYCLES: u64 = 10_000;
 
 /// Waits until the trouble is over and the bus operates again, disarmed all the time.
@@ -451,6 +451,42 @@ fn suffers(trial: &Trial, what: &str) {
     } else {
         rig.enabled();
     }
+}
+
+/// As many devices seem to answer as there should not be: nothing is brought up, and that is told.
+#[test]
+fn a_wrong_number_of_devices_is_told_and_left_alone() {
+    let mut rig = Rig::new(Settings::default(), drive_file());
+    rig.operate(Some(&off()));
+    rig.hurt(Hurt::Line(Line::WorkingCounter, 2000));
+    for _ in 0..1900 {
+        rig.step(Some(&off()), false);
+    }
+    assert_eq!(rig.bridge.phase(), BusPhase::Wait);
+    let error = rig.bridge.error();
+    assert!(matches!(error, Some(BringUpError::Count { expected: 1, .. })), "{error:?}");
+    let before = rig.bridge.status().bring_ups;
+    comes_back(&mut rig, "a wrong number of devices");
+    assert_eq!(rig.bridge.status().bring_ups, before + 1, "the first attempt");
+    assert_eq!(rig.bridge.error(), None);
+}
+
+/// A process that stood still while it looked for the drive has heard nothing meanwhile.
+#[test]
+fn a_pause_is_no_answer() {
+    let mut rig = Rig::new(Settings::default(), drive_file());
+    rig.operate(Some(&off()));
+    rig.hurt(Hurt::Cable(200 * MS));
+    let before = rig.bridge.status().bring_ups;
+    while rig.bridge.phase() != BusPhase::Wait {
+        rig.step(Some(&off()), false);
+    }
+    let asked = (1..=60).find(|_| {
+        rig.skip(100);
+        rig.step(Some(&off()), false);
+        rig.bridge.status().bring_ups > before
+    });
+    assert!(asked.is_some_and(|cycles| cycles >= 50), "after {asked:?} cycles that ran");
 }
 
 /// Faults drawn from a seed, in every state of the drive, with an operator who resets and arms again.

@@ -57,7 +57,12 @@ impl Profile {
     /// Whether no frame can do without an object.
     pub fn needs(self, object: Object) -> bool {
         let carried = self.outputs().iter().chain(self.inputs()).any(|(of, _)| *of == object);
-        carried && (self == Self::El2522 || !OPTIONAL.contains(&object))
+        carried && !self.can_do_without(object)
+    }
+
+    /// Whether frames carry an object only where the drive has it.
+    pub fn can_do_without(self, object: Object) -> bool {
+        self == Self::Cia402Csp && OPTIONAL.contains(&object)
     }
 }
 

@@ -142,7 +142,7 @@ codes! {
 codes! {
     /// What the bridge to a real drive is doing with the bus.
     BusPhase {
-        /// Waits for the next attempt to bring it up.
+        /// Waits for the next attempt to bring it up, or asks who is there.
         Wait = 0, "waiting";
         /// From INIT to SAFE-OP.
         BringUp = 1, "bring-up";

@@ -43,7 +43,7 @@ impl Case<'_> {
         Some(self.exchanged((source, tried), &chosen(given), &chosen(&sums), names.collect()))
     }
 
-    /// The channels that agree best with the model in the place of angle and torque, if they do agree, and those given don't.
+    /// The channels that agree best with the model in the place of angle and torque, if they do agree, and are at least twice as near as those given.
     pub(super) fn exchange(&self, source: Source, given: &Sums) -> Option<(Source, Sums)> {
         let of = |tried: Source| {
             (tried, pooled(&self.expected.sums(&windows(self.log, tried), self.log.runs.len())))

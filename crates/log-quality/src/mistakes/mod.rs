@@ -80,18 +80,6 @@ fn intervals_differ(log: &Log) -> Vec<Finding> {
     }]
 }
 
-impl Tried<'_> {
-    /// How many mistakes it is at once.
-    fn count(&self) -> i32 {
-        self.mistake.count + i32::from(self.turned)
-    }
-
-    /// What it leaves, where one mistake is likelier than two.
-    fn cost(&self) -> f64 {
-        pooled(&self.mended).distance() * TWO_MISTAKES.powi(self.count() - 1)
-    }
-}
-
 /// A log held against what is expected of it.
 struct Case<'a> {
     log: &'a Log,
@@ -109,6 +97,18 @@ struct Tried<'a> {
     /// Each run as it is, over the samples that count once mended, too: other samples would be another comparison.
     given: Vec<Sums>,
     mended: Vec<Sums>,
+}
+
+impl Tried<'_> {
+    /// How many mistakes it is at once.
+    fn count(&self) -> i32 {
+        self.mistake.count + i32::from(self.turned)
+    }
+
+    /// What it leaves, where one mistake is likelier than two.
+    fn cost(&self) -> f64 {
+        pooled(&self.mended).distance() * TWO_MISTAKES.powi(self.count() - 1)
+    }
 }
 
 impl Case<'_> {
@@ -219,7 +219,7 @@ impl Case<'_> {
                     && after.distance() <= 0.5 * tried.mistake.agrees
             };
             let runs: Vec<usize> = all.clone().filter(contradicts).filter(explained).collect();
-            // Of many that contradict, a few agree with anything.
+            // Of many runs that contradict the model a few agree after almost any change.
             if 2 * runs.len() >= contradicting && runs.len() > best.as_ref().map_or(0, |(_, runs)| runs.len())
             {
                 best = Some((tried, runs));

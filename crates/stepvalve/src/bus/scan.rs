@@ -3,6 +3,8 @@
 use crate::say::say;
 use anyhow::anyhow;
 use ethercat_link::{Found, PacketLink, scan};
+use fieldbus::Profile;
+use fieldbus::objects::Object;
 use supervisor::{Failure, Outcome};
 
 /// Where to look.
@@ -47,6 +49,11 @@ fn describe(number: usize, device: &Found) {
             let csp = if modes & 0x80 != 0 { "yes" } else { "NO: it can't be used" };
             say(format_args!("   CiA 402 drive; cyclic synchronous position: {csp}"));
         }
+        (Some(_), None) if device.is_drive() => {
+            say(format_args!(
+                "   CiA 402 drive; it does not say which modes it has (0x6502): it must have cyclic synchronous position"
+            ));
+        }
         (Some(kind), _) => say(format_args!("   device type {kind:#010x}, not a CiA 402 drive")),
     }
 }
@@ -57,14 +64,7 @@ fn proposal(device: &Found) -> String {
     let profile = if terminal { "el2522" } else { "cia402-csp" };
     let units = device.units_per_rev.unwrap_or(0);
     let Found { name, vendor, product, revision, .. } = device;
-    let lacks: Vec<_> = device.absent.iter().map(|object| format!("\"{object}\"")).collect();
-    let absent = match lacks.is_empty() {
-        true => String::new(),
-        false => format!(
-            "# Its dictionary does not have these: its manual has to say what it does instead.\nabsent = [{}]\n",
-            lacks.join(", ")
-        ),
-    };
+    let absent = absent(device);
     format!(
         "\nformat = \"stepvalve-drive\"\nformat_version = 1\nname = \"{name}\"\nprofile = \"{profile}\"\n\
          vendor = {vendor:#010x}\nproduct = {product:#010x}\nrevision_min = {revision:#010x}\n\
@@ -72,4 +72,22 @@ fn proposal(device: &Found) -> String {
          direction = \"positive\"          # to be tried, with little current\n\
          position_is_measured = false    # true where 0x6064 comes from an encoder\n{absent}"
     )
+}
+
+/// What the drive's dictionary does not have. What frames can do without is listed; of the rest, limits, ramps and units among it, a person has to
+/// say that the drive needs none of it: until then `run` refuses the drive.
+fn absent(device: &Found) -> String {
+    let list = |objects: &mut dyn Iterator<Item = &Object>| {
+        objects.map(|object| format!("\"{object}\"")).collect::<Vec<_>>().join(", ")
+    };
+    let spared = |object: &&Object| Profile::Cia402Csp.can_do_without(**object);
+    let mut text = String::new();
+    if device.absent.iter().any(|object| spared(&object)) {
+        text += &format!("absent = [{}]\n", list(&mut device.absent.iter().filter(spared)));
+    }
+    if !device.absent.iter().all(|object| spared(&object)) {
+        text += "# Its dictionary lacks some settings. Look in its manual for what it does instead, and if that will do, list them:\n";
+        text += &format!("# absent = [{}]\n", list(&mut device.absent.iter()));
+    }
+    text
 }
