@@ -1,6 +1,6 @@
 //! Another channel in the place of the angle or the torque, in all runs or in some.
 
-use super::{AGREES, Case, LITTLE_IN_COMMON, NEARER};
+use super::{AGREES, Case, LITTLE_IN_COMMON, NEARER, agrees, of_run};
 use crate::expected::{Sums, pooled};
 use crate::finding::{Finding, Kind, Place, Severity, in_runs};
 use crate::windows::{Source, windows};
@@ -13,12 +13,12 @@ impl Case<'_> {
     /// Runs that contradict the model where others agree with it, and agree once two channels are exchanged.
     pub(super) fn some_exchanged(&self, source: Source, given: &[Sums]) -> Option<Finding> {
         let runs = self.log.runs.len();
-        let of = |sums: &[Sums], run: usize| sums.get(run).copied().unwrap_or_default().about_zero();
-        let agrees = |run: usize| of(given, run).tell() && of(given, run).distance() <= AGREES;
-        let suspects: Vec<usize> = (0..runs)
-            .filter(|run| !of(given, *run).tell() || of(given, *run).distance() >= LITTLE_IN_COMMON)
-            .collect();
-        if suspects.is_empty() || !(0..runs).any(agrees) {
+        let is_suspect = |run: &usize| {
+            let given = of_run(given, *run);
+            !given.tell() || given.distance() >= LITTLE_IN_COMMON
+        };
+        let suspects: Vec<usize> = (0..runs).filter(is_suspect).collect();
+        if suspects.is_empty() || !(0..runs).any(|run| agrees(given, run)) {
             return None;
         }
         let mut best: Option<(Source, Vec<Sums>, Vec<usize>)> = None;
@@ -27,9 +27,11 @@ impl Case<'_> {
             // A run that says nothing as it is contradicts nothing. A slow drift in the angle's place goes one way, and any torque agrees
             // with that.
             let is_evidence =
-                |run: usize| of(given, run).tell() || sums.get(run).is_some_and(|of| of.zero().is_some());
-            let agrees = |run: usize| of(&sums, run).tell() && of(&sums, run).distance() <= 0.5 * AGREES;
-            let explained = |run: &usize| agrees(*run) && is_evidence(*run);
+                |run: usize| of_run(given, run).tell() || sums.get(run).is_some_and(|of| of.zero().is_some());
+            let explained = |run: &usize| {
+                let sums = of_run(&sums, *run);
+                sums.tell() && sums.distance() <= 0.5 * AGREES && is_evidence(*run)
+            };
             let explained: Vec<usize> = suspects.iter().copied().filter(explained).collect();
             if explained.len() > best.as_ref().map_or(0, |(.., runs)| runs.len()) {
                 best = Some((tried, sums, explained));

@@ -80,6 +80,17 @@ fn intervals_differ(log: &Log) -> Vec<Finding> {
     }]
 }
 
+/// A run's sums about its own zero; none of a run that no window is of.
+fn of_run(sums: &[Sums], run: usize) -> Sums {
+    sums.get(run).copied().unwrap_or_default().about_zero()
+}
+
+/// Whether a run agrees with the model.
+fn agrees(sums: &[Sums], run: usize) -> bool {
+    let sums = of_run(sums, run);
+    sums.tell() && sums.distance() <= AGREES
+}
+
 /// A log held against what is expected of it.
 struct Case<'a> {
     log: &'a Log,
@@ -202,17 +213,19 @@ impl Case<'_> {
 
     /// Runs that contradict the model where others agree with it, and agree once mended.
     fn some_runs(&self, tried: &[Tried<'_>], given: &[Sums]) -> Option<Finding> {
-        let of = |sums: &[Sums], run: usize| sums.get(run).copied().unwrap_or_default().about_zero();
         let all = 0..self.log.runs.len();
-        let contradicts = |run: &usize| of(given, *run).tell() && of(given, *run).distance() >= CONTRADICTS;
+        let contradicts = |run: &usize| {
+            let given = of_run(given, *run);
+            given.tell() && given.distance() >= CONTRADICTS
+        };
         let contradicting = all.clone().filter(contradicts).count();
-        if !all.clone().any(|run| of(given, run).tell() && of(given, run).distance() <= AGREES) {
+        if !all.clone().any(|run| agrees(given, run)) {
             return None;
         }
         let mut best: Option<(&Tried<'_>, Vec<usize>)> = None;
         for tried in tried.iter().filter(|tried| tried.count() == 1) {
             let explained = |run: &usize| {
-                let (before, after) = (of(&tried.given, *run), of(&tried.mended, *run));
+                let (before, after) = (of_run(&tried.given, *run), of_run(&tried.mended, *run));
                 before.tell()
                     && after.tell()
                     && before.distance() >= CONTRADICTS
