@@ -71,10 +71,23 @@ impl Workplace {
     /// # Errors
     /// Where the program is not built.
     pub fn stepvalve(&self) -> Result<Command> {
-        let mut command = Command::new(beside("stepvalve")?);
+        Ok(self.in_here(Command::new(beside("stepvalve")?)))
+    }
+
+    /// The same, but told to end (SIGTERM) when the thread that started it ends, however that comes.
+    ///
+    /// # Errors
+    /// Where the program is not built.
+    pub fn stepvalve_until_we_end(&self) -> Result<Command> {
+        let mut command = Command::new("setpriv");
+        command.args(["--pdeathsig", "TERM", "--"]).arg(beside("stepvalve")?);
+        Ok(self.in_here(command))
+    }
+
+    fn in_here(&self, mut command: Command) -> Command {
         command.env("XDG_RUNTIME_DIR", self.path("runtime")).env_remove("RUNTIME_DIRECTORY");
         command.stdin(Stdio::null());
-        Ok(command)
+        command
     }
 
     /// Starts a simulation.

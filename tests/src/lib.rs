@@ -26,4 +26,4 @@ pub use fake_machine::FakeMachine;
 pub use instance::end_instance;
 pub use measured_data::measured_data;
 pub use payloads::{Payloads, payloads};
-pub use stalls::{Stalls, despite_stalls, despite_stalls_seen};
+pub use stalls::{despite_stalls, despite_stalls_seen, stood_still_ns};

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::Child;
 use std::thread::sleep;
 use std::time::Duration;
-use stepvalve_tests::{Finished, TestPlace, despite_stalls, despite_stalls_seen};
+use stepvalve_tests::{Finished, TestPlace, despite_stalls, despite_stalls_seen, stood_still_ns};
 
 /// The shipped rotation, with the silence that a machine takes would end by the stalls of virtual machines: 20 cycles.
 const SILENCE_CYCLES: u64 = 20;
@@ -137,7 +137,7 @@ fn the_loop_misses_no_cycle_for_a_killed_recorder() {
         assert_eq!(gap.len(), LOOP.len());
         for (before, after) in gap {
             let late = after.cycles - before.cycles;
-            let stood_ns = stalls.of_core(LOOP_CORE, before.at_ns, after.at_ns);
+            let stood_ns = stood_still_ns(stalls, LOOP_CORE, before.at_ns, after.at_ns);
             let for_stalls: u64 = stood_ns.iter().map(|ns| ns.div_ceil(PERIOD_NS) + 1).sum();
             assert!(
                 late <= for_stalls,

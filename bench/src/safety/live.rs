@@ -192,7 +192,8 @@ impl Session {
         let scenario = place.path("scenario.toml");
         std::fs::write(&scenario, text)?;
         let complaints = place.path("complaints");
-        let mut command = place.stepvalve()?;
+        // An instance must not outlive the one who hurts it: what it leaves on a core falsifies every measurement after.
+        let mut command = place.stepvalve_until_we_end()?;
         command.args(["run", "--instance", "fault", "--allow-injection", "--record", "all", "--out"]);
         command.arg(place.path("record")).arg(&scenario);
         command.envs(environment.iter().map(|(name, value)| (*name, value.as_str())));

@@ -25,6 +25,17 @@ pub struct Outcome {
     pub violations: Vec<String>,
 }
 
+impl Outcome {
+    /// What came later than its bound: its name, the cycles it took, and the bound.
+    pub fn late(&self) -> Vec<(&'static str, u64, u64)> {
+        let measured = [("reaction", self.reaction), ("standstill", self.standstill)];
+        let late = measured.into_iter().filter_map(|(what, measured)| {
+            measured.filter(|(seen, bound)| seen > bound).map(|(seen, bound)| (what, seen, bound))
+        });
+        late.collect()
+    }
+}
+
 /// Trials of one kind.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Row {
@@ -67,10 +78,8 @@ pub struct Tally {
 impl Tally {
     /// Counts a trial. What is beyond its bound is a violation.
     pub fn note(&mut self, mut outcome: Outcome) {
-        for (what, measured) in [("reaction", outcome.reaction), ("standstill", outcome.standstill)] {
-            if let Some((seen, bound)) = measured.filter(|(seen, bound)| seen > bound) {
-                outcome.violations.push(format!("{what} after {seen} cycles, expected at most {bound}"));
-            }
+        for (what, seen, bound) in outcome.late() {
+            outcome.violations.push(format!("{what} after {seen} cycles, expected at most {bound}"));
         }
         let row = self.rows.entry(outcome.fault).or_default();
         row.trials += 1;

@@ -9,7 +9,7 @@ use nix::sys::socket::{
     AddressFamily, LinkAddr, MsgFlags, SockFlag, SockType, SockaddrLike, bind, recv, send, socket,
 };
 use nix::sys::time::TimeSpec;
-use std::os::fd::{AsFd, AsRawFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use thiserror::Error;
 
 /// A socket that can't be had or doesn't work.
@@ -66,11 +66,25 @@ impl PacketSocket {
             Ok(_) => {}
             Err(error) => return Err(PacketError::Receive(error)),
         }
+        self.receive_now(buffer)
+    }
+
+    /// Puts a frame that has come into `buffer`: its length, `None` if none has.
+    ///
+    /// # Errors
+    /// [`PacketError::Receive`].
+    pub fn receive_now(&self, buffer: &mut [u8]) -> Result<Option<usize>, PacketError> {
         match recv(self.descriptor.as_raw_fd(), buffer, MsgFlags::MSG_DONTWAIT) {
             Ok(length) => Ok(Some(length)),
             Err(Errno::EAGAIN | Errno::EINTR) => Ok(None),
             Err(error) => Err(PacketError::Receive(error)),
         }
+    }
+}
+
+impl AsFd for PacketSocket {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.descriptor.as_fd()
     }
 }
 

@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod al;
+mod alarm;
 mod bus;
 mod cia402;
 mod clock;
@@ -28,6 +29,7 @@ mod sii;
 mod watchdog;
 
 pub use al::AlState;
+pub use alarm::Alarm;
 pub use bus::Bus;
 pub use cia402::DriveState;
 pub use device::{Device, SyncRow};

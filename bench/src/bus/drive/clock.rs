@@ -4,7 +4,7 @@ use super::ride::{PERIOD_NS, PLACE_NS, Ride, drive};
 use crate::output::{Sheet, us};
 use crate::programs::Workplace;
 use crate::progress::Progress;
-use crate::stalls::{Stalls, within};
+use crate::stalls::{watch, within};
 use crate::timing::Times;
 use anyhow::Result;
 use realtime::now_ns;
@@ -78,7 +78,7 @@ fn ride(drift_ppb: i64, cycles: u64) -> Result<Seen> {
     let log = place.path("drive.csv");
     let drift = drift_ppb.to_string();
     let drive = drive(&["--log", &log.display().to_string(), "--drift", &drift])?;
-    let stalls = Stalls::watch();
+    let stalls = watch();
     let began_ns = now_ns();
     let mut ride = Ride::start(PATIENT_CYCLES)?;
     ride.operate()?;
@@ -88,7 +88,7 @@ fn ride(drift_ppb: i64, cycles: u64) -> Result<Seen> {
     }
     let ended_ns = now_ns();
     drive.end()?;
-    let stalls = stalls.end();
+    let stalls = stalls.seen();
     let mut seen = Seen {
         to_op_ns,
         ages: Times::new()?,

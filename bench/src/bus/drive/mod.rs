@@ -50,5 +50,7 @@ fn scheduling(obtained: &Obtained) -> String {
     let priority = obtained.priority.map_or("the normal scheduler".to_owned(), |p| format!("SCHED_FIFO {p}"));
     let core = obtained.core.map_or("any core".to_owned(), |core| format!("core {core}"));
     let memory = if obtained.memory_locked { "memory locked" } else { "memory not locked" };
-    format!("bridge: {priority}, {core}, {memory}; echo and drive: SCHED_FIFO 90 where granted, any core")
+    format!(
+        "bridge: {priority}, {core}, {memory}; echo and drive: SCHED_FIFO 90 where granted, on the same core"
+    )
 }

@@ -2,7 +2,8 @@
 
 use super::faults::{Fault, Trouble};
 use crate::safety::tally::Outcome;
-use crate::stalls::{Times, within};
+use crate::stalls::within;
+use machine_stalls::Stall;
 use std::time::Duration;
 use subdevice::SyncRow;
 
@@ -16,6 +17,8 @@ const RAMP_CYCLES: u64 = 24;
 const PAUSE_NS: u64 = 3_000_000;
 /// The bus has to operate again within so long of the trouble's end, or of the restart of processes, ns.
 const BACK_WITHIN_NS: u64 = 2_000_000_000;
+/// So many cycles of a late stop are shown.
+const SHOWN_CYCLES: usize = 100;
 /// The drive follows, by its status word.
 const MASK: u16 = 0x6F;
 const ENABLED: u16 = 0x27;
@@ -53,7 +56,7 @@ impl Told {
 }
 
 /// Judges a trial by the rows of its time. Cycles in which the machine stood still are not counted.
-pub(super) fn judged(told: &Told, rows: &[SyncRow], stalls: &Times) -> Outcome {
+pub(super) fn judged(told: &Told, rows: &[SyncRow], stalls: &[Stall]) -> Outcome {
     let from = rows.partition_point(|row| row.host_ns < told.at_ns);
     let until = rows.partition_point(|row| row.host_ns < told.until_ns);
     let own = rows.get(from..until).unwrap_or(&[]);
@@ -86,6 +89,9 @@ pub(super) fn judged(told: &Told, rows: &[SyncRow], stalls: &Times) -> Outcome {
         let last_ns = told.at_ns + (told.fault.ramp_by + RAMP_CYCLES) * 1_000_000;
         let stalled = within(stalls, told.at_ns, last_ns).div_ceil(1_000_000);
         stop((told, stalled), before, own, &mut outcome, &mut violations);
+        if !outcome.late().is_empty() {
+            outcome.exact.push_str(&cycles_in_words(told.at_ns, own, stalls));
+        }
     }
     if told.fault.trouble == Trouble::Enabling(1_000_000)
         && own.iter().any(|row| row.status & MASK == ENABLED)
@@ -131,6 +137,25 @@ fn stop(
     if let Some(row) = first.iter().skip(left).find(|row| row.status & MASK == ENABLED) {
         violations.push(format!("enabled again by itself: {row:?}"));
     }
+}
+
+/// What a stop that came too late is understood from: for each cycle its time since the fault, ms, its micro-steps, the drive's
+/// status and control words, and whether its outputs were old; and the machine's stalls, ms.
+fn cycles_in_words(at_ns: u64, own: &[SyncRow], stalls: &[Stall]) -> String {
+    let ms = |ns: u64| (ns as f64 - at_ns as f64) / 1e6;
+    let cycles = own.iter().take(SHOWN_CYCLES).map(|row| {
+        let old = if row.fresh { "" } else { " old" };
+        format!("{:.2} {} {:#x} {:#x}{old}", ms(row.host_ns), way(row), row.status, row.control)
+    });
+    let until_ns = own.iter().take(SHOWN_CYCLES).next_back().map_or(at_ns, |row| row.host_ns);
+    let near = stalls.iter().filter(|stall| stall.within_ns(at_ns, until_ns) > 0);
+    let near =
+        near.map(|stall| format!("core {} {:.2} to {:.2}", stall.core, ms(stall.from_ns), ms(stall.to_ns)));
+    format!(
+        "; cycles: {}; stalls: {}",
+        cycles.collect::<Vec<_>>().join(", "),
+        near.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// How many rows there are before the clock pauses. Without SYNC0 there are no pulses: the drive's power is off, or its clock was

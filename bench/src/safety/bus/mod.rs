@@ -13,7 +13,7 @@ use super::tally::{Outcome, Tally};
 use crate::programs::{Workplace, beside};
 use crate::progress::Progress;
 use crate::scenario::repository;
-use crate::stalls::Stalls;
+use crate::stalls::watch;
 use anyhow::{Context, Result};
 use faults::{Fault, Trouble};
 use injection::SplitSeed;
@@ -61,7 +61,7 @@ pub(super) fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> 
         let place = Workplace::new()?;
         // Drives differ in what they do without fresh outputs: some stand, some go on.
         extrapolates = !extrapolates;
-        let stalls = Stalls::watch();
+        let stalls = watch();
         let mut campaign = OnADrive::start(&place, &text, extrapolates)?;
         let mut all = Vec::new();
         while all.len() as u64 <= PER_INSTANCE && done < trials && campaign.deaths < MOST_DEATHS {
@@ -75,7 +75,7 @@ pub(super) fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> 
         }
         let mut wrong = campaign.end()?;
         wrong.extend(leftovers(&place, "fault"));
-        let (rows, stalls) = (read_log(&place.path("drive.csv"))?, stalls.end());
+        let (rows, stalls) = (read_log(&place.path("drive.csv"))?, stalls.seen());
         all.iter().for_each(|told| tally.note(judged(told, &rows, &stalls)));
         if all.is_empty() || !wrong.is_empty() {
             let violations = if wrong.is_empty() { vec!["the valve did not turn".to_owned()] } else { wrong };

@@ -7,7 +7,7 @@ use std::io::{BufRead, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use subdevice::{Bus, Device, Hurt, Kind, OnMissed, Settings, SyncRow, Valve, write_log};
+use subdevice::{Alarm, Bus, Device, Hurt, Kind, OnMissed, Settings, SyncRow, Valve, write_log};
 
 /// EtherType of EtherCAT.
 const ETHERTYPE: u16 = 0x88A4;
@@ -96,6 +96,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .with_context(|| format!("--interface {}", arguments.interface))?;
     // A device has a processor of its own; a test's machine may refuse even a priority.
     let _guard = obtain(&Wanted { core: None, priority: Some(90), lock_memory: false });
+    let mut alarm = Alarm::new().context("timer")?;
     let orders = listen();
     answer("ready")?;
     let mut rows: Vec<SyncRow> = Vec::with_capacity(1 << 20);
@@ -116,7 +117,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let sleep_until = now_ns() + LONGEST_SLEEP_NS;
         let until = bus.next_event_ns().map_or(sleep_until, |event| event.min(sleep_until));
         // A link that goes down ends a wait with an error; the link may come back.
-        if let Ok(Some(length)) = socket.receive(&mut buffer, until) {
+        let _ = alarm.wait(&socket, now_ns(), until);
+        if let Ok(Some(length)) = socket.receive_now(&mut buffer) {
             bus.send(buffer.get(..length).unwrap_or(&[]), now_ns());
         }
         let now = now_ns();
