@@ -1,7 +1,8 @@
 //! One instance of a name; any number of different names.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
-use stepvalve_tests::{Finished, TestPlace, despite_stalls};
+use nix::sys::signal::Signal;
+use stepvalve_tests::{Finished, TestPlace, despite_stalls, end_instance};
 
 #[test]
 fn a_second_instance_of_a_name_is_refused_and_another_name_runs_beside() {
@@ -30,4 +31,28 @@ fn a_run_is_never_overwritten() {
     let refused = place.simulate(&scenario, "in-process", "out").expect_code(2);
     assert!(refused.stderr.contains("run.h5 exists"), "{}", refused.stderr);
     assert!(before == std::fs::read(place.path("out/run.h5")).unwrap());
+}
+
+/// Two records in one folder stand in each other's way: the second is refused before anything moves.
+#[test]
+fn a_folder_with_the_record_of_another_instance_is_refused() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("sine-1hz.toml", 0.2, &[]);
+    place.simulate(&scenario, "in-process", "simulated").expect_code(0);
+    let run = |name: &str, out: &str| {
+        let mut command = place.command("stepvalve");
+        command.args(["run", "--instance", name, "--out"]).arg(place.path(out)).arg(&scenario);
+        Finished::from(command.output().unwrap())
+    };
+    let refused = run("one", "simulated").expect_code(2);
+    assert!(refused.stderr.contains("simulated holds a simulation's run.h5"), "{}", refused.stderr);
+    let first = place.start_instance("one", &["--record", "all"], &scenario, &place.path("out"));
+    place.wait_for("its record", || place.path("out/run-0001.mcap").exists().then_some(()));
+    let refused = run("two", "out").expect_code(2);
+    assert!(refused.stderr.contains("holds the record of the instance \"one\""), "{}", refused.stderr);
+    end_instance(first, Signal::SIGTERM).expect_code(0);
+    // A later start of the same instance goes on beside what it wrote before.
+    let again = place.start_instance("one", &["--record", "all"], &scenario, &place.path("out"));
+    end_instance(again, Signal::SIGTERM).expect_code(0);
+    place.assert_nothing_left(&["one", "two"]);
 }

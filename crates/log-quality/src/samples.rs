@@ -168,7 +168,9 @@ fn clipped(log: &Log) -> Vec<Finding> {
             let moving: Vec<(&Run, &[f64])> =
                 runs.iter().copied().filter(|(_, values)| stands_still(values, rails) < STILL).collect();
             let at = at_rail(moving.into_iter(), rail, rails);
-            if at.unlikely < UNLIKELY || !piles_up(&at, signed(), sign * rail) {
+            // A closed valve has no flow, and a pump at rest makes no pressure.
+            let is_none = channel != Channel::Torque && rail == 0.0;
+            if is_none || at.unlikely < UNLIKELY || !piles_up(&at, signed(), sign * rail) {
                 continue;
             }
             let (run, from, to) = at.first.unwrap_or_default();

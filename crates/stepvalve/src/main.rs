@@ -64,13 +64,13 @@ struct Arguments {
 enum Command {
     /// Run a scenario in closed loop and write DIR/run.h5 and DIR/run.html
     Simulate(simulate::Arguments),
-    /// Run the valve without an end, in real time, until it is told to stop
+    /// Run the valve in real time until Ctrl-C or SIGTERM, which stop it first
     Run(run::Arguments),
     /// Begin to follow set-points
     Arm(operator::Plain),
     /// Find the angle's zero and align the motor's teeth to the encoder
     Home(operator::Plain),
-    /// Stop the valve and hold
+    /// Stop the valve, then take its current away, or hold it, as the scenario says (holds_when_disarmed)
     Disarm(operator::Plain),
     /// Leave a fault; the valve stays disarmed
     Reset(operator::Plain),

@@ -111,15 +111,15 @@ struct SetParameter {
 #[derive(Debug, Args)]
 struct SetValue {
     /// The value, with its unit
-    #[arg(allow_hyphen_values = true)]
-    value: String,
+    #[arg(allow_hyphen_values = true, required = true, num_args = 1..=2)]
+    value: Vec<String>,
 }
 
 #[derive(Debug, Args)]
 struct SetFlow {
     /// The flow, with its unit
-    #[arg(allow_hyphen_values = true)]
-    value: String,
+    #[arg(allow_hyphen_values = true, required = true, num_args = 1..=2)]
+    value: Vec<String>,
     /// The pressure drop that it is meant at (2MPa); without, the measured one, followed as it changes
     #[arg(long, value_name = "PRESSURE")]
     pressure_drop: Option<String>,
@@ -159,12 +159,12 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
         Ok(Request::Set { kind, value: quantity(value, dimension)?, pressure_drop_pa: None })
     };
     let request = match &arguments.what {
-        Settable::Angle(set) => of(SetPointKind::Angle, &set.value, Dimension::Angle)?,
-        Settable::Opening(set) => of(SetPointKind::Opening, &set.value, Dimension::Ratio)?,
-        Settable::Speed(set) => of(SetPointKind::Speed, &set.value, Dimension::Speed)?,
+        Settable::Angle(set) => of(SetPointKind::Angle, &set.value.concat(), Dimension::Angle)?,
+        Settable::Opening(set) => of(SetPointKind::Opening, &set.value.concat(), Dimension::Ratio)?,
+        Settable::Speed(set) => of(SetPointKind::Speed, &set.value.concat(), Dimension::Speed)?,
         Settable::Flow(set) => Request::Set {
             kind: SetPointKind::Flow,
-            value: quantity(&set.value, Dimension::Flow)?,
+            value: quantity(&set.value.concat(), Dimension::Flow)?,
             pressure_drop_pa: set
                 .pressure_drop
                 .as_deref()
@@ -249,34 +249,42 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, Failure> {
 /// [`Failure::Input`] where none runs, or several do and none is named.
 pub fn find(which: &Which) -> Result<PathBuf, Failure> {
     let base = base_folder()?;
-    if let Some(name) = &which.instance {
-        let socket = socket_path(&instance_folder(&base, name));
-        return if socket.exists() {
-            Ok(socket)
-        } else {
-            Err(Failure::Input(anyhow!("no instance \"{name}\" runs ({} is missing)", socket.display())))
-        };
+    let named = which.instance.as_ref().map(|name| socket_path(&instance_folder(&base, name)));
+    if let Some(socket) = named.filter(|socket| socket.exists()) {
+        return Ok(socket);
     }
-    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
     // One that was killed leaves its socket behind.
-    let running: Vec<_> = instances(&base, &locks)
-        .into_iter()
-        .filter(FoundInstance::listens)
-        .map(|found| socket_path(&found.folder))
-        .collect();
-    match running.as_slice() {
-        [one] => Ok(one.clone()),
-        [] => Err(Failure::Input(anyhow!(
-            "no instance runs under {}; `stepvalve list` looks elsewhere too",
+    meant(&base, which, FoundInstance::listens).map(|found| socket_path(&found.folder))
+}
+
+/// The instance that is meant, of those under `base` that `run`.
+///
+/// # Errors
+/// [`Failure::Input`] where it doesn't, none does, or several do and none is named; it says which do.
+pub fn meant(
+    base: &Path,
+    which: &Which,
+    run: impl Fn(&FoundInstance) -> bool,
+) -> Result<FoundInstance, Failure> {
+    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
+    let mut running: Vec<_> = instances(base, &locks).into_iter().filter(run).collect();
+    let names = running.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
+    let name = which.instance.as_ref().map(ToString::to_string);
+    let wrong = match (&name, running.len()) {
+        (_, 0) => format!(
+            "no instance{} runs under {}; `stepvalve run SCENARIO.toml --instance NAME --out DIR` starts one, \
+             `stepvalve list` looks elsewhere too",
+            name.map_or(String::new(), |name| format!(" \"{name}\"")),
             base.display()
-        ))),
-        several => {
-            let names = several.iter().filter_map(|socket| socket.parent()?.file_name()?.to_str());
-            let names: Vec<_> = names.collect();
-            Err(Failure::Input(anyhow!(
-                "several instances run: --instance takes one of {}",
-                names.join(", ")
-            )))
+        ),
+        (Some(name), _) if running.iter().all(|found| found.name != *name) => {
+            format!("no instance \"{name}\" runs, but {names}")
         }
-    }
+        (None, 2..) => format!("several instances run: --instance takes one of {names}"),
+        (name, _) => {
+            let place = running.iter().position(|found| name.as_ref().is_none_or(|name| found.name == *name));
+            return Ok(running.swap_remove(place.unwrap_or(0)));
+        }
+    };
+    Err(Failure::Input(anyhow!("{wrong}")))
 }

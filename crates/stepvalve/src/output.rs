@@ -4,7 +4,7 @@ use crate::files::name;
 use anyhow::{Context, anyhow};
 use processes::{SegmentName, segments_in};
 use std::path::{Path, PathBuf};
-use supervisor::Failure;
+use supervisor::{Failure, InstanceName};
 
 /// Where a run's files go.
 pub struct Output {
@@ -30,10 +30,28 @@ impl Output {
     /// The folder of an instance, which goes on where an earlier start of it ended.
     ///
     /// # Errors
-    /// [`Failure::Input`] where it can't be made.
-    pub fn of_instance(folder: &Path) -> Result<Self, Failure> {
+    /// [`Failure::Input`] where it can't be made, or holds the record of another instance or of a simulation: the two would stand in each
+    /// other's way, and be no record together.
+    pub fn of_instance(folder: &Path, instance: &InstanceName) -> Result<Self, Failure> {
+        let output = Self { folder: folder.to_owned() };
+        let taken = |by: String| {
+            Failure::Input(anyhow!("{} holds {by}: give --out a folder of its own", name(folder)))
+        };
+        if output.run_h5().exists() {
+            return Err(taken("a simulation's run.h5".to_owned()));
+        }
+        // A segment that can't be read stands in nobody's way: the next one gets another number.
+        let infos = output.segments().into_iter().filter_map(|path| recording::read_info(&path).ok());
+        if let Some(other) = infos.map(|info| info.instance).find(|other| *other != instance.to_string()) {
+            return Err(taken(format!("the record of the instance \"{other}\"")));
+        }
         std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
-        Ok(Self { folder: folder.to_owned() })
+        Ok(output)
+    }
+
+    /// A folder that a run was written to.
+    pub fn of_run(folder: &Path) -> Self {
+        Self { folder: folder.to_owned() }
     }
 
     /// The run file.

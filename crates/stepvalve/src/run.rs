@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Name of the instance: what `stepvalve status --instance NAME` and the others ask for
     #[arg(long, value_name = "NAME")]
     instance: InstanceName,
-    /// Folder for the record and the timing of slow cycles
+    /// Folder for the record and the timing of slow cycles: a new one, or that of an earlier start of this instance
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// What to record: `none`, `all`, or `ring=SIZE`, the newest segments of that size together (500MB, 2GB) and those
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for warning in loaded.scenario.warnings() {
         complain(format_args!("note: {warning}"));
     }
-    let output = Output::of_instance(&arguments.out)?;
+    let output = Output::of_instance(&arguments.out, &arguments.instance)?;
     if let Keep::Ring { bytes } = arguments.record {
         let length = holds(bytes, loaded.scenario.period_ns, loaded.bridge.is_some());
         complain(format_args!(
@@ -126,7 +126,7 @@ fn report(out: &Path, json: bool, ending: &Ending) -> Result<(), Failure> {
         0 | 1 => say("stopped"),
         starts => say(format_args!("stopped; the processes were started {starts} times")),
     }
-    let output = Output::of_instance(out)?;
+    let output = Output::of_run(out);
     let segments = output.segments();
     if !segments.is_empty() {
         let folder = output.folder().display();

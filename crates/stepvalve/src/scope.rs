@@ -1,13 +1,13 @@
 //! `stepvalve scope`: a running instance in a browser, on this machine alone.
 
-use crate::operator::Which;
+use crate::operator::{Which, meant};
 use crate::say::say;
 use anyhow::{Context, anyhow};
 use config::parse_scenario;
 use scope::{Opened, Options, serve};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use supervisor::{Failure, Interruption, Outcome, base_folder, instance_folder, instances, whereabouts};
+use supervisor::{Failure, FoundInstance, Interruption, Outcome, base_folder, whereabouts};
 
 /// The longest past that is held: each second of a 1 kHz loop takes about 2 MB.
 const MOST_HISTORY: Duration = Duration::from_secs(600);
@@ -68,26 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// The folder of the instance that is meant: one of `run`, or a simulation, which takes no orders and can be looked at.
 fn find(which: &Which) -> Result<PathBuf, Failure> {
-    let base = base_folder()?;
-    if let Some(name) = &which.instance {
-        let folder = instance_folder(&base, name);
-        let runs = whereabouts(&folder).is_ok();
-        return if runs { Ok(folder) } else { Err(Failure::Input(anyhow!("no instance \"{name}\" runs"))) };
-    }
-    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
-    let alive = instances(&base, &locks).into_iter().filter(|found| found.alive);
-    let running: Vec<_> = alive.filter(|found| whereabouts(&found.folder).is_ok()).collect();
-    match running.as_slice() {
-        [one] => Ok(one.folder.clone()),
-        [] => Err(Failure::Input(anyhow!("nothing runs under {}", base.display()))),
-        several => {
-            let names: Vec<_> = several.iter().map(|found| found.name.as_str()).collect();
-            Err(Failure::Input(anyhow!(
-                "several instances run: --instance takes one of {}",
-                names.join(", ")
-            )))
-        }
-    }
+    let shows = |found: &FoundInstance| found.alive && whereabouts(&found.folder).is_ok();
+    Ok(meant(&base_folder()?, which, shows)?.folder)
 }
 
 fn check(arguments: &Arguments) -> Result<(), Failure> {

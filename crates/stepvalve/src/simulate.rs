@@ -172,7 +172,7 @@ pub fn conclude(simulation: &Simulation, ending: Ending) -> Result<Outcome, Fail
     }
     summary.failure = ending.failure;
     summary.recorder_restarts = ending.recorder_restarts;
-    tell(simulation, summary, &Output::of_instance(&simulation.out)?, !ending.interrupted)
+    tell(simulation, summary, &Output::of_run(&simulation.out), !ending.interrupted)
 }
 
 fn tell(

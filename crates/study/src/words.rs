@@ -325,10 +325,7 @@ fn sentence_beside(cause: &Cause, found: &Found) -> String {
 /// A cause in words, in a log of which this channel is predicted.
 pub fn sentence(cause: &Cause, predicted: Channel) -> String {
     let value = |key: &str| cause.parameters.get(key).map_or(f64::NAN, |of| of.value);
-    let percent = |key: &str| {
-        let off = 100.0 * (value(key) - 1.0);
-        format!("{} % {}", short(off.abs()), if off < 0.0 { "below" } else { "above" })
-    };
+    let times = |than: &str| cause.parameters.get("factor").map_or(String::new(), |of| off(of, than));
     let size = amplitude(cause);
     match cause.id {
         EffectId::CoulombLevel
@@ -342,9 +339,9 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
         | EffectId::LoadInertia
         | EffectId::HoldingTorqueLevel => {
             let number = cause.id.spec().folded_into.map_or(cause.id.name(), |number| number.label);
-            format!("{} is {} the model's", with_capital(number), percent("factor"))
+            format!("{} is {}", with_capital(number), times("the model's"))
         }
-        EffectId::TorqueGain => format!("The torque channel reads {} the true torque", percent("factor")),
+        EffectId::TorqueGain => format!("The torque channel reads {}", times("the true torque")),
         EffectId::PressureDependentFriction => {
             format!("The rig's friction rises {} % per MPa of pressure drop", short(100.0 * value("gain")))
         }
@@ -412,6 +409,20 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
     }
 }
 
+/// By how much a factor is off 1. Where a search took it to its bound, how far it goes is not known.
+fn off(factor: &ParameterFound, than: &str) -> String {
+    let (value, [from, to]) = (factor.value, factor.ci95);
+    let side = if value < 1.0 { "below" } else { "above" };
+    if from < to && (value <= from || value >= to) {
+        return format!(
+            "far {side} {than}; how far, these data can't say ({} to {} times it)",
+            short(from),
+            short(to)
+        );
+    }
+    format!("{} % {side} {than}", short(100.0 * (value - 1.0).abs()))
+}
+
 fn direction(cause: &Cause) -> String {
     // Of a part that may as well be none there is nothing to say, if there is another.
     let clear = |of: &ParameterFound| of.ci95[0] > 0.0 || of.ci95[1] < 0.0;
@@ -445,14 +456,32 @@ fn amplitude(cause: &Cause) -> f64 {
 mod tests {
     use super::*;
 
+    fn of(value: f64, from: f64, to: f64) -> ParameterFound {
+        ParameterFound { value, std_error: 0.0, ci95: [from, to], unit: "1".to_owned() }
+    }
+
+    #[test]
+    fn a_factor_at_its_bound_is_no_finding_of_a_size() {
+        for ((value, from, to), wanted) in [
+            ((1.2, 1.1, 1.3), "20.0 % above the model's"),
+            ((0.5, 0.4, 0.6), "50.0 % below the model's"),
+            (
+                (50.0, 0.0, 50.0),
+                "far above the model's; how far, these data can't say (0.00 to 50.0 times it)",
+            ),
+            (
+                (0.02, 0.02, 0.4),
+                "far below the model's; how far, these data can't say (0.0200 to 0.400 times it)",
+            ),
+            // Known exactly, as a noise-free log lets it.
+            ((1.2, 1.2, 1.2), "20.0 % above the model's"),
+        ] {
+            assert_eq!(off(&of(value, from, to), "the model's"), wanted);
+        }
+    }
+
     #[test]
     fn a_narrow_interval_is_told_from_its_value() {
-        let of = |value, from, to| ParameterFound {
-            value,
-            std_error: 0.0,
-            ci95: [from, to],
-            unit: "1".to_owned(),
-        };
         let said = |value, from, to| with_interval(&of(value, from, to)).join(" ");
         for ((value, from, to), wanted) in [
             ((1.317, 1.2, 1.43), "1.32 1.20 1.43"),

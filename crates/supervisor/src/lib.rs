@@ -17,6 +17,7 @@ mod child;
 mod clients;
 mod control;
 mod disarm;
+mod drive_fault;
 mod exit;
 mod generation;
 mod handover;

@@ -157,7 +157,7 @@ impl Generation<'_> {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
                 let fault =
                     fault.map_or(String::new(), |fault| format!(" ({fault}); first: stepvalve reset"));
-                Answer::refused(format!("{other}: the controller is in {state}{fault}"))
+                Answer::refused(format!("{other}; the controller's state: {state}{fault}"))
             }
             None => Answer::refused("the controller's answer means nothing"),
         }

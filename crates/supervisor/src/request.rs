@@ -23,7 +23,7 @@ pub enum Request {
     Arm,
     /// Find the angle's zero.
     Home,
-    /// Stop the valve and hold.
+    /// Stop the valve; then without current, or holding, as the scenario says.
     Disarm,
     /// Leave a fault.
     Reset,

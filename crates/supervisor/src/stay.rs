@@ -107,7 +107,10 @@ fn generation(
     };
     notify::ready(setup.generation);
     let name = &setup.mission.name;
-    generation.note(EventKind::Ready, format!("ready, disarmed; arm with: stepvalve arm --instance {name}"));
+    generation.note(
+        EventKind::Ready,
+        format!("ready, disarmed; arm with: stepvalve arm --instance {name}; Ctrl-C ends it"),
+    );
     while generation.goes_on() {
         generation.look_around();
         generation.answer_waiting();

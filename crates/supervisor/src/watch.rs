@@ -1,5 +1,6 @@
 //! What the supervisor sees of the loop on the bus: the newest of each message, and who is late or silent.
 
+use crate::drive_fault::DriveFault;
 use crate::journal::{Seen, advice, reason};
 use crate::status::{DriveBus, ProcessStatus, Status};
 use anyhow::Result;
@@ -71,7 +72,7 @@ pub struct Watch {
     recorder: Option<Heard<RecorderProgress>>,
     timing: Vec<Timing>,
     /// Why the plant side stopped the valve by itself.
-    drive_fault: FaultCode,
+    drive_fault: DriveFault,
 }
 
 impl Watch {
@@ -95,7 +96,7 @@ impl Watch {
             bus: realtime.then(|| bus.cycle_reader(Source::Plant)).transpose()?,
             recorder: realtime.then(|| Heard::open(bus, Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
-            drive_fault: FaultCode::None,
+            drive_fault: DriveFault::NONE,
         })
     }
 
@@ -138,15 +139,15 @@ impl Watch {
         self.status.newest.and(Some(self.status.at.elapsed())).filter(|age| *age > self.silence)
     }
 
-    /// Remembers why the plant side stopped the valve: it says so no longer once it hears the controller again.
     fn remember_drive_fault(&mut self) {
-        let told = self.feedback().and_then(|feedback| FaultCode::from_code(feedback.body.drive_fault));
-        let fault = self.status.newest.map_or(0, |status| status.body.fault);
-        match told {
-            Some(told) if told != FaultCode::None => self.drive_fault = told,
-            _ if fault == FaultCode::None.code() => self.drive_fault = FaultCode::None,
-            _ => {}
-        }
+        let plant = self.feedback().and_then(|feedback| {
+            Some((feedback.header.cycle, FaultCode::from_code(feedback.body.drive_fault)?))
+        });
+        let controller = self
+            .status
+            .newest
+            .and_then(|status| Some((status.header.cycle, FaultCode::from_code(status.body.fault)?)));
+        self.drive_fault.take(plant, controller);
     }
 
     /// What the journal compares; `None` before the controller's first word.
@@ -157,7 +158,7 @@ impl Watch {
         Some(Seen {
             state: ControllerState::from_code(status.state)?,
             fault: FaultCode::from_code(status.fault)?,
-            drive_fault: self.drive_fault,
+            drive_fault: self.drive_fault.fault(),
             fault_cycle: status.fault_cycle,
             alarms: status.alarms,
             silent: silent.map(|timing| timing.source.name()).collect(),
@@ -206,7 +207,7 @@ impl Watch {
         let faulty = fault.filter(|fault| *fault != FaultCode::None);
         let since = newest.map_or(0, |message| message.header.cycle.saturating_sub(status.fault_cycle));
         let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
-        let drive_fault = self.drive_fault;
+        let drive_fault = self.drive_fault.fault();
         let reference = self.reference().map(|message| message.body).unwrap_or_default();
         // A recorder that has never said anything is not there: nothing is recorded.
         let recorder_silent = self

@@ -62,17 +62,34 @@ pub(crate) fn asked<T>(
     source.asked.into_visits()
 }
 
+/// What follows so many mistakes of syntax follows from them, or the text is none of ours.
+const MOST_SYNTAX_ERRORS: usize = 5;
+
 /// Parses a text as TOML; reports what is wrong with it and gives `None` then. Depth of nesting is bounded by `toml`.
 pub(crate) fn parse_document<'a>(text: &'a str, source: &Source<'a>) -> Option<DeTable<'a>> {
     if !source.has_sane_size() {
         return None;
     }
     let (document, errors) = DeTable::parse_recoverable(text);
-    for error in &errors {
-        let span = error.span().unwrap_or(0..0);
-        source.report(span.start, "", error.message().to_owned(), "valid TOML");
+    for error in errors.iter().take(MOST_SYNTAX_ERRORS) {
+        let start = error.span().unwrap_or(0..0).start;
+        match quantity_at(text, start) {
+            Some(value) => source.report(start, "", value.to_owned(), format!("quotes: \"{value}\"")),
+            None => source.report(start, "", error.message().to_owned(), "valid TOML"),
+        }
     }
     errors.is_empty().then(|| document.into_inner())
+}
+
+/// What stands for a value at a place where the text is no TOML, if it is a number with a unit that lacks its quotes.
+fn quantity_at(text: &str, place: usize) -> Option<&str> {
+    let begin = text.get(..place)?.rfind('\n').map_or(0, |end| end + 1);
+    let line = text.get(begin..)?.lines().next()?;
+    let (_, value) = line.split_once('=')?;
+    let value = value.split('#').next()?.trim();
+    let unit = value.trim_start_matches(|c: char| c.is_ascii_digit() || "+-.".contains(c)).trim_start();
+    let is_unit = unit.chars().all(|c| c.is_alphabetic() || "/^*·²³%°".contains(c) || c.is_ascii_digit());
+    (unit.len() < value.len() && !unit.is_empty() && is_unit).then_some(value)
 }
 
 /// A table, the keys asked of it so far, and its place.

@@ -34,7 +34,7 @@ use supervisor::{Failure, Outcome};
 /// What to hold against what.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Measured runs (valve-log): torque against angle, or angle against angle_command. Several logs are diagnosed as one
+    /// Measured runs (valve-log, or the folder of a run): torque against angle, or angle against angle_command. Several logs are diagnosed as one
     #[arg(long = "log", value_name = "LOG.h5", required = true, num_args = 1..)]
     logs: Vec<PathBuf>,
     /// The model

@@ -16,6 +16,8 @@ const LEFTOVERS: Topic = Topic {
     why: "Shared memory of processes that were killed stays until somebody removes it, and counts as memory in use.",
 };
 
+/// So many are told one by one.
+const MOST_TOLD: usize = 4;
 /// Where POSIX shared memory appears as files.
 const SHARED_MEMORY: &str = "/dev/shm";
 
@@ -56,7 +58,10 @@ fn describe(dead: &[PathBuf], orphans: &[Orphan]) -> String {
         let Orphan { prefix, files, bytes } = orphan;
         format!("{files} files {SHARED_MEMORY}/{prefix}* ({} kB)", bytes >> 10)
     });
-    folders.chain(memory).collect::<Vec<_>>().join("; ")
+    let told: Vec<String> = folders.chain(memory).collect();
+    let others = told.len().saturating_sub(MOST_TOLD);
+    let others = (others > 0).then(|| format!("and {others} more, which the commands name"));
+    told.into_iter().take(MOST_TOLD).chain(others).collect::<Vec<_>>().join("; ")
 }
 
 fn fix(dead: &[PathBuf], orphans: &[Orphan]) -> String {

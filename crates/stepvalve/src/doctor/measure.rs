@@ -175,7 +175,9 @@ fn finish(mut child: Child, duration: Duration, bar: &ProgressBar) -> Result<Str
 }
 
 fn read_cyclictest(text: &str, core: usize, target: &Target) -> Result<Measurement> {
-    let output: Output = serde_json::from_str(text)?;
+    // Some versions print a line behind it.
+    let mut values = serde_json::Deserializer::from_str(text).into_iter::<Output>();
+    let output = values.next().context("nothing")??;
     let thread = output.thread.get("0").context("no thread 0")?;
     let mut latencies = histogram()?;
     for (us, count) in &thread.histogram {

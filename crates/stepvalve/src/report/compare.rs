@@ -8,7 +8,7 @@ use crate::files::{name, run_file};
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers::{self, Limits};
-use ::report::{Block, Level, Marker, Page, Panel, Section, Strip, TimeAxis, TimePlots};
+use ::report::{Block, Level, Line, Marker, Page, Panel, Section, Strip, TimeAxis, TimePlots};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, Outcome};
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// The page to write
     #[arg(long, value_name = "compare.html")]
     out: PathBuf,
+    /// Replace the page that is there
+    #[arg(long)]
+    force: bool,
 }
 
 /// What to show, and what that may take.
@@ -49,8 +52,8 @@ pub struct Limited {
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
-    if out.exists() {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    if out.exists() && !arguments.force {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
     }
     let [a, b] = [&arguments.a, &arguments.b].map(|path| run_file(path));
     let limits = |path: &Path| Limits::of_work(path).with_context(|| name(path)).map_err(Failure::Input);
@@ -123,7 +126,13 @@ impl One {
             Ok(axis.trace(laid.values(&own))?)
         })?;
         let series = drawn.iter_mut().flat_map(|panel| &mut panel.series);
-        series.for_each(|series| series.name = format!("{letter} {}", series.name));
+        series.for_each(|series| {
+            series.name = format!("{letter} {}", series.name);
+            // Where both agree A shows between B's dashes.
+            if letter == LETTERS[1] && series.line == Line::Normal {
+                series.line = Line::Dashed;
+            }
+        });
         Ok(drawn)
     }
 }

@@ -236,11 +236,8 @@ fn record(file: &RunFile) -> Result<Option<String>, RunLogError> {
         .iter()
         .map(|gap| format!("{} of {} ({})", text::grouped(gap.missed), gap.topic, gap.origin))
         .collect();
-    let missing = if missing.is_empty() {
-        "none missing".to_owned()
-    } else {
-        format!("missing: {}", missing.join(", "))
-    };
+    let missing =
+        if missing.is_empty() { "none lost".to_owned() } else { format!("lost: {}", missing.join(", ")) };
     Ok(Some(format!("{} messages, {missing}", text::grouped(recorded as u64))))
 }
 

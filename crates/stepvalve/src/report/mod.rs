@@ -33,6 +33,9 @@ pub struct Arguments {
     /// The page to write
     #[arg(long, value_name = "run.html")]
     out: PathBuf,
+    /// Replace the page that is there
+    #[arg(long)]
+    force: bool,
 }
 
 /// What to show, and what that may take.
@@ -51,8 +54,8 @@ pub struct Limited {
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (run, out) = (&run_file(&arguments.run), &arguments.out);
-    if out.exists() {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
+    if out.exists() && !arguments.force {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
     }
     let limits = Limits::of_work(run).with_context(|| name(run)).map_err(Failure::Input)?;
     let _pulse = Pulse::new(|| "drawing the page".to_owned());

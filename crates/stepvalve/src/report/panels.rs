@@ -67,7 +67,7 @@ const SIGNALS: &[Signal] = &[
     signal("Torque and friction", "friction, true", "friction_torque", TORQUE),
     signal("Torque and friction", "friction, estimated", "friction_estimate", TORQUE).running(),
     signal("Torque and friction", "torque wanted", "wanted_torque", TORQUE).running().line(Line::Dashed),
-    signal("Torque and friction", "torque measured", "torque", TORQUE).unless("friction_torque"),
+    signal("Torque and friction", "torque", "torque", TORQUE).unless("friction_torque"),
     signal("Torque reserve", "reserve", "torque_reserve", TORQUE).running(),
     signal("Torque reserve", "lead, electrical", "lead_angle", ("deg", DEG)).running().line(Line::Dashed),
     signal("Pulse rate", "pulse rate", "pulse_rate", ("kHz", 1e-3)),

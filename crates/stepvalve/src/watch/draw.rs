@@ -5,7 +5,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Paragraph, Sparkline};
+use ratatui::widgets::{Block, Paragraph, Sparkline, Wrap};
 use std::collections::VecDeque;
 use supervisor::{ProcessStatus, Status};
 
@@ -18,7 +18,7 @@ pub(super) fn draw(frame: &mut Frame, view: &View) {
     };
     let processes = status.processes.len() as u16 + 2;
     let areas: [Rect; 4] = Layout::vertical([
-        Constraint::Length(8),
+        Constraint::Length(9),
         Constraint::Length(4),
         Constraint::Length(processes),
         Constraint::Min(3),
@@ -27,13 +27,26 @@ pub(super) fn draw(frame: &mut Frame, view: &View) {
     let [valve, error, timing, events] = areas;
     let title = format!(" {}, generation {} ", status.instance, status.generation);
     let block = Block::bordered().title(title).title_bottom(" q ends the view, not the valve ");
-    frame.render_widget(Paragraph::new(valve_lines(view, status)).block(block), valve);
+    frame.render_widget(
+        Paragraph::new(valve_lines(view, status)).wrap(Wrap { trim: false }).block(block),
+        valve,
+    );
     draw_error(frame, error, view, status);
     draw_processes(frame, timing, view, status);
     let shown = usize::from(events.height.saturating_sub(2));
     let skipped = view.events.len().saturating_sub(shown);
-    let lines: Vec<_> = view.events.iter().skip(skipped).map(|entry| Line::from(entry.to_string())).collect();
+    let width = usize::from(events.width.saturating_sub(2));
+    let newest = view.events.iter().skip(skipped);
+    let lines: Vec<_> = newest.map(|entry| Line::from(cut(entry.to_string(), width))).collect();
     frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(" events ")), events);
+}
+
+/// A text as far as there is room; what is missing of it is in `stepvalve events`.
+fn cut(text: String, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text;
+    }
+    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
 fn state_style(status: &Status) -> Style {

@@ -18,7 +18,7 @@ pub fn advice(fault: FaultCode) -> &'static str {
             "the controller heard nothing of the trajectory generator: its process or the machine stalled; `stepvalve status` says who is silent"
         }
         FaultCode::CommandSilent => {
-            "the drive heard nothing of the controller and stopped the valve by itself: the controller or the machine stalled"
+            "the drive heard nothing of the controller and stopped the valve by itself: the controller or the machine stalled; `stepvalve doctor` measures for how long this machine does, and silence_cycles is what the scenario allows"
         }
         FaultCode::FollowingError => {
             "the valve did not follow: look for a jam, a load beyond the motor's torque, or limits of motion that ask too much"
