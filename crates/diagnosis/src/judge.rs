@@ -14,6 +14,7 @@ use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
 use crate::name::apart::tell_apart;
 use crate::name::exchange::exchange;
+use crate::name::forms::MISFIT;
 use crate::name::prune::tell_asymmetry_from_offset;
 use crate::name::refine::refine;
 use crate::name::round::next_cause;
@@ -69,8 +70,7 @@ pub(crate) fn judge<'a>(
         Few::Found(few) => *few,
         Few::Not(few) => {
             let selected = select(&setting, asked.able, given, earlier, &mut ranked)?;
-            // If a search was ended before it found as much, the few causes found before stay.
-            few.filter(|few| setting.is_over() && few.has_more_than(&selected)).map_or(selected, |few| *few)
+            few.filter(|few| few_stay(&setting, few, &selected)).map_or(selected, |few| *few)
         }
     };
     tell(Event::Step("measuring the gain"));
@@ -225,6 +225,19 @@ fn few(
         (Few::Not(_), Some(numbers)) => Few::Found(Box::new(numbers)),
         (few, _) => few,
     })
+}
+
+/// Whether the few causes found beside corrections stay, though they leave more than noise: a search without corrections was ended before it found
+/// as much, or needs further causes for what the forms of the few may leave.
+fn few_stay(setting: &Setting<'_>, few: &Selection, selected: &Selection) -> bool {
+    if setting.is_over() && few.has_more_than(selected) {
+        return true;
+    }
+    let causes = |of: &Selection| of.fitted.point.hypothesis.members.len();
+    let further = causes(selected).saturating_sub(causes(few));
+    let explained = few.rms_first.powi(2) - few.rms.powi(2);
+    let cut = few.rms.powi(2) - selected.rms.powi(2);
+    causes(few) > 0 && further > 0 && cut < further as f64 * MISFIT * explained
 }
 
 /// Whether it has fewer causes and leaves as much: a transducer's scale in place of all levels.

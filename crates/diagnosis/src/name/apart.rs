@@ -33,7 +33,8 @@ pub(crate) fn tell_apart(
         if !in_group || selection.fitted.point.hypothesis.has(id) {
             continue;
         }
-        let tried = if_possible(in_place_of(setting, (selection, corrections), (best, &member)))?.flatten();
+        let point = &selection.fitted.point;
+        let tried = if_possible(in_place_of(setting, (point, corrections), (best, &member)))?.flatten();
         if tried.is_some_and(|tried| tried.rms > selection.rms + CLEARLY_MORE) {
             selection.refuse(id, &format!("explains less than {best} beside the other causes"));
             selection

@@ -51,7 +51,8 @@ fn competitors(
         if setting.is_over() || state.fitted.point.hypothesis.has(member.candidate.id) {
             continue;
         }
-        let tried = if_possible(in_place_of(setting, (state, corrections), (id, member)))?.flatten();
+        let tried =
+            if_possible(in_place_of(setting, (&state.fitted.point, corrections), (id, member)))?.flatten();
         rivals.extend(tried.map(|tried| Rival::of(member.candidate.id, tried)));
     }
     Ok(rivals)
@@ -79,13 +80,13 @@ fn group_with(state: &mut Selection, id: EffectId, rivals: &[Rival]) {
     }
 }
 
-/// The causes with another one in the place of `id`.
+/// The causes at a point with another one in the place of `id`, whose own correction, if `corrections` have one, is free again.
 pub(crate) fn in_place_of(
     setting: &Setting<'_>,
-    (selection, corrections): (&Selection, &[Correction]),
+    (point, corrections): (&Point, &[Correction]),
     (id, member): (EffectId, &Member),
 ) -> Result<Option<Tried>, DiagnosisError> {
-    let Point { hypothesis, starts } = &selection.fitted.point;
+    let Point { hypothesis, starts } = point;
     let Some(place) = hypothesis.members.iter().position(|of| of.candidate.id == id) else {
         return Ok(None);
     };

@@ -16,4 +16,5 @@ pub(crate) mod selection;
 pub(crate) mod simplify;
 pub(crate) mod threshold;
 pub(crate) mod tried;
+pub(crate) mod turned;
 pub(crate) mod twins;

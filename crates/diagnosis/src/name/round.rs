@@ -3,17 +3,17 @@
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
-use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::candidate;
 use crate::extend::hypothesis::{Hypothesis, Member};
 use crate::extend::untestable::is_confounded;
-use crate::fit::equations::{Point, Setting};
-use crate::name::exchange::{COMPETED, MOST};
+use crate::fit::equations::Setting;
+use crate::name::exchange::{COMPETED, MOST, in_place_of};
 use crate::name::rivals::{Rival, angle_between, as_good, as_good_within, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
 use crate::name::threshold::{cut_of_squares, reaches_threshold};
-use crate::name::tried::{NEARLY, STEPS, Tried};
+use crate::name::tried::NEARLY;
+use crate::name::turned::may_be_turned;
 use crate::name::twins::missing;
 use valve_model::EffectId;
 
@@ -98,16 +98,6 @@ fn without_stand_ins(rivals: &mut Vec<Rival>, before: &Hypothesis) {
     }
 }
 
-/// A twin that is a number of the model, fitted in the place of the chosen one and of its own correction.
-fn in_place_of(setting: &Setting<'_>, chosen: &Rival, number: &Candidate) -> Result<Rival, DiagnosisError> {
-    let point = &chosen.fitted.point;
-    let mut hypothesis = point.hypothesis.clone();
-    hypothesis.members.pop();
-    let member = Member::new(number, number.neutral(), number.free.clone());
-    let begin = Point { hypothesis: hypothesis.with_uncorrected(member), starts: point.starts.clone() };
-    Ok(Rival::of(number.id, Tried::from(setting, begin, STEPS)?))
-}
-
 /// The effects that can't be told apart from the chosen one: equal held-out error, or twins whose separating data are missing.
 /// Twins that have not been fitted yet are fitted here.
 fn look_alikes(
@@ -120,8 +110,12 @@ fn look_alikes(
     let explained = |rival: &Rival| state.rms.powi(2) - rival.rms.powi(2);
     let as_well = |rival: &Rival| as_good(chosen, rival) && numbers(rival) <= numbers(chosen);
     let mut group = vec![chosen.id];
-    let as_good_ones = rivals.iter().filter(|rival| as_well(rival)).map(|rival| rival.id);
-    group.extend(as_good_ones.filter(|id| *id != chosen.id));
+    for rival in rivals.iter().filter(|rival| rival.id != chosen.id) {
+        let simple = numbers(rival) <= numbers(chosen);
+        if as_well(rival) || simple && may_be_turned(setting, chosen, rival)? {
+            group.push(rival.id);
+        }
+    }
     let most = screened.first().map_or(0.0, |best| best.gain);
     let begun = group.clone();
     let lacking = |id: EffectId| begun.iter().any(|other| missing(*other, id, facts).is_some());
@@ -137,7 +131,10 @@ fn look_alikes(
     let corrections = chosen.fitted.point.hypothesis.corrections.iter();
     for number in corrections.map(|of| of.id).filter(|id| missing(chosen.id, *id, facts).is_some()) {
         if let Some(number) = candidate(number, facts).filter(|_| !setting.is_over()) {
-            let rival = if_possible(in_place_of(setting, chosen, &number))?;
+            let member = Member::new(&number, number.neutral(), number.free.clone());
+            let (place, begun) = (&chosen.fitted.point, &state.fitted.point.hypothesis.corrections);
+            let tried = if_possible(in_place_of(setting, (place, begun), (chosen.id, &member)))?.flatten();
+            let rival = tried.map(|tried| Rival::of(number.id, tried));
             rivals.extend(rival.filter(|rival| as_good(chosen, rival)));
         }
     }

@@ -267,6 +267,28 @@ impl Place {
     }
 }
 
+impl Place {
+    /// The part of the way to the optimum `betas` that the bounds allow, and the candidate's numbers there; `None` if that is none of it, or if the
+    /// place holds for one step alone.
+    ///
+    /// A large change of a number that the prediction follows less and less (a stiffness, a speed) has its linear optimum beyond any bound.
+    fn towards(&self, candidate: &Candidate, betas: &[f64]) -> Option<(f64, Vec<f64>)> {
+        let probe = candidate.probes.get(self.probe).filter(|probe| !probe.jump && self.part == 1.0)?;
+        let of = |(parameter, _): &(usize, f64)| candidate.parameters.get(*parameter);
+        let mut part: f64 = 1.0;
+        for (column, beta) in probe.columns.iter().zip(betas).filter(|(_, beta)| **beta != 0.0) {
+            let of = of(column)?;
+            let bound = if *beta < 0.0 { of.lower } else { of.upper };
+            part = part.min((bound - of.neutral) / beta);
+        }
+        let mut numbers = probe.shape.clone();
+        for (column, beta) in probe.columns.iter().zip(betas) {
+            *numbers.get_mut(column.0)? = of(column)?.neutral + part * beta;
+        }
+        (part > 0.0).then_some((part, numbers))
+    }
+}
+
 fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> Option<(f64, Member)> {
     if let Some(begun) = best_jump(candidate, places, tally) {
         return Some(begun);
@@ -277,14 +299,23 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
         let Some(left) = tally.left(&columns) else { continue };
         let Some((beta, _)) = solve(&tally.total, &columns) else { continue };
         let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
-        let numbers = place.numbers(candidate, &betas);
-        let gain = if numbers.is_some() { tally.base - left } else { -1.0 };
+        let (gain, numbers) = match place.numbers(candidate, &betas) {
+            Some(numbers) => (tally.base - left, numbers),
+            None => match place.towards(candidate, &betas) {
+                Some((part, numbers)) => (tally.base - part_of_the_way(tally.base, left, part), numbers),
+                None => (-1.0, candidate.neutral()),
+            },
+        };
         if best.as_ref().is_none_or(|(most, _)| gain > *most) {
-            let numbers = numbers.unwrap_or_else(|| candidate.neutral());
             best = Some((gain, Member::new(candidate, numbers, candidate.free.clone())));
         }
     }
     best
+}
+
+/// The RMS where parameters go only this part of the way from `base` to the optimum, which leaves `left`: squares are a parabola on that line.
+fn part_of_the_way(base: f64, left: f64, part: f64) -> f64 {
+    (base.powi(2) - (base.powi(2) - left.powi(2)) * part * (2.0 - part)).max(0.0).sqrt()
 }
 
 /// The shape with the least residual, if it is below the present one. The shape is taken as it is, because a jump is not linearised.
