@@ -20,8 +20,13 @@ mod windows;
 pub use finding::{Finding, Kind, Place, Severity};
 pub use samples::without_wild;
 
-use log_data::Log;
+use log_data::{Channel, Log};
 use valve_model::Model;
+
+/// The channels of the motion whose unit this log and model can't tell: the model agrees with degrees or milliseconds as well.
+pub fn untold(log: &Log, model: &Model) -> Vec<Channel> {
+    mistakes::untold(&without_wild(log.clone()), model)
+}
 
 /// All that is found, the gravest first. The log has passed [`Log::check`].
 pub fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {

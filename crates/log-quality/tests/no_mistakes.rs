@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use log_data::{Channel, Log};
-use log_quality::{Kind, Severity, inspect};
+use log_quality::{Kind, Severity, inspect, untold};
 use std::f64::consts::TAU;
-use valve_model::{Model, MotorParams};
+use valve_model::{FrictionParams, Model, MotorParams};
 
 mod common;
 use common::*;
@@ -283,4 +283,25 @@ fn a_flow_of_none_is_no_rail() {
         run.flow_m3_per_s = Some(flow.collect());
     }
     assert!(clipped(&log));
+}
+
+/// Coulomb friction is the same at any speed: a log of it alone agrees in degrees and in milliseconds too.
+#[test]
+fn units_that_the_model_does_not_tell_are_said_to_be_that() {
+    assert_eq!(untold(&log(), &model()), []);
+    let mut coulomb = model();
+    coulomb.load = None;
+    if let FrictionParams::LuGre(friction) = &mut coulomb.friction {
+        friction.viscous_nm_s_per_rad = 0.0;
+        friction.static_torque_nm = friction.coulomb_torque_nm;
+    }
+    let mut noise = noise();
+    let mut log = log();
+    for run in &mut log.runs {
+        let speeds = run.angle_rad.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>();
+        for (torque_nm, speed) in run.torque_nm.iter_mut().flatten().zip(&speeds) {
+            *torque_nm = 1.5 * speed.signum() + 0.01 * noise();
+        }
+    }
+    assert_eq!(untold(&log, &coulomb), [Channel::Angle, Channel::Time]);
 }

@@ -8,7 +8,7 @@ use crate::say::say;
 use crate::strangers;
 use anyhow::Context;
 use log_data::{Channel, Log};
-use log_quality::{Severity, inspect};
+use log_quality::{Severity, inspect, untold};
 use serde_json::json;
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
@@ -44,11 +44,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let files = names(&arguments.logs);
     let found = inspect(&log, model.as_ref());
+    let untold = model.as_ref().map(|model| untold(&log, model)).unwrap_or_default();
+    let untold: Vec<&str> = untold.iter().map(|channel| channel.name()).collect();
     drop(pulse);
     if arguments.json {
         let all = json!({
             "format": "stepvalve-inspection", "format_version": 1, "log": files,
-            "runs": log.runs.len(), "findings": found,
+            "runs": log.runs.len(), "findings": found, "unit_untold": untold,
         });
         say(serde_json::to_string_pretty(&all).context("findings")?);
     } else {
@@ -56,6 +58,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         show(&found);
         if found.is_empty() {
             say("nothing is wrong with it");
+        }
+        if !untold.is_empty() {
+            say(format_args!(
+                "the unit of {} can't be told from it: the model agrees as well with degrees, turns or milliseconds in its place",
+                untold.join(" and that of ")
+            ));
         }
         if model.is_none() {
             say("units and signs show against a model only: --model MODEL.toml");

@@ -11,8 +11,8 @@ use subdevice::SyncRow;
 const LONGEST_WAY: i64 = 601;
 /// A cycle that is shorter than the one before by so much belongs to a ramp: friction compensation changes a steady rate by less.
 const RAMP: i64 = 8;
-/// Cycles of the ramp from 225 kHz at 10 MHz/s, and the one at rest.
-const RAMP_CYCLES: u64 = 24;
+/// What a ramp of 10 MHz/s takes off the micro-steps of each cycle of 1 ms.
+const RAMP_STEPS: u64 = 10;
 /// Longer between two SYNC0 is a pause of the clock, ns.
 const PAUSE_NS: u64 = 3_000_000;
 /// The bus has to operate again within so long of the trouble's end, or of the restart of processes, ns.
@@ -86,9 +86,7 @@ pub(super) fn judged(told: &Told, rows: &[SyncRow], stalls: &[Stall]) -> Outcome
     }
     if stopped && told.fault.must_stop && !told.fault.while_arming() {
         let before = from.checked_sub(1).and_then(|last| rows.get(last));
-        let last_ns = told.at_ns + (told.fault.ramp_by + RAMP_CYCLES) * 1_000_000;
-        let stalled = within(stalls, told.at_ns, last_ns).div_ceil(1_000_000);
-        stop((told, stalled), before, own, &mut outcome, &mut violations);
+        stop((told, stalls), before, own, &mut outcome, &mut violations);
         if !outcome.late().is_empty() {
             outcome.exact.push_str(&cycles_in_words(told.at_ns, own, stalls));
         }
@@ -108,27 +106,28 @@ fn way(row: &SyncRow) -> i64 {
 
 /// Ramp and last pulse, and that nothing follows.
 fn stop(
-    (told, stalled): (&Told, u64),
+    (told, stalls): (&Told, &[Stall]),
     before: Option<&SyncRow>,
     own: &[SyncRow],
     outcome: &mut Outcome,
     violations: &mut Vec<String>,
 ) {
-    let full = before.map_or(0, |row| way(row).abs());
     let cycles = |row: &SyncRow| (row.host_ns - told.at_ns) / 1_000_000;
-    let less = |cycles: u64| cycles.saturating_sub(stalled);
     let (first, later) = own.split_at(until_a_pause(before, own));
-    // The valve may still have been gaining speed.
-    let mut most = full;
+    // The valve may still have been gaining speed, or the drive making up for a frame that it missed.
+    let mut most = before.map_or(0, |row| way(row).abs());
     let ramp = first.iter().find(|row| {
         most = most.max(way(row).abs());
         way(row).abs() < most - RAMP
     });
+    let last_pulse_by = told.fault.ramp_by + most.unsigned_abs().div_ceil(RAMP_STEPS) + 1;
+    let stalled_ns = within(stalls, told.at_ns, told.at_ns + last_pulse_by * 1_000_000);
+    let less = |cycles: u64| cycles.saturating_sub(stalled_ns.div_ceil(1_000_000));
     if let Some(row) = ramp {
         outcome.reaction = Some((less(cycles(row)), told.fault.ramp_by));
     }
     if let Some(row) = first.iter().rfind(|row| way(row) != 0) {
-        outcome.standstill = Some((less(cycles(row)), told.fault.ramp_by + RAMP_CYCLES));
+        outcome.standstill = Some((less(cycles(row)), last_pulse_by));
     }
     if let Some(row) = later.iter().find(|row| way(row) != 0 || row.status & MASK == ENABLED) {
         violations.push(format!("motion or current after a pause of the clock: {row:?}"));

@@ -48,14 +48,36 @@ pub(crate) fn inspect(log: &Log, model: Option<&Model>) -> Vec<Finding> {
         return by_command;
     }
     let mut found = intervals_differ(log);
-    let Some(expected) = Expected::new(model, torque) else { return found };
+    found.extend(case(log, model, torque).into_iter().flat_map(|(case, source)| case.inspect(source)));
+    found
+}
+
+fn case<'a>(log: &'a Log, model: Option<&'a Model>, torque: bool) -> Option<(Case<'a>, Source)> {
+    let expected = Expected::new(model, torque)?;
     let measured = if torque { Channel::Torque } else { Channel::AngleCommand };
     let source = Source { angle: Channel::Angle, measured, integrated: false, lag: !torque };
     let windows = windows(log, source);
     let noisier_command_rad = if torque { None } else { noisier_command_rad(log) };
-    let case = Case { log, expected, windows, torque, noisier_command_rad };
-    found.extend(case.inspect(source));
-    found
+    Some((Case { log, expected, windows, torque, noisier_command_rad }, source))
+}
+
+/// The channels whose unit the model can't tell: it agrees with the log as it is, and about as well with the unit that is mistaken for it.
+/// Coulomb friction knows no speed.
+pub(crate) fn untold(log: &Log, model: &Model) -> Vec<Channel> {
+    let torque = log.runs.iter().any(|run| run.torque_nm.is_some());
+    let Some((case, _)) = case(log, Some(model), torque) else { return Vec::new() };
+    let as_well = |tried: &Tried<'_>| {
+        let (given, mended) = (pooled(&tried.given), pooled(&tried.mended));
+        let agrees = given.tell() && mended.tell() && given.distance() <= AGREES;
+        agrees && mended.distance() <= NEARER * given.distance()
+    };
+    let tries = case.tries();
+    let untold = tries.iter().filter(|tried| tried.count() == 1 && as_well(tried));
+    let of_motion = untold.filter(|tried| matches!(tried.mistake.kind, Kind::AngleUnit | Kind::TimeUnit));
+    let mut channels: Vec<Channel> = of_motion.flat_map(|tried| tried.mistake.channels).copied().collect();
+    channels.sort_unstable_by_key(|channel| channel.name());
+    channels.dedup();
+    channels
 }
 
 /// Runs whose clock is a thousand times as slow as the others'.

@@ -192,7 +192,7 @@ class Names {
       name.colSpan = 4;
       mark.style.background = `var(--series-${index % SERIES_COLOURS})`;
       // Long names may break where their words end.
-      name.append(mark, ...signal.name.split(/(?<=[._])/).flatMap((word) => [word, element("wbr", "")]), unit ? ` (${unit})` : "");
+      name.append(mark, ...shownName(signal.name, signal.unit).split(/(?<=[._])/).flatMap((word) => [word, element("wbr", "")]), unit ? ` (${unit})` : "");
       const row = body.insertRow();
       return { signal, cells: ["now", "a", "b", "d"].map(() => row.appendChild(element("td", ""))) };
     });

@@ -39,7 +39,7 @@ class Picker {
       box.checked = this.names.includes(signal.name);
       box.addEventListener("change", () => this.toggle(signal.name, box));
       const unit = shownUnit(signal.unit).text;
-      label.append(box, ` ${signal.name.slice(signal.name.lastIndexOf(".") + 1)}${unit ? ` (${unit})` : ""}`);
+      label.append(box, ` ${shownName(signal.name, signal.unit).slice(signal.name.lastIndexOf(".") + 1)}${unit ? ` (${unit})` : ""}`);
       set.append(label);
     });
     return set;

@@ -17,6 +17,11 @@ function shownUnit(unit) {
   return { text, factor };
 }
 
+/** A signal's name without the unit at its end, where another one is shown beside it. */
+function shownName(name, unit) {
+  return shownUnit(unit).text === unit ? name : name.replace(/_(rad(_per_s\d?)?|ns|pa|hz|c|nm)$/, "");
+}
+
 /** The frames of a binary message; see frame.rs. */
 function frames(buffer) {
   const found = [];

@@ -9,7 +9,7 @@ use crate::files::name;
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers;
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use indicatif::ProgressBar;
 use log_data::{AngleZero, Log, Run};
 use mapping::{Mapping, Zero};
@@ -58,6 +58,9 @@ pub struct Arguments {
 /// [`Failure::Input`] where a file, a map or what comes of them is wrong, naming file, line and column, or the output
 /// exists; [`Failure::Failed`] where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    for file in &arguments.files {
+        std::fs::metadata(file).with_context(|| name(file)).map_err(Failure::Input)?;
+    }
     let out = out(arguments);
     for file in std::iter::once(&out).chain(&arguments.save_recipe) {
         if file.exists() && !arguments.force {
@@ -105,6 +108,15 @@ fn missing(run: &Run) -> String {
 
 fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     check_counts(arguments, mapping)?;
+    if mapping.map.is_empty()
+        && let Some(file) = arguments.files.first()
+    {
+        let columns = open(mapping, file, MAX_NUMBERS)?.names().join(", ");
+        bail!(
+            "no --map: expected --map time=..., --map angle=... and what else was measured; {} has the columns {columns}",
+            name(file)
+        );
+    }
     mapping.check()?;
     let files: Vec<(usize, &PathBuf)> = in_order(&arguments.files, mapping).collect();
     let mut log = Log {

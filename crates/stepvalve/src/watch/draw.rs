@@ -9,6 +9,9 @@ use ratatui::widgets::{Block, Paragraph, Sparkline, Wrap};
 use std::collections::VecDeque;
 use supervisor::{ProcessStatus, Status};
 
+/// An error of less than 0.02° fills no bar: at rest it is the encoder's step.
+const LEAST_HEIGHT_RAD: f64 = 3.5e-4;
+
 /// Draws all of it.
 pub(super) fn draw(frame: &mut Frame, view: &View) {
     let Some(status) = &view.status else {
@@ -83,17 +86,17 @@ fn valve_lines<'a>(view: &'a View, status: &'a Status) -> Vec<Line<'a>> {
 }
 
 fn draw_error(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
-    let worst = view.errors_rad.iter().copied().fold(0.0, f64::max);
+    let full = view.errors_rad.iter().copied().fold(LEAST_HEIGHT_RAD, f64::max);
     let title = format!(
         " following error {:.4}°, peak since arming {:.4}°, full height {:.4}° ",
         status.following_error_rad.to_degrees(),
         status.following_error_peak_rad.to_degrees(),
-        worst.to_degrees()
+        full.to_degrees()
     );
     let block = Block::bordered().title(title);
     let inner = block.inner(area);
     frame.render_widget(block, area);
-    frame.render_widget(sparkline(&view.errors_rad, usize::from(inner.width)), inner);
+    frame.render_widget(sparkline(&view.errors_rad, usize::from(inner.width), full), inner);
 }
 
 fn draw_processes(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
@@ -106,7 +109,7 @@ fn draw_processes(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
         let [words, history] = Layout::horizontal([Constraint::Length(62), Constraint::Min(4)]).areas(line);
         frame.render_widget(process_line(name, process), words);
         if let Some(latencies) = view.latencies_us.get(name) {
-            frame.render_widget(sparkline(latencies, usize::from(history.width)), history);
+            frame.render_widget(sparkline(latencies, usize::from(history.width), 0.0), history);
         }
     }
 }
@@ -124,10 +127,11 @@ fn process_line(name: &str, process: &ProcessStatus) -> Line<'static> {
 }
 
 /// The newest values that fit, scaled to the largest among them.
-fn sparkline(history: &VecDeque<f64>, width: usize) -> Sparkline<'static> {
+/// Bars of the newest values; the highest stands for the largest of them, or for `full` where that is more.
+fn sparkline(history: &VecDeque<f64>, width: usize, full: f64) -> Sparkline<'static> {
     let skipped = history.len().saturating_sub(width);
     let shown: Vec<f64> = history.iter().skip(skipped).copied().collect();
-    let largest = shown.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let largest = shown.iter().copied().fold(full.max(f64::MIN_POSITIVE), f64::max);
     Sparkline::default().data(shown.into_iter().map(move |value| (value / largest * 1e3) as u64)).max(1000)
 }
 

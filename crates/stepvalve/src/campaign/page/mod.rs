@@ -286,15 +286,16 @@ fn worst_runs(campaign: &Campaign, rows: &[Row]) -> Section {
     if several {
         header.push("scenario".to_owned());
     }
-    header.extend(short_paths(campaign));
+    // In front: behind a plan of many parameters it would be out of sight.
     header.push("what became of it".to_owned());
+    header.extend(short_paths(campaign));
     let row = |row: &Row| {
         let mut cells = vec![row.run.to_string()];
         if several {
             cells.push(label(campaign, campaign.scenario(row.run)));
         }
-        cells.extend(campaign.settings(row.run).iter().map(setting));
         cells.push(how_bad(row));
+        cells.extend(campaign.settings(row.run).iter().map(setting));
         cells
     };
     let plan = quoted(&campaign.source().file);
