@@ -225,3 +225,14 @@ fn logs_to_predict_and_diagnose() {
         both_refuse(&place, path.to_str().unwrap(), &rig, &["cut.h5"]);
     }
 }
+
+/// A unit behind a blank is part of the value, and what follows is none of it.
+#[test]
+fn a_set_point_may_have_its_unit_behind_a_blank() {
+    let place = TestPlace::new();
+    for value in [&["17deg"][..], &["17", "deg"], &["-17", "deg"]] {
+        let arguments = [&["set", "angle"], value, &["--instance", "nobody"]].concat();
+        let refused = place.stepvalve(&arguments).expect_code(2);
+        assert!(refused.stderr.contains("no instance \"nobody\" runs"), "{value:?}: {}", refused.stderr);
+    }
+}

@@ -111,15 +111,19 @@ struct SetParameter {
 #[derive(Debug, Args)]
 struct SetValue {
     /// The value, with its unit
-    #[arg(allow_hyphen_values = true, required = true, num_args = 1..=2)]
-    value: Vec<String>,
+    #[arg(allow_hyphen_values = true)]
+    value: String,
+    /// The unit, where a blank stands before it
+    unit: Option<String>,
 }
 
 #[derive(Debug, Args)]
 struct SetFlow {
     /// The flow, with its unit
-    #[arg(allow_hyphen_values = true, required = true, num_args = 1..=2)]
-    value: Vec<String>,
+    #[arg(allow_hyphen_values = true)]
+    value: String,
+    /// The unit, where a blank stands before it
+    unit: Option<String>,
     /// The pressure drop that it is meant at (2MPa); without, the measured one, followed as it changes
     #[arg(long, value_name = "PRESSURE")]
     pressure_drop: Option<String>,
@@ -159,12 +163,18 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
         Ok(Request::Set { kind, value: quantity(value, dimension)?, pressure_drop_pa: None })
     };
     let request = match &arguments.what {
-        Settable::Angle(set) => of(SetPointKind::Angle, &set.value.concat(), Dimension::Angle)?,
-        Settable::Opening(set) => of(SetPointKind::Opening, &set.value.concat(), Dimension::Ratio)?,
-        Settable::Speed(set) => of(SetPointKind::Speed, &set.value.concat(), Dimension::Speed)?,
+        Settable::Angle(set) => {
+            of(SetPointKind::Angle, &with_unit(&set.value, set.unit.as_deref()), Dimension::Angle)?
+        }
+        Settable::Opening(set) => {
+            of(SetPointKind::Opening, &with_unit(&set.value, set.unit.as_deref()), Dimension::Ratio)?
+        }
+        Settable::Speed(set) => {
+            of(SetPointKind::Speed, &with_unit(&set.value, set.unit.as_deref()), Dimension::Speed)?
+        }
         Settable::Flow(set) => Request::Set {
             kind: SetPointKind::Flow,
-            value: quantity(&set.value.concat(), Dimension::Flow)?,
+            value: quantity(&with_unit(&set.value, set.unit.as_deref()), Dimension::Flow)?,
             pressure_drop_pa: set
                 .pressure_drop
                 .as_deref()
@@ -237,6 +247,10 @@ pub fn tell(answer: Answer, which: &Which) -> Result<Outcome, Failure> {
     }
     let Answer { done, text, .. } = answer;
     if done { Ok(Outcome::Done) } else { Err(Failure::Failed(anyhow!("refused: {text}"))) }
+}
+
+fn with_unit(value: &str, unit: Option<&str>) -> String {
+    format!("{value}{}", unit.unwrap_or(""))
 }
 
 fn quantity(text: &str, dimension: Dimension) -> Result<f64, Failure> {
