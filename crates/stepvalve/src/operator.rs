@@ -117,13 +117,16 @@ struct SetValue {
     unit: Option<String>,
 }
 
+impl SetValue {
+    fn text(&self) -> String {
+        format!("{}{}", self.value, self.unit.as_deref().unwrap_or(""))
+    }
+}
+
 #[derive(Debug, Args)]
 struct SetFlow {
-    /// The flow, with its unit
-    #[arg(allow_hyphen_values = true)]
-    value: String,
-    /// The unit, where a blank stands before it
-    unit: Option<String>,
+    #[command(flatten)]
+    flow: SetValue,
     /// The pressure drop that it is meant at (2MPa); without, the measured one, followed as it changes
     #[arg(long, value_name = "PRESSURE")]
     pressure_drop: Option<String>,
@@ -163,18 +166,12 @@ pub fn set(arguments: &Set) -> Result<Outcome, Failure> {
         Ok(Request::Set { kind, value: quantity(value, dimension)?, pressure_drop_pa: None })
     };
     let request = match &arguments.what {
-        Settable::Angle(set) => {
-            of(SetPointKind::Angle, &with_unit(&set.value, set.unit.as_deref()), Dimension::Angle)?
-        }
-        Settable::Opening(set) => {
-            of(SetPointKind::Opening, &with_unit(&set.value, set.unit.as_deref()), Dimension::Ratio)?
-        }
-        Settable::Speed(set) => {
-            of(SetPointKind::Speed, &with_unit(&set.value, set.unit.as_deref()), Dimension::Speed)?
-        }
+        Settable::Angle(set) => of(SetPointKind::Angle, &set.text(), Dimension::Angle)?,
+        Settable::Opening(set) => of(SetPointKind::Opening, &set.text(), Dimension::Ratio)?,
+        Settable::Speed(set) => of(SetPointKind::Speed, &set.text(), Dimension::Speed)?,
         Settable::Flow(set) => Request::Set {
             kind: SetPointKind::Flow,
-            value: quantity(&with_unit(&set.value, set.unit.as_deref()), Dimension::Flow)?,
+            value: quantity(&set.flow.text(), Dimension::Flow)?,
             pressure_drop_pa: set
                 .pressure_drop
                 .as_deref()
@@ -247,10 +244,6 @@ pub fn tell(answer: Answer, which: &Which) -> Result<Outcome, Failure> {
     }
     let Answer { done, text, .. } = answer;
     if done { Ok(Outcome::Done) } else { Err(Failure::Failed(anyhow!("refused: {text}"))) }
-}
-
-fn with_unit(value: &str, unit: Option<&str>) -> String {
-    format!("{value}{}", unit.unwrap_or(""))
 }
 
 fn quantity(text: &str, dimension: Dimension) -> Result<f64, Failure> {

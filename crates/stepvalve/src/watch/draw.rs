@@ -126,8 +126,7 @@ fn process_line(name: &str, process: &ProcessStatus) -> Line<'static> {
     }
 }
 
-/// The newest values that fit, scaled to the largest among them.
-/// Bars of the newest values; the highest stands for the largest of them, or for `full` where that is more.
+/// Bars of the newest values that fit; the highest stands for the largest of them, or for `full` where that is more.
 fn sparkline(history: &VecDeque<f64>, width: usize, full: f64) -> Sparkline<'static> {
     let skipped = history.len().saturating_sub(width);
     let shown: Vec<f64> = history.iter().skip(skipped).copied().collect();
