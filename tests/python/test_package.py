@@ -243,6 +243,8 @@ class Package(unittest.TestCase):
             sv.Log.read(self.place / "no.h5")
 
     def test_ctrl_c_ends_it_and_other_threads_go_on(self):
+        # A job that a shell started in the background ignores it from birth.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         scenario = sv.Scenario.read(self.scenario({"duration": "20000s"}))
         ticks = []
         done = threading.Event()
