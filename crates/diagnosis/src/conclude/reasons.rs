@@ -142,18 +142,28 @@ fn why_not_selected(selection: &Selection, id: EffectId, ended: bool) -> String 
             "fitted: error on held-out runs {own:.3} times the noise, against {best:.3} for the best and {before:.3} without"
         );
     }
+    let alone = |gain: f64| {
+        let best = selection.first_ranking.first().map_or(0.0, |best| best.1);
+        format!(
+            "alone it would cut the error on held-out runs by {} at best; the best candidate: {}",
+            of_noise(gain),
+            of_noise(best)
+        )
+    };
     match selection.first_ranking.iter().find(|(of, _)| *of == id) {
-        Some((_, gain)) if ended && *gain > 0.0 => format!(
-            "not decided: the search was ended before it was fitted; alone it would cut the error on held-out runs by {:.0} % of the noise",
-            100.0 * gain
-        ),
-        Some((_, gain)) if *gain > -0.5 => {
-            format!(
-                "would cut the error on held-out runs by {:.2} % of the noise at best",
-                100.0 * gain.max(0.0)
-            )
+        Some((_, gain)) if ended && *gain > 0.0 => {
+            format!("not decided: the search was ended before it was fitted; {}", alone(*gain))
         }
+        Some((_, gain)) if *gain > -0.5 => alone(*gain),
         Some(_) => "the sign or size that the data ask for is impossible".to_owned(),
         None => "shows nowhere in these data".to_owned(),
+    }
+}
+
+/// A cut of the error, which is counted in noise.
+fn of_noise(gain: f64) -> String {
+    match gain.max(0.0) {
+        little if little < 1.0 => format!("{:.1} % of the noise", 100.0 * little),
+        much => format!("{much:.1} times the noise"),
     }
 }

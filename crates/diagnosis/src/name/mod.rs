@@ -4,6 +4,7 @@ pub(crate) mod apart;
 pub(crate) mod exchange;
 pub(crate) mod fine;
 pub(crate) mod forms;
+pub(crate) mod late;
 pub(crate) mod pair;
 pub(crate) mod prune;
 pub(crate) mod refine;

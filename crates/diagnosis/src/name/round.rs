@@ -8,6 +8,7 @@ use crate::extend::hypothesis::{Hypothesis, Member};
 use crate::extend::untestable::is_confounded;
 use crate::fit::equations::Setting;
 use crate::name::exchange::{COMPETED, MOST, in_place_of};
+use crate::name::late::with_late_transducer;
 use crate::name::rivals::{Rival, angle_between, as_good, as_good_within, fit_rival, fit_rivals, numbers};
 use crate::name::screen::Screened;
 use crate::name::selection::{Round, Selection};
@@ -60,6 +61,7 @@ pub(crate) fn next_cause(
         state.rounds.push(round);
         return Ok(false);
     };
+    let chosen = with_late_transducer(setting, &chosen, &rivals)?.unwrap_or(chosen);
     let equals = look_alikes(setting, screened, state, (&chosen, &mut rivals))?;
     let chosen = &chosen;
     round.equals.clone_from(&equals);
