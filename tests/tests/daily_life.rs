@@ -119,7 +119,7 @@ fn a_day() {
 fn change_parameters(place: &TestPlace) {
     place.stepvalve(&["set", "parameter", "observer-limit", "1.5"]).expect_code(0);
     let refused = place.stepvalve(&["set", "parameter", "observer-limit", "-1"]).expect_code(1);
-    assert!(refused.stderr.contains("value refused"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("observer-limit -1, expected a value from 0 to "), "{}", refused.stderr);
     let unknown = place.stepvalve(&["set", "parameter", "observer-limits", "1"]).expect_code(1);
     assert!(unknown.stderr.contains("expected one of compensation-level"), "{}", unknown.stderr);
 }

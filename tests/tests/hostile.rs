@@ -198,6 +198,8 @@ fn refusals_give_the_limit() {
         (&["set", "angle", "400deg"], "expected"),
         (&["set", "opening", "1.5"], "expected 0 to 1"),
         (&["set", "parameter", "observer-bandwidth", "1e30"], "expected"),
+        (&["set", "parameter", "observer-bandwidth", "1e6"], "expected a value from "),
+        (&["set", "parameter", "compensation-level", "1.5"], "expected a whole number from 0 to 3"),
         (&["set", "flow", "10L/min", "--pressure-drop", "1e300Pa"], "expected"),
     ] {
         let refused = place.stepvalve(words).expect_code(1);

@@ -189,7 +189,10 @@ fn new_files_are_right_and_overwrite_nothing() {
     for (what, file) in places {
         assert_eq!(new(what), Some(0));
         let path = place.path(file);
-        place.stepvalve(&["check", path.to_str().unwrap()]).expect_code(0);
+        let checked = place.stepvalve(&["check", path.to_str().unwrap()]).expect_code(0);
+        // A drive file says nothing of a valve.
+        let told = checked.stdout.contains("still the template's");
+        assert_eq!(told, what != "drive", "{what}: {}", checked.stdout);
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("# ") && text.contains(&format!("stepvalve check {file}")), "{text}");
         assert_eq!(new(what), Some(2));
@@ -211,6 +214,10 @@ fn shells_and_man_know_the_commands() {
     place.stepvalve(&["man", "--out", folder.to_str().unwrap()]).expect_code(0);
     let page = std::fs::read_to_string(folder.join("stepvalve-run.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("instance"), "{page}");
+    let list = place.stepvalve(&["--help"]).expect_code(0).stdout;
+    let headings: Vec<usize> =
+        ["Simulate:", "Run a valve:", "Measured data:"].iter().filter_map(|of| list.find(of)).collect();
+    assert!(headings.len() == 3 && headings.is_sorted(), "{list}");
     let help = place.stepvalve(&["help", "set"]).expect_code(0).stdout;
     assert!(help.contains("set-point"), "{help}");
 }

@@ -303,3 +303,22 @@ fn broken_logs() {
     let (place, path) = raw("lost", &[0.0, 1.0], Some(&[0.0]));
     refused(&place, &path, &rig(), &["run lost", "angle has 1 samples"]);
 }
+
+#[test]
+fn a_comparison_says_how_far_off_a_prediction_is() {
+    let place = TestPlace::new();
+    // What slides for seconds takes 1.5 N·m and a little; measured are 0.25 N·m more.
+    let viscous = 2e-4;
+    let log = write(&place, vec![run("steady", 4.0, |t| 5.0 * t, |_| 1.75 + viscous * 5.0)]);
+    let told = predict(&place, &log, &rig()).expect_code(0);
+    let hint = told.stdout.lines().last().unwrap();
+    assert!(hint.starts_with("how far off: stepvalve compare "), "{hint}");
+    let (log, prediction, out) = (log.display().to_string(), place.path("pred.h5"), place.path("off.html"));
+    let compared = place
+        .stepvalve(&["compare", &log, prediction.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .expect_code(0);
+    let off = compared.stdout.split("B is off A by ").nth(1).unwrap();
+    let rms: f64 = off.split_whitespace().next().unwrap().parse().unwrap();
+    assert!((rms - 0.25).abs() < 0.02, "{}", compared.stdout);
+    assert!(std::fs::read_to_string(out).unwrap().contains("Torque, B less A"));
+}

@@ -129,6 +129,28 @@ fn every_command_of_the_readme_works_in_its_order() {
     despite_stalls(|place| follow_readme(place, &python));
 }
 
+#[test]
+fn pip_brings_what_the_plot_needs() {
+    const IMPORTED: &str = "
+import ast, sys
+tree = list(ast.walk(ast.parse(open(sys.argv[1]).read())))
+plain = [name.name for node in tree if isinstance(node, ast.Import) for name in node.names]
+taken = [node.module for node in tree if isinstance(node, ast.ImportFrom)]
+print(*{name.split('.')[0] for name in plain + taken} - sys.stdlib_module_names)";
+    let Some(python) = python(&["ast"]) else { return };
+    let script = repository().join("tools/plot_run.py");
+    let asked = Command::new(python).args(["-c", IMPORTED]).arg(&script).output().unwrap();
+    let imported = String::from_utf8(asked.stdout).unwrap();
+    assert!(imported.contains("h5py"), "{imported}");
+    let all = commands(&std::fs::read_to_string(repository().join("README.md")).unwrap());
+    let installed = all.iter().find_map(|line| line.strip_prefix("pip install ")).unwrap();
+    // numpy comes with h5py.
+    let installed: Vec<&str> = installed.split_whitespace().chain(["numpy"]).collect();
+    for module in imported.split_whitespace() {
+        assert!(installed.contains(&module), "{module} is not among {installed:?}");
+    }
+}
+
 fn follow_readme(place: &TestPlace, python: &Path) {
     let home = place.path("home");
     std::fs::create_dir(&home).unwrap();

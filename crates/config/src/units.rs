@@ -204,7 +204,7 @@ pub struct QuantityError {
 /// # Errors
 /// When the number or the unit is missing or unknown, or the value is not finite.
 pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, QuantityError> {
-    let refused = || QuantityError { found: shown(text), expected: with_units(dimension) };
+    let refused = || QuantityError { found: found(text), expected: with_units(dimension) };
     let trimmed = text.trim();
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
     let split = trimmed.find(|c: char| !is_number(c)).unwrap_or(trimmed.len());
@@ -213,6 +213,19 @@ pub fn parse_quantity(text: &str, dimension: Dimension) -> Result<f64, QuantityE
     let unit = dimension.units().iter().find(|unit| unit.0 == unit_name.trim()).ok_or_else(refused)?;
     let value = number * unit.1 / unit.2;
     if value.is_finite() { Ok(value) } else { Err(refused()) }
+}
+
+/// What was found, with a word on a decimal comma: half of Europe types one.
+fn found(text: &str) -> String {
+    let decimal_comma = |parts: (&str, &str)| {
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        digit(parts.0.chars().next_back()) && digit(parts.1.chars().next())
+    };
+    let shown = shown(text);
+    if text.split_once(',').is_some_and(decimal_comma) {
+        return format!("{shown} with a decimal comma (a point is meant: {})", shown.replacen(',', ".", 1));
+    }
+    shown
 }
 
 fn with_units(dimension: Dimension) -> String {

@@ -22,28 +22,21 @@ pub(crate) struct Tuning {
 impl Tuning {
     /// Changes a parameter, or says that it can't have this value.
     pub(crate) fn set(&mut self, params: &Params, parameter: ControlParameter, value: f64) -> OperatorResult {
+        let is_within = |(low, high): (f64, f64)| (low..=high).contains(&value);
+        let value_within = params.range(parameter).filter(|range| is_within(*range)).map(|_| value);
         let taken = match parameter {
             ControlParameter::None => false,
             ControlParameter::CompensationLevel => put(&mut self.compensation, level(value)),
             ControlParameter::ObserverBandwidth => {
                 let retuned = |observer: &Observer| observer.retuned(self.filter(observer), value);
-                let filter =
-                    within(value, (SLOWEST_HZ, LARGEST_HZ)).and(params.observer.as_ref()).map(retuned);
+                let filter = value_within.and(params.observer.as_ref()).map(retuned);
                 put(&mut self.filter, filter)
             }
-            ControlParameter::ObserverLimit => {
-                let limit_nm = within(value, (0.0, params.motor.holding_torque_nm));
-                put(&mut self.observer_limit_nm, limit_nm.filter(|_| params.observer.is_some()))
+            ControlParameter::ObserverLimit => put(&mut self.observer_limit_nm, value_within),
+            ControlParameter::MaxFollowingError => put(&mut self.max_following_error_rad, value_within),
+            ControlParameter::FollowingErrorPerSpeed => {
+                put(&mut self.following_error_per_speed_s, value_within)
             }
-            // The scenario's value is the upper limit: what stops the valve can be tightened remotely, never widened.
-            ControlParameter::MaxFollowingError => put(
-                &mut self.max_following_error_rad,
-                within(value, (SMALLEST_ERROR_RAD, params.max_following_error_rad)),
-            ),
-            ControlParameter::FollowingErrorPerSpeed => put(
-                &mut self.following_error_per_speed_s,
-                within(value, (0.0, params.following_error_per_speed_s)),
-            ),
         };
         if taken { OperatorResult::Done } else { OperatorResult::Refused }
     }
@@ -75,6 +68,23 @@ impl Tuning {
     }
 }
 
+impl Params {
+    /// What a parameter may be, SI, both ends included; `None` where this controller doesn't have it.
+    pub fn range(&self, parameter: ControlParameter) -> Option<(f64, f64)> {
+        match parameter {
+            ControlParameter::None => None,
+            ControlParameter::CompensationLevel => Some((0.0, (LEVELS.len() - 1) as f64)),
+            ControlParameter::ObserverBandwidth => self.observer.as_ref().map(|_| (SLOWEST_HZ, LARGEST_HZ)),
+            ControlParameter::ObserverLimit => {
+                self.observer.as_ref().map(|_| (0.0, self.motor.holding_torque_nm))
+            }
+            // The scenario's value is the upper limit: what stops the valve can be tightened remotely, never widened.
+            ControlParameter::MaxFollowingError => Some((SMALLEST_ERROR_RAD, self.max_following_error_rad)),
+            ControlParameter::FollowingErrorPerSpeed => Some((0.0, self.following_error_per_speed_s)),
+        }
+    }
+}
+
 /// Stores a value if there is one; returns whether there is.
 fn put<T>(place: &mut Option<T>, value: Option<T>) -> bool {
     let taken = value.is_some();
@@ -84,12 +94,10 @@ fn put<T>(place: &mut Option<T>, value: Option<T>) -> bool {
     taken
 }
 
-fn within(value: f64, (low, high): (f64, f64)) -> Option<f64> {
-    (value >= low && value <= high).then_some(value)
-}
+/// By their codes.
+const LEVELS: [Compensation; 4] =
+    [Compensation::None, Compensation::CoulombViscous, Compensation::Full, Compensation::FullWithEffects];
 
 fn level(value: f64) -> Option<Compensation> {
-    let levels =
-        [Compensation::None, Compensation::CoulombViscous, Compensation::Full, Compensation::FullWithEffects];
-    levels.into_iter().zip(0_u8..).find(|(_, code)| f64::from(*code) == value).map(|(level, _)| level)
+    LEVELS.into_iter().zip(0_u8..).find(|(_, code)| f64::from(*code) == value).map(|(level, _)| level)
 }

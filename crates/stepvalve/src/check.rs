@@ -1,7 +1,7 @@
 //! `stepvalve check`: is this file good?
 
 use crate::say::say;
-use crate::{campaign, files, loaded};
+use crate::{campaign, files, loaded, new};
 use config::Scenario;
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
@@ -24,6 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if says_format(&text, "stepvalve-model") {
         let model = config::parse_model(&text, &file).map_err(Failure::input)?;
         say(format_args!("{file}: model \"{}\", friction law {}: good", model.name, model.friction.law()));
+        new::untouched(&text).iter().for_each(|note| say(format_args!("note: {note}")));
         return Ok(Outcome::Done);
     }
     if says_format(&text, "stepvalve-drive") {
@@ -51,6 +52,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         scenario.belief
     ));
     say(loaded.goes_on());
+    new::untouched(&loaded.texts.belief)
+        .iter()
+        .for_each(|note| say(format_args!("note: belief {}: {note}", scenario.belief)));
     for warning in scenario.warnings().into_iter().chain(missing_cores(scenario, &realtime::cores())) {
         say(format_args!("note: {warning}"));
     }

@@ -45,7 +45,7 @@ mod summary;
 mod tune;
 mod watch;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use processes::complain;
 use std::process::ExitCode;
 use supervisor::{Outcome, Request};
@@ -150,7 +150,9 @@ enum Command {
 
 fn main() -> ExitCode {
     // clap ends with code 2 on wrong usage by itself.
-    let outcome = match Arguments::parse().command {
+    let given = shell::grouped(Arguments::command()).get_matches();
+    let arguments = Arguments::from_arg_matches(&given).unwrap_or_else(|error| error.exit());
+    let outcome = match arguments.command {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Arm(arguments) => operator::plain(&Request::Arm, &arguments),

@@ -75,6 +75,14 @@ impl What {
             ),
         }
     }
+
+    /// The file as it is written.
+    fn whole(self, file: &str) -> String {
+        let (shipped, about) = self.text();
+        // The shipped file's heading is about the shipped file.
+        let body = shipped.find("format = ").and_then(|at| shipped.get(at..)).unwrap_or(&shipped);
+        format!("# {about}\n# Verify: stepvalve check {file}\n{body}")
+    }
 }
 
 /// Writes the file.
@@ -83,10 +91,7 @@ impl What {
 /// [`Failure::Input`] where the file exists or can't be made.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = arguments.file.clone().unwrap_or_else(|| PathBuf::from(arguments.what.default_name()));
-    let (shipped, about) = arguments.what.text();
-    // The shipped file's heading is about the shipped file.
-    let body = shipped.find("format = ").and_then(|at| shipped.get(at..)).unwrap_or(&shipped);
-    write_new(&path, &format!("# {about}\n# Verify: stepvalve check {}\n{body}", name(&path)))?;
+    write_new(&path, &arguments.what.whole(&name(&path)))?;
     say(format_args!("{} written; stepvalve check {0} says whether it is right", name(&path)));
     if matches!(arguments.what, What::Scenario) {
         say(format_args!("it needs {MODEL_FILE} beside it: stepvalve new model"));
@@ -101,4 +106,68 @@ fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
     };
     let mut file = std::fs::File::create_new(path).map_err(input)?;
     file.write_all(text.as_bytes()).map_err(input)
+}
+
+/// Which numbers of a model are still those that [`run`] wrote, by sections; `None` where it is no such file, or none is.
+pub fn untouched(text: &str) -> Option<String> {
+    let kinds = [What::Model, What::TorqueModel].map(What::text);
+    let (template, _) =
+        kinds.into_iter().find(|(_, about)| text.lines().take(3).any(|line| line.ends_with(about)))?;
+    let own = numbers(text);
+    let mut sections: Vec<(&str, usize, usize)> = Vec::new();
+    for (section, line) in numbers(&template) {
+        if sections.last().is_none_or(|last| last.0 != section) {
+            sections.push((section, 0, 0));
+        }
+        if let Some((_, same, all)) = sections.last_mut() {
+            *same += usize::from(own.contains(&(section, line)));
+            *all += 1;
+        }
+    }
+    let told = sections.iter().filter(|(_, same, _)| *same > 0).map(|(section, same, all)| match same {
+        same if same == all => format!("{section} all"),
+        same => format!("{section} {same} of {all}"),
+    });
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| {
+        format!("these numbers are still the template's, a rig's and not your valve's: {}", told.join(", "))
+    })
+}
+
+/// The lines that give numbers, without blanks and comments, each with its section.
+fn numbers(text: &str) -> Vec<(&str, String)> {
+    let mut section = "";
+    let mut found = Vec::new();
+    for line in text.lines() {
+        let setting = line.split('#').next().unwrap_or(line).trim();
+        if setting.starts_with('[') {
+            section = setting;
+        } else if let Some((key, value)) = setting.split_once('=') {
+            let value = value.trim();
+            if value.starts_with(|c: char| c.is_ascii_digit() || c == '-') && key.trim() != "format_version" {
+                found.push((section, format!("{}={value}", key.trim())));
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_of_the_template_is_told() {
+        let whole = What::Model.whole("model.toml");
+        let told = untouched(&whole).unwrap();
+        assert!(
+            told.ends_with("[motor] all, [load] all, [friction] all, [orifice] all, [oil] all"),
+            "{told}"
+        );
+        let changed =
+            whole.replace("rotor_teeth = 50 ", "rotor_teeth = 100 # was 50 ").replace("= 1.0e-4 ", "= 2e-4");
+        let told = untouched(&changed).unwrap();
+        assert!(told.ends_with(": [motor] 7 of 8, [friction] all, [orifice] all, [oil] all"), "{told}");
+        assert_eq!(untouched(MODEL), None, "the shipped file is no template");
+    }
 }

@@ -31,6 +31,7 @@ mod mission;
 mod news;
 mod notify;
 mod operate;
+mod parameters;
 mod progress;
 mod recorder_keeper;
 mod request;

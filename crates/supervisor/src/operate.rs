@@ -4,13 +4,12 @@ use crate::generation::{Generation, SEEN_WITHIN};
 use crate::journal::EventKind;
 use crate::news::Asked;
 use crate::request::{Answer, Request};
-use crate::set_points::beyond;
 use crate::status::Status;
 use processes::ToChild;
 use realtime::now_ns;
 use signals::{
-    ControlParameter, ControlStatus, ControllerState, FaultCode, OperatorCommand, OperatorKind,
-    OperatorResult, Source, validity,
+    ControlStatus, ControllerState, FaultCode, OperatorCommand, OperatorKind, OperatorResult, Source,
+    validity,
 };
 use std::time::{Duration, Instant};
 
@@ -29,7 +28,7 @@ fn is_over(asked: &Asked) -> bool {
 }
 
 /// An order that says nothing but its kind.
-fn order_of(kind: OperatorKind) -> OperatorCommand {
+pub(crate) fn order_of(kind: OperatorKind) -> OperatorCommand {
     OperatorCommand { kind: kind.code(), ..OperatorCommand::default() }
 }
 
@@ -129,7 +128,7 @@ impl Generation<'_> {
     }
 
     /// Gives an order to the controller, and waits for what it says.
-    fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
+    pub(crate) fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
         // What comes of it must be told while whoever asked is still there.
         let patience = self.patience.saturating_sub(SEEN_WITHIN);
         let (given, id) = (Instant::now(), self.give_order(order, patience));
@@ -153,6 +152,11 @@ impl Generation<'_> {
         match OperatorResult::from_code(operator_result) {
             Some(OperatorResult::Done) => Answer::done(done),
             Some(OperatorResult::Begun) => Answer::done(state),
+            Some(OperatorResult::NoHoming) => Answer::refused(format!(
+                "{}: the scenario has no section [homing] (docs/scenario.md), so the valve counts as homed from the start",
+                OperatorResult::NoHoming
+            )),
+            Some(OperatorResult::Refused) => Answer::refused(self.why_not(&order)),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
                 let fault =
@@ -191,24 +195,6 @@ impl Generation<'_> {
             answer.is_some()
         });
         answer
-    }
-
-    fn set_parameter(&mut self, name: &str, value: f64) -> Answer {
-        let spelled = |parameter: &ControlParameter| parameter.name().replace(' ', "-");
-        let known = || ControlParameter::ALL.iter().filter(|parameter| **parameter != ControlParameter::None);
-        let Some(parameter) = known().find(|parameter| spelled(parameter) == name) else {
-            let names: Vec<_> = known().map(spelled).collect();
-            return Answer::refused(format!("no parameter \"{name}\", expected one of {}", names.join(", ")));
-        };
-        if !value.is_finite() {
-            return Answer::refused("the value is not a number");
-        }
-        let order =
-            OperatorCommand { parameter: parameter.code(), value, ..order_of(OperatorKind::SetParameter) };
-        if let Some(refusal) = beyond(&order, "value") {
-            return refusal;
-        }
-        self.order(order, &format!("{name} is {value}"))
     }
 
     fn status(&mut self) -> Answer {

@@ -297,10 +297,16 @@ impl fmt::Display for Status {
             (false, false) => "; LOST: THE DISK DOES NOT TAKE IT",
             (false, true) => "",
         };
+        // A replaced recorder begins to count anew.
+        let replaced = match self.recorder_restarts {
+            0 => String::new(),
+            1 => " since the recorder was replaced".to_owned(),
+            times => format!(" since the recorder was last replaced, of {times} times"),
+        };
         write!(
             f,
-            "record           {} messages, {} missed, recorder replaced {} times{disk}",
-            self.recorded, self.recorder_missed, self.recorder_restarts
+            "record           {} messages, {} missed{replaced}{disk}",
+            self.recorded, self.recorder_missed
         )
     }
 }

@@ -53,13 +53,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     log.title = format!("Prediction: {}", log.title);
     log.provenance = Some(format!("stepvalve predict, log {log_file}, model {model_file} ({})", model.name));
     let predicted = predict_and_write(out, &log, &model, tasks).map_err(|failure| match failure {
-        Failure::Input(error) => Failure::Input(error.context(log_file)),
+        Failure::Input(error) => Failure::Input(error.context(log_file.clone())),
         Failure::Failed(error) => Failure::Failed(error),
     })?;
     for (run, predicted) in log.runs.iter().zip(&predicted) {
         say(summary(run, predicted));
     }
     say(format_args!("{}: {} runs predicted with \"{}\"", name(out), log.runs.len(), model.name));
+    say(format_args!("how far off: stepvalve compare {log_file} {} --out compare.html", name(out)));
     Ok(Outcome::Done)
 }
 

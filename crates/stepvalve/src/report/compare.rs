@@ -1,5 +1,6 @@
 //! `stepvalve compare`: two runs, or any two valve-logs, on one page.
 
+use super::apart::{Apart, apart};
 use super::common_time::{Laid, common};
 use super::differences::differences;
 use super::table::Table;
@@ -141,9 +142,14 @@ fn page(a: &Path, b: &Path) -> Result<Page, anyhow::Error> {
     let open = |path: &Path| One::open(path).with_context(|| name(path));
     let both = [open(a)?, open(b)?];
     let [one, two] = &both;
-    let mut page = Page::new(format!("{} (A) and {} (B)", one.title, two.title), headline(one, two));
-    page.sections.push(Section::new("").with(Block::Table(facts([a, b], one, two))));
-    page.sections.push(Section::new("Signals").with(Block::TimePlots(plots(one, two)?)));
+    let (times, laid) = common(&one.table.time_s, &two.table.time_s);
+    let apart = apart(&one.table, &two.table, times.len())?;
+    let mut page = Page::new(format!("{} (A) and {} (B)", one.title, two.title), headline(one, two, &apart));
+    let mut facts = facts([a, b], one, two);
+    facts.rows.extend(apart.iter().map(|apart| apart.row(&times)));
+    page.sections.push(Section::new("").with(Block::Table(facts)));
+    page.sections
+        .push(Section::new("Signals").with(Block::TimePlots(plots(one, two, &times, &laid, &apart)?)));
     let happened = events_of(one, two);
     if !happened.rows.is_empty() {
         page.sections.push(Section::new("Events").with(Block::Table(happened)));
@@ -152,10 +158,13 @@ fn page(a: &Path, b: &Path) -> Result<Page, anyhow::Error> {
     Ok(page)
 }
 
-/// Whose error is smaller, in one sentence.
-fn headline(a: &One, b: &One) -> String {
+/// Whose error is smaller, or how far the two are apart, in one sentence.
+fn headline(a: &One, b: &One, apart: &[Apart]) -> String {
     let error = |one: &One| one.figures.true_error.or(one.figures.error);
     let (Some(of_a), Some(of_b)) = (error(a), error(b)) else {
+        if let Some(apart) = apart.first() {
+            return apart.headline();
+        }
         let rows = |one: &One| text::grouped(one.table.time_s.len() as u64);
         return format!("{} samples of A and {} of B.", rows(a), rows(b));
     };
@@ -184,15 +193,20 @@ fn facts(paths: [&Path; 2], a: &One, b: &One) -> ::report::Table {
     ::report::Table { header, rows: std::iter::once(file).chain(rows).collect() }
 }
 
-fn plots(a: &One, b: &One) -> Result<TimePlots, anyhow::Error> {
-    let (times, laid) = common(&a.table.time_s, &b.table.time_s);
+fn plots(
+    a: &One,
+    b: &One,
+    times: &[f64],
+    laid: &[Laid; 2],
+    apart: &[Apart],
+) -> Result<TimePlots, anyhow::Error> {
     let mut plan_a = panels::plan(&a.table, &a.figures, &a.set_points)?;
     let mut plan_b = panels::plan(&b.table, &b.figures, &b.set_points)?;
     plan_a.share_unit(&mut plan_b);
     let details: Vec<_> = [a, b].iter().flat_map(|one| one.figures.details(&one.table)).collect();
-    let axis = TimeAxis::new(&times, plan_a.series() + plan_b.series(), &details)?;
+    let axis = TimeAxis::new(times, plan_a.series() + plan_b.series() + apart.len(), &details)?;
     let mut plots = TimePlots::default();
-    for (((letter, one), plan), laid) in LETTERS.into_iter().zip([a, b]).zip([plan_a, plan_b]).zip(&laid) {
+    for (((letter, one), plan), laid) in LETTERS.into_iter().zip([a, b]).zip([plan_a, plan_b]).zip(laid) {
         plots.strips.extend(one.strips(letter)?);
         plots.markers.extend(one.markers(letter));
         for panel in one.panels(letter, &plan, laid, &axis)? {
@@ -201,6 +215,9 @@ fn plots(a: &One, b: &One) -> Result<TimePlots, anyhow::Error> {
                 None => plots.panels.push(panel),
             }
         }
+    }
+    for apart in apart {
+        plots.panels.push(apart.panel(&axis)?);
     }
     Ok(plots)
 }

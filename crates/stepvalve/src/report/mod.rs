@@ -2,6 +2,7 @@
 
 pub mod compare;
 
+mod apart;
 mod common_time;
 mod differences;
 mod events;

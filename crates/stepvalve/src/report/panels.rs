@@ -79,6 +79,11 @@ const SIGNALS: &[Signal] = &[
 
 const FLOW_PANEL: &str = "Pressure and flow";
 
+/// The unit in which a column is shown, and the factor to it from SI.
+pub fn shown_as(column: &str) -> (&'static str, f64) {
+    SIGNALS.iter().find(|signal| signal.column == column).map_or(("", 1.0), |of| (of.unit, of.factor))
+}
+
 /// The signals that this run has.
 pub struct Plan<'a> {
     signals: Vec<&'static Signal>,

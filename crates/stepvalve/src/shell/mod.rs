@@ -1,4 +1,6 @@
-//! `stepvalve completions | man`: what a shell and `man` want to know of the commands.
+//! `stepvalve completions | man | help`: what a shell, `man` and readers want to know of the commands.
+
+mod groups;
 
 use crate::files::name;
 use crate::say::say;
@@ -8,6 +10,8 @@ use clap_complete::Shell;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
+
+pub use groups::grouped;
 
 /// For which shell.
 #[derive(Debug, clap::Args)]
