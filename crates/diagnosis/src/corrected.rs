@@ -84,7 +84,7 @@ pub(crate) fn with_corrections(
     let exact = if kept.is_some() { Tried::from(setting, joint.fitted.point, CORRECTING)? } else { joint };
     selection.take(exact);
     // Beside the corrections some harmonics may no longer be significant.
-    for index in (0..selection.fitted.point.hypothesis.members.len()).rev() {
+    for index in (0..selection.causes()).rev() {
         if selection.fitted.point.hypothesis.members.get(index).is_some_and(|member| member.candidate.series)
         {
             fewer_orders(setting, &mut selection, index)?;

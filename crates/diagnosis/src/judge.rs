@@ -233,17 +233,15 @@ fn few_stay(setting: &Setting<'_>, few: &Selection, selected: &Selection) -> boo
     if setting.is_over() && few.has_more_than(selected) {
         return true;
     }
-    let causes = |of: &Selection| of.fitted.point.hypothesis.members.len();
-    let further = causes(selected).saturating_sub(causes(few));
+    let further = selected.causes().saturating_sub(few.causes());
     let explained = few.rms_first.powi(2) - few.rms.powi(2);
     let cut = few.rms.powi(2) - selected.rms.powi(2);
-    causes(few) > 0 && further > 0 && cut < further as f64 * MISFIT * explained
+    few.causes() > 0 && further > 0 && cut < further as f64 * MISFIT * explained
 }
 
 /// Whether it has fewer causes and leaves as much: a transducer's scale in place of all levels.
 fn is_simpler(one: &Selection, other: &Selection) -> bool {
-    let causes = |of: &Selection| of.fitted.point.hypothesis.members.len();
-    (1..causes(other)).contains(&causes(one)) && one.rms <= other.rms + NEARLY * other.rms.max(1.0)
+    (1..other.causes()).contains(&one.causes()) && one.rms <= other.rms + NEARLY * other.rms.max(1.0)
 }
 
 /// A single parameter beyond its tolerance, unless the causes of an earlier search leave less. Corrections at their bounds beside the

@@ -66,7 +66,7 @@ pub(crate) fn accept(
     let mut all = Some(all);
     loop {
         let kept = keep(judged, &members)?;
-        let whole = members.len() == judged.selection.fitted.point.hypothesis.members.len();
+        let whole = members.len() == judged.selection.causes();
         let (point, after) = match all.take() {
             Some(all) if whole => all,
             _ => judged.everywhere(&kept)?,

@@ -83,7 +83,7 @@ pub(crate) fn is_doubtful(
     let on_held_out = part_left_on_held_out(judged, left);
     let no_better = on_held_out >= 1.0 && selection.rms_first < RMS_LEFT;
     let too_little = || {
-        selection.share_explained(loss, judged.noise.share) < least_share(selection.fitted.point.hypothesis.members.len())
+        selection.share_explained(loss, judged.noise.share) < least_share(selection.causes())
             // If the search was cut short, it had no time for the other cause.
             || judged.noise.share == 1.0 && !is_over && another_cause(judged, structure)
             || on_held_out > loss.hardly_less()

@@ -13,7 +13,7 @@ use valve_model::EffectId;
 /// Where the residual is far above noise, fits each earlier cause again by a pattern search: if its fit ended too early, its
 /// residual would be attributed to a cause that doesn't exist.
 pub(crate) fn fit_earlier_ones(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
-    for member in 0..state.fitted.point.hypothesis.members.len().saturating_sub(1) {
+    for member in 0..state.causes().saturating_sub(1) {
         if setting.is_over() {
             break;
         }
@@ -46,9 +46,9 @@ pub(crate) fn tell_asymmetry_from_offset(state: &mut Selection) {
 
 /// Drops causes that no longer gain beside the others.
 pub(crate) fn drop_idle(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
-    while state.fitted.point.hypothesis.members.len() > 1 && !setting.is_over() {
+    while state.causes() > 1 && !setting.is_over() {
         let mut without = Vec::new();
-        for index in 0..state.fitted.point.hypothesis.members.len() {
+        for index in 0..state.causes() {
             let begin = Point {
                 hypothesis: state.fitted.point.hypothesis.without(index),
                 starts: state.fitted.point.starts.clone(),

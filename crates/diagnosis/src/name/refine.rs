@@ -31,7 +31,7 @@ const HARDLY_WORSE: f64 = 1.1;
 
 /// Frees shape parameters of the last cause that gain, adds and removes harmonics, and drops an asymmetry's part that gains nothing.
 pub(crate) fn refine(setting: &Setting<'_>, state: &mut Selection) -> Result<(), DiagnosisError> {
-    let Some(index) = state.fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(()) };
+    let Some(index) = state.causes().checked_sub(1) else { return Ok(()) };
     let Some(member) = state.fitted.point.hypothesis.members.get(index).cloned() else { return Ok(()) };
     if setting.is_over() {
         return Ok(());

@@ -112,17 +112,17 @@ fn grow_on(
     state: &mut Selection,
 ) -> Result<(), DiagnosisError> {
     for _ in 1..MOST {
-        let enough = state.fitted.point.hypothesis.members.len() >= MOST;
+        let enough = state.causes() >= MOST;
         if enough || setting.is_over() || is_explained(setting, state)? {
             break;
         }
         let screening = screen(setting, candidates, &state.fitted)?;
-        let before = state.fitted.point.hypothesis.members.len();
+        let before = state.causes();
         if !next_cause(setting, &screening.ranked, state)? {
             break;
         }
         settle(setting, candidates, state)?;
-        let as_many = state.fitted.point.hypothesis.members.len() <= before;
+        let as_many = state.causes() <= before;
         let accepted = state.rounds.last().and_then(|round| round.accepted);
         let dropped = accepted.is_some_and(|id| !state.fitted.point.hypothesis.has(id));
         if dropped || as_many && hysteresis_keeps_shrinking(state, setting.loss()) {

@@ -59,6 +59,11 @@ impl Selection {
         is_more(&causes(self), &causes(other))
     }
 
+    /// How many causes are accepted.
+    pub fn causes(&self) -> usize {
+        self.fitted.point.hypothesis.members.len()
+    }
+
     /// Samples that were fitted.
     pub fn samples(&self) -> f64 {
         self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)

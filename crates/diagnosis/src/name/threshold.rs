@@ -48,7 +48,7 @@ pub(crate) fn reaches_threshold(
 /// Threshold on the cut of the held-out RMS, relative to the noise.
 pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
     let square = state.rms.powi(2);
-    let causes = state.fitted.point.hypothesis.members.len();
+    let causes = state.causes();
     let part = if hysteresis_keeps_shrinking(state, loss) {
         LEAST_BESIDE_HYSTERESIS
     } else {
@@ -61,7 +61,7 @@ pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
 /// Threshold on the cut of the held-out mean square. It applies from the third cause on and beside presliding-hysteresis, where
 /// the logarithmic loss of angle logs would hide how little a candidate cuts.
 fn squares_threshold(state: &Selection, id: EffectId, loss: Loss) -> f64 {
-    let many = state.fitted.point.hypothesis.members.len() >= 2 && state.forms.inexact > 0.0;
+    let many = state.causes() >= 2 && state.forms.inexact > 0.0;
     let of_many = if many { MISFIT * state.forms.inexact_of_squares } else { f64::NEG_INFINITY };
     let left = match loss {
         _ if SAME_STIFFNESS.contains(&id) => MISFIT_OF_SAME_STIFFNESS,

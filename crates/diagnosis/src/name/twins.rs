@@ -81,6 +81,10 @@ enum Twins {
     Play,
     /// A torque that is there in one direction.
     OneWay,
+    /// A torque that pressure gives: in one direction, or as friction.
+    PressureOneWay,
+    /// A torque over the angle: in one direction, or as friction.
+    AngleOneWay,
     /// A torque that doesn't depend on speed.
     Constant,
     /// A spring behind the load.
@@ -107,13 +111,15 @@ enum Twins {
 
 impl Twins {
     /// In order.
-    const ALL: [Self; 17] = [
+    const ALL: [Self; 19] = [
         Self::OverTheAngle,
         Self::Lateness,
         Self::SmallMotion,
         Self::Deflection,
         Self::Play,
         Self::OneWay,
+        Self::PressureOneWay,
+        Self::AngleOneWay,
         Self::Constant,
         Self::Spring,
         Self::TorqueOverAngle,
@@ -133,7 +139,7 @@ impl Twins {
             Self::OverTheAngle => &[Apart::Turns],
             Self::Lateness | Self::Deflection => &[Apart::NearResonance],
             Self::SmallMotion | Self::Play | Self::Constant => &[Apart::Presliding],
-            Self::OneWay => &[Apart::BothWays],
+            Self::OneWay | Self::PressureOneWay | Self::AngleOneWay => &[Apart::BothWays],
             Self::Spring => &[Apart::Ringing],
             Self::TorqueOverAngle | Self::PressureOrZero | Self::PressureOrLevel | Self::GrowsInRest => {
                 &[Apart::TwoPressures]
@@ -153,6 +159,8 @@ impl Twins {
                 SeenIn::AngleLogs
             }
             Self::OneWay
+            | Self::PressureOneWay
+            | Self::AngleOneWay
             | Self::Constant
             | Self::Spring
             | Self::PressureOrZero
@@ -176,10 +184,12 @@ fn of(id: EffectId) -> &'static [Twins] {
         EffectId::DirectionAsymmetry => &[OneWay, Constant, PressureOrDirection],
         EffectId::TorqueOffset => &[OneWay, Constant, PressureOrZero],
         EffectId::CouplingCompliance | EffectId::BristleStiffness => &[Spring],
-        EffectId::FlowTorque | EffectId::PositionTorque => &[TorqueOverAngle, OverTheAngle],
+        EffectId::FlowTorque => &[TorqueOverAngle, OverTheAngle],
+        EffectId::PositionTorque => &[TorqueOverAngle, OverTheAngle, AngleOneWay],
+        EffectId::AngleDependentFriction => &[AngleOneWay],
         EffectId::EncoderEccentricity => &[OverTheAngle],
-        EffectId::PressureTorque => &[PressureOrZero, PressureOrDirection],
-        EffectId::PressureDependentFriction => &[PressureOrLevel, WearOrPressure],
+        EffectId::PressureTorque => &[PressureOrZero, PressureOrDirection, PressureOneWay],
+        EffectId::PressureDependentFriction => &[PressureOrLevel, WearOrPressure, PressureOneWay],
         EffectId::DwellStiction | EffectId::HydraulicLock => &[GrowsInRest],
         EffectId::WearDrift => &[WearOrWarmth, WearOrPressure],
         EffectId::TemperatureDependentFriction => &[WearOrWarmth],
@@ -194,7 +204,6 @@ fn of(id: EffectId) -> &'static [Twins] {
         | EffectId::BristleDamping
         | EffectId::RotorInertia
         | EffectId::MotorDamping
-        | EffectId::AngleDependentFriction
         | EffectId::PreslidingHysteresis
         | EffectId::DetentTorque
         | EffectId::MicrostepError
