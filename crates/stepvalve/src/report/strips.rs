@@ -184,7 +184,7 @@ fn missing(table: &Table) -> Result<Strip, RunLogError> {
             }
         }
     }
-    Ok(Strip::from_codes("no message", &table.time_s, missing.into_iter().map(f64::from), |flags| {
+    Ok(Strip::from_codes("gaps", &table.time_s, missing.into_iter().map(f64::from), |flags| {
         let names: Vec<(u64, &str, Level)> =
             (0..).zip(MESSAGES).map(|(bit, (_, name))| (1 << bit, name, Level::Attention)).collect();
         named(flags, &names)
