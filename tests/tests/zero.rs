@@ -94,6 +94,7 @@ fn a_valve_that_can_not_be_homed_says_so() {
     let place = TestPlace::new();
     let run = start(&place, &scenario(&place, ""));
     let refused = place.stepvalve(&["home"]).expect_code(1);
+    assert!(refused.stderr.contains("no way of homing"), "{}", refused.stderr);
     assert!(refused.stderr.contains("no section [homing]"), "{}", refused.stderr);
     end(&place, run);
 }

@@ -24,7 +24,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if says_format(&text, "stepvalve-model") {
         let model = config::parse_model(&text, &file).map_err(Failure::input)?;
         say(format_args!("{file}: model \"{}\", friction law {}: good", model.name, model.friction.law()));
-        new::untouched(&text).iter().for_each(|note| say(format_args!("note: {note}")));
+        if let Some(note) = new::untouched(&text) {
+            say(format_args!("note: {note}"));
+        }
         return Ok(Outcome::Done);
     }
     if says_format(&text, "stepvalve-drive") {
@@ -52,9 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         scenario.belief
     ));
     say(loaded.goes_on());
-    new::untouched(&loaded.texts.belief)
-        .iter()
-        .for_each(|note| say(format_args!("note: belief {}: {note}", scenario.belief)));
+    if let Some(note) = new::untouched(&loaded.texts.belief) {
+        say(format_args!("note: belief {}: {note}", scenario.belief));
+    }
     for warning in scenario.warnings().into_iter().chain(missing_cores(scenario, &realtime::cores())) {
         say(format_args!("note: {warning}"));
     }

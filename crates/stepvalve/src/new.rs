@@ -3,6 +3,7 @@
 use crate::files::name;
 use crate::say::say;
 use anyhow::anyhow;
+use config::{Editable, Setting};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, Outcome};
@@ -113,43 +114,31 @@ pub fn untouched(text: &str) -> Option<String> {
     let kinds = [What::Model, What::TorqueModel].map(What::text);
     let (template, _) =
         kinds.into_iter().find(|(_, about)| text.lines().take(3).any(|line| line.ends_with(about)))?;
-    let own = numbers(text);
-    let mut sections: Vec<(&str, usize, usize)> = Vec::new();
-    for (section, line) in numbers(&template) {
+    let (own, template) = (Editable::new(text)?, Editable::new(&template)?);
+    let number = |of: &Editable, path: &str| of.get(path).filter(|it| matches!(it, Setting::Number { .. }));
+    let mut sections: Vec<(String, usize, usize)> = Vec::new();
+    for path in template.paths() {
+        let Some((section, there)) = path.split('.').next().zip(number(&template, &path)) else { continue };
+        // Numbers of the head are the format's.
+        if section == path {
+            continue;
+        }
         if sections.last().is_none_or(|last| last.0 != section) {
-            sections.push((section, 0, 0));
+            sections.push((section.to_owned(), 0, 0));
         }
         if let Some((_, same, all)) = sections.last_mut() {
-            *same += usize::from(own.contains(&(section, line)));
+            *same += usize::from(number(&own, &path) == Some(there));
             *all += 1;
         }
     }
     let told = sections.iter().filter(|(_, same, _)| *same > 0).map(|(section, same, all)| match same {
-        same if same == all => format!("{section} all"),
-        same => format!("{section} {same} of {all}"),
+        same if same == all => format!("[{section}] all"),
+        same => format!("[{section}] {same} of {all}"),
     });
     let told: Vec<String> = told.collect();
     (!told.is_empty()).then(|| {
         format!("these numbers are still the template's, a rig's and not your valve's: {}", told.join(", "))
     })
-}
-
-/// The lines that give numbers, without blanks and comments, each with its section.
-fn numbers(text: &str) -> Vec<(&str, String)> {
-    let mut section = "";
-    let mut found = Vec::new();
-    for line in text.lines() {
-        let setting = line.split('#').next().unwrap_or(line).trim();
-        if setting.starts_with('[') {
-            section = setting;
-        } else if let Some((key, value)) = setting.split_once('=') {
-            let value = value.trim();
-            if value.starts_with(|c: char| c.is_ascii_digit() || c == '-') && key.trim() != "format_version" {
-                found.push((section, format!("{}={value}", key.trim())));
-            }
-        }
-    }
-    found
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! How far two logs of the same samples are apart, such as measured runs and what a model predicts of them.
 
+use super::figures::Spread;
 use super::panels::shown_as;
 use super::table::Table;
 use super::text;
@@ -16,10 +17,9 @@ pub struct Apart {
     unit: &'static str,
     /// In `unit`, NaN where one of the two has no value.
     by: Vec<f64>,
-    /// RMS of the difference, and of A about its mean.
-    rms: [f64; 2],
-    /// The largest difference, and its row.
-    peak: (f64, usize),
+    off: Spread,
+    /// RMS of A about its mean.
+    of_a: f64,
 }
 
 /// The columns in which two logs differ; none where their samples are not at the same times.
@@ -46,20 +46,17 @@ impl Apart {
     /// `None` where the two are alike, or never there together.
     fn new(what: &'static str, unit: &'static str, a: &[f64], b: &[f64]) -> Option<Self> {
         let by: Vec<f64> = a.iter().zip(b).map(|(a, b)| b - a).collect();
-        let known = || by.iter().enumerate().filter(|(_, by)| by.is_finite());
-        let peak = known().max_by(|x, y| x.1.abs().total_cmp(&y.1.abs())).map(|(row, by)| (*by, row))?;
-        let both: Vec<f64> = a.iter().zip(&by).filter(|(_, by)| by.is_finite()).map(|(a, _)| *a).collect();
-        let count = both.len() as f64;
-        let mean = both.iter().sum::<f64>() / count;
-        let of_a = (both.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / count).sqrt();
-        let rms = (known().map(|(_, by)| by * by).sum::<f64>() / count).sqrt();
-        (peak.0 != 0.0).then_some(Self { what, unit, rms: [rms, of_a], peak, by })
+        let off = Spread::of(by.iter().copied().enumerate())?;
+        let both: Vec<f64> = a.iter().zip(&by).filter(|(_, by)| !by.is_nan()).map(|(a, _)| *a).collect();
+        let mean = both.iter().sum::<f64>() / both.len() as f64;
+        let of_a = Spread::of(both.iter().map(|a| a - mean).enumerate())?;
+        (off.peak > 0.0).then_some(Self { what, unit, off, of_a: of_a.rms, by })
     }
 
     /// In one sentence.
     pub fn headline(&self) -> String {
-        let Self { what, unit, rms: [rms, of_a], peak: (peak, _), .. } = self;
-        let [rms, of_a, peak] = [*rms, *of_a, peak.abs()].map(text::number);
+        let Self { what, unit, .. } = self;
+        let [rms, peak, of_a] = [self.off.rms, self.off.peak, self.of_a].map(text::number);
         format!(
             "{what}: B is off A by {rms} {unit} RMS and {peak} {unit} at the peak; A itself varies by {of_a} {unit} RMS."
         )
@@ -67,9 +64,10 @@ impl Apart {
 
     /// Its line among the key figures: what, of A, of B.
     pub fn row(&self, times_s: &[f64]) -> Vec<String> {
-        let Self { what, unit, rms: [rms, of_a], peak: (peak, row), .. } = self;
-        let at = times_s.get(*row).map_or(String::new(), |at| format!(" at {}", text::moment(*at)));
-        let [rms, of_a, peak] = [*rms, *of_a, *peak].map(text::number);
+        let Self { what, unit, off: Spread { rms, peak_row, .. }, of_a, .. } = self;
+        let peak = self.by.get(*peak_row).copied().unwrap_or(f64::NAN);
+        let at = times_s.get(*peak_row).map_or(String::new(), |at| format!(" at {}", text::moment(*at)));
+        let [rms, of_a, peak] = [*rms, *of_a, peak].map(text::number);
         let off = format!("off A by {rms} {unit} RMS, {peak} {unit} at the peak{at}");
         vec![what.to_string(), format!("varies by {of_a} {unit} RMS"), off]
     }
@@ -98,9 +96,9 @@ mod tests {
         let (a, b) = ([1.0, -1.0, f64::NAN, 1.0, -1.0], [1.5, -1.5, 7.0, f64::NAN, -1.0]);
         let found = Apart::new("Torque", "N·m", &a, &b).unwrap();
         // Differences 0.5, -0.5, 0; of A 1, -1, -1.
-        assert!((found.rms[0] - (0.5_f64 / 3.0).sqrt()).abs() < 1e-12, "{:?}", found.rms);
-        assert!((found.rms[1] - (8.0_f64 / 9.0).sqrt()).abs() < 1e-12, "{:?}", found.rms);
-        assert_eq!(found.peak.0.abs(), 0.5);
+        assert!((found.off.rms - (0.5_f64 / 3.0).sqrt()).abs() < 1e-12, "{:?}", found.off);
+        assert!((found.of_a - (8.0_f64 / 9.0).sqrt()).abs() < 1e-12, "{}", found.of_a);
+        assert_eq!(found.off.peak, 0.5);
         assert!(Apart::new("Torque", "N·m", &a, &a).is_none());
         assert!(Apart::new("Torque", "N·m", &[f64::NAN], &[1.0]).is_none());
     }

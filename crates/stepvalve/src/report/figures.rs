@@ -12,7 +12,7 @@ const AROUND_FAULT_S: (f64, f64) = (2.0, 1.0);
 /// The same around the largest following error, s.
 const AROUND_PEAK_S: f64 = 0.5;
 
-/// RMS and largest magnitude of a quantity while the controller followed.
+/// RMS and largest magnitude of a quantity.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spread {
     /// Root of the mean square.
@@ -21,6 +21,22 @@ pub struct Spread {
     pub peak: f64,
     /// The row in which it was.
     pub peak_row: usize,
+}
+
+impl Spread {
+    /// Of values with their rows, those that are missing left out; `None` where there is none.
+    pub fn of(values: impl Iterator<Item = (usize, f64)>) -> Option<Self> {
+        let mut spread = Self::default();
+        let (mut squares, mut count) = (0.0, 0usize);
+        for (row, value) in values.filter(|(_, value)| !value.is_nan()) {
+            squares += value * value;
+            count += 1;
+            if value.abs() > spread.peak {
+                (spread.peak, spread.peak_row) = (value.abs(), row);
+            }
+        }
+        (count > 0).then(|| Self { rms: (squares / count as f64).sqrt(), ..spread })
+    }
 }
 
 /// A run's numbers.
@@ -242,19 +258,9 @@ fn record(file: &RunFile) -> Result<Option<String>, RunLogError> {
 }
 
 fn spread(table: &Table, name: &str) -> Result<Option<Spread>, RunLogError> {
-    let sums = table.file.column(name, |values| {
-        let mut spread = Spread::default();
-        let (mut squares, mut count) = (0.0, 0usize);
-        for (row, (value, running)) in values.zip(&table.running).enumerate() {
-            if *running && !value.is_nan() {
-                squares += value * value;
-                count += 1;
-                if value.abs() > spread.peak {
-                    (spread.peak, spread.peak_row) = (value.abs(), row);
-                }
-            }
-        }
-        (count > 0).then(|| Spread { rms: (squares / count as f64).sqrt(), ..spread })
+    let spread = table.file.column(name, |values| {
+        let running = values.zip(&table.running).enumerate().filter(|(_, (_, running))| **running);
+        Spread::of(running.map(|(row, (value, _))| (row, value)))
     })?;
-    Ok(sums.flatten())
+    Ok(spread.flatten())
 }
