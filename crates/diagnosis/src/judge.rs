@@ -15,6 +15,7 @@ use crate::measure::judgement::Judgement;
 use crate::name::apart::tell_apart;
 use crate::name::exchange::exchange;
 use crate::name::forms::MISFIT;
+use crate::name::late::{drop_idle_transducer, with_late_transducer_alone};
 use crate::name::prune::tell_asymmetry_from_offset;
 use crate::name::refine::refine;
 use crate::name::round::next_cause;
@@ -228,15 +229,34 @@ fn few(
 }
 
 /// Whether the few causes found beside corrections stay, though they leave more than noise: a search without corrections was ended before it found
-/// as much, or needs further causes for what the forms of the few may leave.
+/// as much, or found nothing better.
 fn few_stay(setting: &Setting<'_>, few: &Selection, selected: &Selection) -> bool {
-    if setting.is_over() && few.has_more_than(selected) {
-        return true;
+    setting.is_over() && few.has_more_than(selected)
+        || is_no_better(Reached::of(selected), Reached::of(few), few.rms_first)
+}
+
+/// How many causes a search found, how many of these without a late transducer, and the held-out RMS that they leave.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    causes: usize,
+    of_the_valve: usize,
+    rms: f64,
+}
+
+impl Reached {
+    fn of(selection: &Selection) -> Self {
+        let (causes, of_the_valve) = (selection.causes(), selection.causes_of_the_valve());
+        Self { causes, of_the_valve, rms: selection.rms }
     }
-    let further = selected.causes().saturating_sub(few.causes());
-    let explained = few.rms_first.powi(2) - few.rms.powi(2);
-    let cut = few.rms.powi(2) - selected.rms.powi(2);
-    few.causes() > 0 && further > 0 && cut < further as f64 * MISFIT * explained
+}
+
+/// Whether other causes than the few are no better: they are no fewer and leave no less, or are more for what the forms of the few may leave.
+fn is_no_better(others: Reached, few: Reached, rms_first: f64) -> bool {
+    let further = others.causes.saturating_sub(few.causes);
+    let cut = few.rms.powi(2) - others.rms.powi(2);
+    let explained = rms_first.powi(2) - few.rms.powi(2);
+    let leave_no_less = few.of_the_valve <= others.of_the_valve && few.rms <= others.rms;
+    few.causes > 0 && (leave_no_less || further > 0 && cut < further as f64 * MISFIT * explained)
 }
 
 /// Whether it has fewer causes and leaves as much: a transducer's scale in place of all levels.
@@ -284,6 +304,8 @@ fn beyond_tolerance(
     most: f64,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let mut found: Vec<(EffectId, Tried)> = Vec::new();
+    // What counts as noise may be more than that, where it is coloured.
+    let hopeless = if most.is_finite() { HOPELESS.max(most) } else { HOPELESS };
     let corrections = &corrected.point.hypothesis.corrections;
     // The torque's scale is held, and levels go to their bounds in its place.
     let scale = corrections.iter().filter(|of| of.id == EffectId::TorqueGain);
@@ -294,14 +316,14 @@ fn beyond_tolerance(
             return Ok(None);
         }
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
-        found.extend(if_noise_is_left(setting, corrected, level, HOPELESS)?.map(|tried| (of.id, tried)));
+        found.extend(if_noise_is_left(setting, corrected, level, hopeless)?.map(|tried| (of.id, tried)));
     }
     // If the corrections leave more than noise, such parameters may stand in for a late transducer.
     let late = EffectId::SensorDelay;
     let stands_for_it = !found.is_empty() && !most.is_finite() && setting.campaign.kind.residual_is_torque();
     if let Some(late) = able.iter().find(|candidate| candidate.id == late).filter(|_| stands_for_it) {
         let member = Member::new(late, late.neutral(), late.free.clone());
-        found.extend(if_noise_is_left(setting, corrected, member, HOPELESS)?.map(|tried| (late.id, tried)));
+        found.extend(if_noise_is_left(setting, corrected, member, hopeless)?.map(|tried| (late.id, tried)));
     }
     found.retain(|(_, tried)| tried.rms < most);
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
@@ -346,16 +368,36 @@ fn few_beside_corrections(
     let first = nothing_yet(setting, given.clone());
     let mut state = nothing_yet(setting, corrected.clone());
     let mut kept = None;
+    // A hum that stands out once something is taken out ends the search, which would find causes for it. The search goes on once the hum is
+    // taken out.
+    let is_done = |state: &Selection| {
+        Ok::<_, DiagnosisError>(
+            leaves_noise(setting, &state.fitted)?
+                || mains(setting, &left(setting, &state.fitted.point)?).is_some(),
+        )
+    };
+    let screening = screen(setting, able, &state.fitted)?;
+    state.first_ranking = screening.ranking();
+    ranked(&state.first_ranking);
+    // Where it is all, it is a cause like any other, and has its rivals.
+    let late = with_late_transducer_alone(setting, able, &state)?;
+    let mut first_screening = Some(screening);
+    if let Some(late) = late
+        && !is_done(&late)?
+    {
+        state = late;
+        first_screening = None;
+    }
+    let mut done = false;
     for causes in 0..at_most {
-        if setting.is_over() {
+        if done || setting.is_over() {
             break;
         }
         let quick = Setting { kept: kept.as_ref().or(setting.kept), ..*setting };
-        let screening = screen(&quick, able, &state.fitted)?;
-        if causes == 0 {
-            state.first_ranking = screening.ranking();
-            ranked(&state.first_ranking);
-        }
+        let screening = match first_screening.take() {
+            Some(screening) => screening,
+            None => screen(&quick, able, &state.fitted)?,
+        };
         // The last cause that is allowed must leave no more than noise. What promises half of the way to first order may get there.
         let best = screening.ranked.first().map_or(0.0, |best| best.gain);
         if causes + 1 == at_most && state.rms - best > HOPELESS.max(0.5 * state.rms) {
@@ -373,14 +415,35 @@ fn few_beside_corrections(
             let quick = Setting { kept: kept.as_ref(), ..*setting };
             state.take(Tried::from(&quick, state.fitted.point.clone(), CORRECTING)?);
         }
-        // A hum that stands out now ends the search, which would find causes for it. The search goes on once the hum is taken out.
-        if leaves_noise(setting, &state.fitted)?
-            || mains(setting, &left(setting, &state.fitted.point)?).is_some()
-        {
-            (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
-            return Ok(Few::Found(Box::new(state)));
+        done = is_done(&state)?;
+    }
+    drop_idle_transducer(setting, &mut state)?;
+    (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
+    let state = Box::new(state);
+    Ok(if done { Few::Found(state) } else { Few::Not(Some(state)) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_causes_stay_where_others_are_no_better() {
+        // Causes with and without a late transducer, and what they leave of 10 times the noise.
+        let reached = |(causes, of_the_valve, rms)| Reached { causes, of_the_valve, rms };
+        for (few, others, stay) in [
+            ((0, 0, 2.0), (1, 1, 3.0), false),
+            ((1, 1, 2.0), (1, 1, 2.0), true),
+            ((1, 1, 2.0), (1, 1, 2.1), true),
+            ((1, 1, 2.1), (1, 1, 2.0), false),
+            ((2, 1, 2.0), (1, 1, 2.1), true),
+            ((2, 2, 2.0), (1, 1, 2.1), false),
+            // A further cause has to cut 0.02 of 100 − 4.
+            ((1, 1, 2.0), (2, 2, 1.6), true),
+            ((1, 1, 2.0), (2, 2, 1.4), false),
+            ((1, 1, 2.0), (3, 3, 1.4), true),
+        ] {
+            assert_eq!(is_no_better(reached(others), reached(few), 10.0), stay, "{few:?} beside {others:?}");
         }
     }
-    (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
-    Ok(Few::Not(Some(Box::new(state))))
 }

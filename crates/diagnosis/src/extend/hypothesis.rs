@@ -112,6 +112,16 @@ pub(crate) enum Free {
     Number(usize, usize),
 }
 
+impl Free {
+    /// The index of the cause whose number it is.
+    pub fn member(self) -> Option<usize> {
+        match self {
+            Self::Number(member, _) => Some(member),
+            Self::Zero | Self::Correction(_) => None,
+        }
+    }
+}
+
 impl Hypothesis {
     /// The given model with the effects of the members; an effect that it has already is replaced. Then the corrections.
     pub fn model(&self, given: &Model) -> Result<Model, ParamError> {

@@ -17,6 +17,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub(crate) struct Spread {
     pub covariance: DMatrix<f64>,
     pub half_width: f64,
+    /// The part of each variance that only numbers of the same cause bring, which were left out: its exponent, its time constant.
+    own_shape: Vec<f64>,
 }
 
 /// How many times the motion is measured again.
@@ -47,9 +49,12 @@ impl Spread {
         Ok(self)
     }
 
-    /// The conditional standard deviation of a number, given the numbers at `given`.
+    /// The conditional standard deviation of a number, given the numbers at `given`, and the numbers of its cause that were left out.
     pub fn deviation_given(&self, place: usize, given: &[usize]) -> f64 {
-        let at = |row: usize, column: usize| self.covariance[(row, column)];
+        let shape = |row: usize| self.own_shape.get(row).copied().unwrap_or(0.0);
+        let at = |row: usize, column: usize| {
+            self.covariance[(row, column)] - if row == column { shape(row) } else { 0.0 }
+        };
         let own = at(place, place).max(0.0);
         let count = given.len();
         let inner = DMatrix::from_fn(count, count, |row, column| at(given[row], given[column]));
@@ -63,19 +68,29 @@ impl Spread {
     /// Biometrics 53, 1997); of several, the largest.
     pub fn with_choice(mut self, setting: &Setting<'_>, fitted: &Fitted) -> Result<Self, DiagnosisError> {
         let changes = changes_with_more(setting, fitted)?;
+        let places = fitted.point.hypothesis.free();
         for place in 0..self.covariance.nrows() {
-            let of = |(change, weight): &(DVector<f64>, f64)| weight * change[place] * change[place];
-            self.covariance[(place, place)] += changes.iter().map(of).fold(0.0, f64::max);
+            let own = places.get(place).and_then(|free| free.member());
+            let of = |more: &More| more.weight * more.change[place] * more.change[place];
+            let all = changes.iter().map(of).fold(0.0, f64::max);
+            let others = changes.iter().filter(|more| Some(more.member) != own).map(of).fold(0.0, f64::max);
+            self.covariance[(place, place)] += all;
+            self.own_shape.push(all - others);
         }
         Ok(self)
     }
 }
 
-/// The change of the fitted numbers when each left-out one is freed, in one Gauss-Newton step within its bounds, and its Akaike weight.
-fn changes_with_more(
-    setting: &Setting<'_>,
-    fitted: &Fitted,
-) -> Result<Vec<(DVector<f64>, f64)>, DiagnosisError> {
+/// What freeing a number of a member changes, in one Gauss-Newton step within its bounds.
+struct More {
+    member: usize,
+    change: DVector<f64>,
+    /// Akaike's.
+    weight: f64,
+}
+
+/// The change of the fitted numbers when each left-out one is freed.
+fn changes_with_more(setting: &Setting<'_>, fitted: &Fitted) -> Result<Vec<More>, DiagnosisError> {
     let hypothesis = &fitted.point.hypothesis;
     let mut columns = setting.own_columns(hypothesis)?;
     let own: Vec<usize> = (0..columns.len()).collect();
@@ -105,7 +120,7 @@ fn changes_with_more(
         let part =
             more.iter().zip(beta.iter().skip(own.len())).map(|(free, by)| within(hypothesis, *free, *by));
         let change = (beta.rows(0, own.len()) - &alone) * part.fold(1.0, f64::min);
-        Some((change, weight))
+        Some(More { member: more.first()?.member()?, change, weight })
     };
     Ok(others.iter().filter_map(with).collect())
 }
@@ -175,7 +190,7 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
     within_tolerance(&fitted.point.hypothesis, &mut covariance);
     let freedom = (count - 1.0).max(1.0);
     let half_width = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
-    Some(Spread { covariance, half_width })
+    Some(Spread { covariance, half_width, own_shape: Vec::new() })
 }
 
 /// Caps each correction's standard error at its prior tolerance.
@@ -255,9 +270,14 @@ mod tests {
     #[test]
     fn what_two_numbers_share_is_none_of_one_if_the_other_is_known() {
         let covariance = DMatrix::from_row_slice(2, 2, &[1.0, 0.96, 0.96, 1.0]);
-        let spread = Spread { covariance, half_width: 2.0 };
+        let mut spread = Spread { covariance, half_width: 2.0, own_shape: Vec::new() };
         assert!((spread.deviation_given(0, &[]) - 1.0).abs() < 1e-12);
         assert!((spread.deviation_given(0, &[1]) - 0.28).abs() < 1e-6);
+        spread.own_shape = vec![0.75];
+        assert!(
+            (spread.deviation_given(0, &[]) - 0.5).abs() < 1e-12,
+            "an exponent that was left out is given too"
+        );
     }
 
     #[test]

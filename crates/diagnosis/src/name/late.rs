@@ -1,19 +1,81 @@
-//! A simple cause together with a late transducer, in place of an open form that stands in for both.
+//! A late transducer beside what is searched for: from the start, and with a simple cause in place of an open form that stands in for both.
 //!
 //! A form of many numbers, presliding-hysteresis above all, bends to what a late transducer does to a simple cause: each alone leaves more
 //! than it. Only together are they seen to leave no more, with fewer numbers.
 
 use crate::DiagnosisError;
 use crate::error::if_possible;
+use crate::extend::candidate::Candidate;
 use crate::extend::catalogue::candidate;
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Point, Setting};
+use crate::name::refine::refine;
 use crate::name::rivals::{Rival, as_good, numbers};
+use crate::name::selection::{Round, Selection};
+use crate::name::threshold::FLOOR;
 use crate::name::tried::{STEPS, Tried};
+use crate::name::twins::are_twins;
 use valve_model::EffectId;
 
 /// So many simple rivals, by the error that they leave alone, are tried.
 const MOST: usize = 3;
+
+/// The state with a late transducer, where one cuts the error: a search goes on from there. Every transducer is late, and what that does at
+/// reversals would else be taken for a part of the causes. What looks like it is tried in its place once a cause beside it is known.
+pub(crate) fn with_late_transducer_alone(
+    setting: &Setting<'_>,
+    able: &[Candidate],
+    state: &Selection,
+) -> Result<Option<Selection>, DiagnosisError> {
+    let kind = setting.campaign.kind;
+    let id = EffectId::SensorDelay;
+    let Some(late) = able.iter().find(|of| of.id == id).filter(|_| kind.residual_is_torque()) else {
+        return Ok(None);
+    };
+    let mut best: Option<Tried> = None;
+    for probe in &late.probes {
+        let Point { hypothesis, starts } = &state.fitted.point;
+        let member = Member::new(late, probe.shape.clone(), late.free.clone());
+        let begin = Point { hypothesis: hypothesis.with_uncorrected(member), starts: starts.clone() };
+        let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { continue };
+        if tried.rms < best.as_ref().map_or(state.rms - FLOOR, |best| best.rms) {
+            best = Some(tried);
+        }
+    }
+    let Some(best) = best else { return Ok(None) };
+    let mut with = state.clone();
+    with.take(best);
+    refine(setting, &mut with)?;
+    let looks_like_it = able.iter().filter(|of| are_twins(of.id, id, kind));
+    let others = looks_like_it.map(|of| Member::new(of, of.neutral(), of.free.clone())).collect();
+    with.rounds.push(Round {
+        rms_before: state.rms,
+        rivals: vec![(id, with.rms)],
+        equals: Vec::new(),
+        accepted: Some(id),
+        rms_after: with.rms,
+        others,
+    });
+    Ok(Some(with))
+}
+
+/// Drops the transducer's lateness where the other causes leave as much without it: it stood in for them.
+pub(crate) fn drop_idle_transducer(
+    setting: &Setting<'_>,
+    state: &mut Selection,
+) -> Result<(), DiagnosisError> {
+    let Point { hypothesis, starts } = &state.fitted.point;
+    let place = hypothesis.members.iter().position(|of| of.candidate.id == EffectId::SensorDelay);
+    let Some(place) = place.filter(|_| state.causes() > 1 && !setting.is_over()) else { return Ok(()) };
+    let begin = Point { hypothesis: hypothesis.without(place), starts: starts.clone() };
+    let tried = if_possible(Tried::from(setting, begin, STEPS))?;
+    if let Some(tried) = tried.filter(|tried| tried.rms <= state.rms + FLOOR * state.rms.max(1.0)) {
+        state.take(tried);
+        state.refuse(EffectId::SensorDelay, "what it does is done by the other causes as well");
+        state.ambiguous.retain(|(best, _)| *best != EffectId::SensorDelay);
+    }
+    Ok(())
+}
 
 /// The best of the simpler rivals with a late transducer beside it, if that is as good as the `chosen` one; the transducer stands before
 /// the cause.

@@ -95,7 +95,7 @@ fn without_stand_ins(rivals: &mut Vec<Rival>, before: &Hypothesis) {
     let is_number = |rival: &Rival| before.corrections.iter().any(|of| of.id == rival.id);
     let others = rivals.iter().filter(|rival| !is_number(rival)).map(|rival| rival.rms);
     let least = others.fold(f64::INFINITY, f64::min);
-    if !before.members.is_empty() {
+    if before.members.iter().any(|member| member.candidate.id != EffectId::SensorDelay) {
         rivals.retain(|rival| !is_number(rival) || rival.rms < (1.0 - LEVEL) * least);
     }
 }

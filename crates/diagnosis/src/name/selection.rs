@@ -64,6 +64,12 @@ impl Selection {
         self.fitted.point.hypothesis.members.len()
     }
 
+    /// The same without a transducer's lateness.
+    pub fn causes_of_the_valve(&self) -> usize {
+        let members = &self.fitted.point.hypothesis.members;
+        members.iter().filter(|of| of.candidate.id != EffectId::SensorDelay).count()
+    }
+
     /// Samples that were fitted.
     pub fn samples(&self) -> f64 {
         self.fitted.groups.iter().map(|group| group.count).sum::<f64>().max(1.0)
