@@ -194,6 +194,8 @@ class TimePlots {
     const unit = panel.units[series.scale];
     return {
       label: series.name, scale: `y${series.scale}`, stroke: () => seriesColour(index), ...LINES[series.line],
+      // A gap ends within the columns of its neighbours: a run that is all in one column would else be cut away.
+      gaps: (u, seriesIndex, first, end, gaps) => gaps.map(([from, to]) => [from + 0.5, to - 0.5]),
       points: {
         size: 5, width: 1, fill: () => seriesColour(index),
         filter: (u, seriesIndex, show) => (show ? null : lonePoints(series.lone, u.scales.x, panel.axis.time)),

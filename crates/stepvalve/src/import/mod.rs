@@ -112,8 +112,13 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
         && let Some(file) = arguments.files.first()
     {
         let columns = open(mapping, file, MAX_NUMBERS)?.names().join(", ");
+        let skip = if mapping.skip.is_none() {
+            " (not those of your table? lines before it are left out with --skip auto)"
+        } else {
+            ""
+        };
         bail!(
-            "no --map: expected --map time=..., --map angle=... and what else was measured; {} has the columns {columns}",
+            "no --map: expected --map time=..., --map angle=... and what else was measured; {} has the columns {columns}{skip}",
             name(file)
         );
     }

@@ -12,10 +12,10 @@ pub fn advice(fault: FaultCode) -> &'static str {
     match fault {
         FaultCode::None => "",
         FaultCode::FeedbackSilent => {
-            "the controller heard nothing of the valve: its process, its bus or the machine stalled; `stepvalve status` says who is silent"
+            "the controller heard nothing of the valve: its process, its bus or the machine stalled; the list of processes in `stepvalve status` says who is late or silent"
         }
         FaultCode::ReferenceSilent => {
-            "the controller heard nothing of the trajectory generator: its process or the machine stalled; `stepvalve status` says who is silent"
+            "the controller heard nothing of the trajectory generator: its process or the machine stalled; the list of processes in `stepvalve status` says who is late or silent"
         }
         FaultCode::CommandSilent => {
             "the drive heard nothing of the controller and stopped the valve by itself: the controller or the machine stalled; `stepvalve doctor` measures for how long this machine does, and silence_cycles is what the scenario allows"
