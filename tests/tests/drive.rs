@@ -307,6 +307,8 @@ fn wireshark_finds_no_malformed_frame_in_a_capture() {
             let drive = start_drive(&model(), &[]);
             let run = place.start_instance("bus", &["--json"], &scenario, &place.path("out"));
             turn_to_17_degrees(place);
+            // That alone takes about a second, which is about the thousand cycles that are counted below.
+            std::thread::sleep(std::time::Duration::from_secs(1));
             end_instance(run, Signal::SIGTERM);
             end_drive(drive);
             let said = end_instance(capture, Signal::SIGINT).expect_code(0).stdout;
