@@ -27,6 +27,17 @@ PANELS = [
     ("pulse rate (Hz)", ["pulse_rate"]),
 ]
 
+RUNNING = 1  # the code of the controller's state in which it follows the reference
+
+
+def column(run, name):
+    """A column; the following error only while the controller follows."""
+    values = run[name][:]
+    if name == "following_error" and "state" in run:
+        values[run["state"][:] != RUNNING] = float("nan")
+    return values
+
+
 with h5py.File(sys.argv[1]) as log:
     run = next(iter(log["runs"].values()))
     time = run["time"][:]
@@ -34,7 +45,7 @@ with h5py.File(sys.argv[1]) as log:
     for axis, (label, names) in zip(axes, PANELS):
         for name in names:
             if name in run:
-                axis.plot(time, run[name][:], label=name, linewidth=0.8)
+                axis.plot(time, column(run, name), label=name, linewidth=0.8)
         axis.set_ylabel(label)
         axis.grid(True)
         if axis.lines:

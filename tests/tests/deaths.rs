@@ -226,6 +226,7 @@ fn an_interruption_stops_the_valve_first() {
             kill(Pid::from_raw(run.id().cast_signed()), signal).unwrap();
             let finished = Finished::from(run.wait_with_output().unwrap()).expect_code(130);
             assert!(finished.summary()["fault"].is_null(), "{}", finished.stdout);
+            assert_told_as_interrupted(place, "out", &finished);
             let all = feedbacks(place);
             let turned = all.iter().any(|(_, feedback)| feedback.pulse_rate_hz > 100e3);
             let (_, last) = all.last().unwrap();
@@ -237,6 +238,27 @@ fn an_interruption_stops_the_valve_first() {
             place.assert_nothing_left(&["victim"]);
         });
     }
+}
+
+#[test]
+fn an_interruption_without_a_clock_is_told() {
+    let place = TestPlace::new();
+    let scenario = place.scenario("sine-1hz.toml", &[("duration", "duration = \"2000s\"")]);
+    for mode in ["lockstep", "in-process"] {
+        let run = place.start_simulate(&scenario, mode, mode, &[]);
+        let record = place.path(mode).join("run-0001.mcap");
+        place.wait_for("the record", || std::fs::metadata(&record).ok().filter(|m| m.len() > 400_000));
+        kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGINT).unwrap();
+        let finished = Finished::from(run.wait_with_output().unwrap()).expect_code(130);
+        assert_told_as_interrupted(&place, mode, &finished);
+    }
+}
+
+/// In the summary, and on the page.
+fn assert_told_as_interrupted(place: &TestPlace, out: &str, finished: &Finished) {
+    assert_eq!(finished.summary()["interrupted"], true, "{}", finished.stdout);
+    let page = std::fs::read_to_string(place.path(out).join("run.html")).unwrap();
+    assert!(page.contains("Interrupted before its end.") && page.contains("interrupted before the scenario"));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use nix::sys::signal::Signal;
+use std::path::Path;
 use stepvalve_tests::{Finished, TestPlace, despite_stalls, end_instance};
 
 #[test]
@@ -51,8 +52,42 @@ fn a_folder_with_the_record_of_another_instance_is_refused() {
     let refused = run("two", "out").expect_code(2);
     assert!(refused.stderr.contains("holds the record of the instance \"one\""), "{}", refused.stderr);
     end_instance(first, Signal::SIGTERM).expect_code(0);
-    // A later start of the same instance goes on beside what it wrote before.
+    let report = |out: &str| place.stepvalve(&["report", place.path("out").to_str().unwrap(), "--out", out]);
+    let refused = report(place.path("no.html").to_str().unwrap()).expect_code(2);
+    assert!(refused.stderr.contains("it holds a record") && refused.stderr.contains("stepvalve convert"));
+    // A later start of the same instance goes on behind what it wrote before, and says so.
     let again = place.start_instance("one", &["--record", "all"], &scenario, &place.path("out"));
-    end_instance(again, Signal::SIGTERM).expect_code(0);
+    let again = end_instance(again, Signal::SIGTERM).expect_code(0);
+    assert!(again.stderr.contains("holds 1 segment of an earlier start"), "{}", again.stderr);
+    assert!(again.stdout.starts_with("stopped\n"), "{}", again.stdout);
+    let run = place.path("all.h5");
+    let converted = |paths: &[&Path]| {
+        let mut command = place.command("stepvalve");
+        command.arg("convert").args(paths).arg("--out").arg(&run);
+        Finished::from(command.output().unwrap())
+    };
+    let text = converted(&[&place.path("out")]).expect_code(0).stdout;
+    let messages: u64 = text.split(": ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(text.contains(" 0 missing in 0 gaps"), "{text}");
+    let file = hdf5::File::open(&run).unwrap();
+    assert_eq!(file.group("runs").unwrap().member_names().unwrap(), ["closed-loop", "closed-loop-2"]);
+    std::fs::remove_file(&run).unwrap();
+    let alone: u64 = ["run-0001.mcap", "run-0002.mcap"]
+        .iter()
+        .map(|segment| {
+            let report = recording::read_record(&[place.path("out").join(segment)], |_| {}).unwrap();
+            report.recorded()
+        })
+        .sum();
+    assert_eq!(messages, alone, "none is taken for a repetition of another start's");
+    // With another scenario the two are different records.
+    let other = place.shortened("sine-1hz.toml", 0.3, &[]);
+    let third = place.start_instance("one", &["--record", "all"], &other, &place.path("out"));
+    let third = end_instance(third, Signal::SIGTERM).expect_code(0);
+    assert!(third.stderr.contains("convert what belongs together"), "{}", third.stderr);
+    let refused = converted(&[&place.path("out")]).expect_code(2);
+    assert!(refused.stderr.contains("they are different records, to be read apart"), "{}", refused.stderr);
+    let parts = ["run-0001.mcap", "run-0002.mcap"].map(|segment| place.path("out").join(segment));
+    converted(&[&parts[0], &parts[1]]).expect_code(0);
     place.assert_nothing_left(&["one", "two"]);
 }

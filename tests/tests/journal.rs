@@ -58,6 +58,8 @@ fn tell(place: &TestPlace) {
         "{text}"
     );
     place.stepvalve(&["reset"]).expect_code(0);
+    let again = place.stepvalve(&["reset"]).expect_code(1);
+    assert!(again.stderr.contains("without a fault: there is nothing to reset"), "{}", again.stderr);
     let running = events(&place.stepvalve(&["events", "--json"]).expect_code(0));
     let ended = end_instance(run, Signal::SIGTERM).expect_code(0);
     assert!(ended.stderr.contains("stepvalve arm --instance told"), "{}", ended.stderr);

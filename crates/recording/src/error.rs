@@ -57,7 +57,7 @@ pub enum RecordingError {
     #[error("a record consists of at least one file, none was given")]
     NoSegment,
     /// Two segments belong to different records, or stand in the wrong order.
-    #[error("{}: its {what} is {found}, the first segment's is {expected}", path.display())]
+    #[error("{}: its {what} is {found}, the segment's before it is {expected}: they are different records, to be read apart", path.display())]
     SegmentMismatch {
         /// The later segment.
         path: PathBuf,
@@ -65,7 +65,7 @@ pub enum RecordingError {
         what: &'static str,
         /// What this segment says.
         found: String,
-        /// What the first says.
+        /// What the one before says.
         expected: String,
     },
 }

@@ -31,4 +31,4 @@ pub use reader::{Report, Segment, read_info, read_record};
 pub use schema::{Schema, of_topic as schema_of};
 pub use segment::Damage;
 pub use topic::{Topic, bytes_per_cycle};
-pub use writer::Writer;
+pub use writer::{INTERRUPTED, Writer};

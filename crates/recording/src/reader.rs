@@ -86,8 +86,11 @@ pub fn read_record<P: AsRef<Path>>(
         unreadable: 0,
     };
     let mut ledger = Ledger::default();
+    let mut before = None;
     for (index, path) in paths.iter().map(AsRef::as_ref).enumerate() {
-        check_same_record(path, &read_info(path)?, &report.info)?;
+        let info = read_info(path)?;
+        check_same_record(path, &info, before.as_ref().unwrap_or(&report.info))?;
+        before = Some(info);
         let damage = segment::walk(path, |item| {
             take(item, index, &mut ledger, &mut report, &mut visit);
             Walk::On
@@ -122,23 +125,27 @@ fn take(
     }
 }
 
-fn check_same_record(path: &Path, found: &RecordInfo, first: &RecordInfo) -> Result<(), RecordingError> {
+fn check_same_record(path: &Path, found: &RecordInfo, before: &RecordInfo) -> Result<(), RecordingError> {
     let differs = |what, found: String, expected: String| {
         Err(RecordingError::SegmentMismatch { path: path.to_owned(), what, found, expected })
     };
-    if found.title != first.title {
-        return differs("title", found.title.clone(), first.title.clone());
+    if found.title != before.title {
+        return differs("title", found.title.clone(), before.title.clone());
     }
-    if found.instance != first.instance {
-        return differs("instance", found.instance.clone(), first.instance.clone());
+    if found.instance != before.instance {
+        return differs("instance", found.instance.clone(), before.instance.clone());
     }
-    if found.period_ns != first.period_ns {
-        return differs("period_ns", found.period_ns.to_string(), first.period_ns.to_string());
+    if found.period_ns != before.period_ns {
+        return differs("period_ns", found.period_ns.to_string(), before.period_ns.to_string());
     }
-    if found.generation < first.generation {
-        return differs("generation", found.generation.to_string(), format!("{} or later", first.generation));
+    if found.generation < before.generation {
+        return differs("generation", found.generation.to_string(), format!("{} or later", before.generation));
     }
-    if found.texts != first.texts {
+    // Every start of a program has an offset of its own, to the nanosecond.
+    if found.generation == before.generation && found.unix_offset_ns != before.unix_offset_ns {
+        return differs("start", "another".to_owned(), format!("the same, generation {}", found.generation));
+    }
+    if found.texts != before.texts {
         return differs("scenario or model text", "another".to_owned(), "the same".to_owned());
     }
     Ok(())

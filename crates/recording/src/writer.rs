@@ -29,6 +29,9 @@ const ZSTD_LEVEL: u32 = 1;
 
 type Inner = mcap::Writer<NoSeek<BufWriter<File>>>;
 
+/// The note in a record that ends before its scenario does, as the user wanted.
+pub const INTERRUPTED: &str = "interrupted before the scenario's end";
+
 /// Writes one segment of a record. Dropped unfinished it still ends the file properly, if the disk lets it.
 pub struct Writer {
     path: PathBuf,

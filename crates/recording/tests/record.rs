@@ -126,9 +126,16 @@ fn segments_of_different_records_are_refused() {
     Writer::create(&paths[1], &other).unwrap().finish().unwrap();
     let error = read_record(&paths, |_| {}).unwrap_err();
     assert!(
-        error.to_string().ends_with("its period_ns is 250000, the first segment's is 1000000"),
+        error.to_string().contains("its period_ns is 250000, the segment's before it is 1000000"),
         "{error}"
     );
+    let starts = [folder.path().join("c.mcap"), folder.path().join("d.mcap")];
+    for (path, offset) in starts.iter().zip([7, 8]) {
+        let start = RecordInfo { unix_offset_ns: Some(offset), ..info() };
+        Writer::create(path, &start).unwrap().finish().unwrap();
+    }
+    let error = read_record(&starts, |_| {}).unwrap_err();
+    assert!(error.to_string().contains("its start is another"), "{error}");
     assert!(matches!(read_record::<&Path>(&[], |_| {}), Err(RecordingError::NoSegment)));
 }
 

@@ -41,8 +41,23 @@ pub fn names(paths: &[PathBuf]) -> String {
 }
 
 /// The run file of a run's folder; any other path as it is.
-pub fn run_file(path: &Path) -> PathBuf {
-    if path.is_dir() { path.join("run.h5") } else { path.to_owned() }
+///
+/// # Errors
+/// [`Failure::Input`] for a folder without one; where it holds a record, with the command that makes one.
+pub fn run_file(path: &Path) -> Result<PathBuf, Failure> {
+    if !path.is_dir() {
+        return Ok(path.to_owned());
+    }
+    let run = path.join("run.h5");
+    if run.exists() {
+        return Ok(run);
+    }
+    let folder = name(path);
+    Err(Failure::Input(if segments_in(path).is_empty() {
+        anyhow!("{folder}: found neither run.h5 nor a record (run-*.mcap) in it, expected the folder of a run")
+    } else {
+        anyhow!("{folder}: it holds a record, expected a run file: first stepvalve convert {folder} --out run.h5")
+    }))
 }
 
 /// A record's segments, in order: files as they are; of a folder those of its run, or what a fault kept where there are no others.

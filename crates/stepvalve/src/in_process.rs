@@ -3,7 +3,7 @@
 use anyhow::Result;
 use closed_loop::{CycleOutputs, InProcess, Metrics, Parts, Perfect, Wire};
 use injection::{FaultyWire, Injection};
-use recording::{Gap, RecordInfo, Topic, Writer};
+use recording::{Gap, INTERRUPTED, RecordInfo, Topic, Writer};
 use signals::{Body, Header, Message, Source};
 use std::path::Path;
 use supervisor::Interruption;
@@ -106,6 +106,7 @@ fn record(run: &Run, wire: impl Wire, mut writer: Writer) -> Result<bool> {
         progress.at(cycle);
         if run.interruption.wanted() {
             complete = false;
+            writer.note(INTERRUPTED)?;
             break;
         }
     }

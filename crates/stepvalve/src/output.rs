@@ -3,12 +3,39 @@
 use crate::files::name;
 use anyhow::{Context, anyhow};
 use processes::{SegmentName, segments_in};
+use recording::{RecordInfo, Texts};
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, InstanceName};
 
 /// Where a run's files go.
 pub struct Output {
     folder: PathBuf,
+}
+
+/// What earlier starts of an instance left in its folder.
+pub struct Earlier {
+    /// The number of segments that can be read.
+    segments: usize,
+    /// What the last of them says of itself.
+    last: RecordInfo,
+}
+
+impl Earlier {
+    /// The start that its last segment is of.
+    pub fn generation(&self) -> u64 {
+        self.last.generation
+    }
+
+    /// What it means for a record of this scenario and these models that begins now.
+    pub fn note(&self, folder: &Path, texts: &Texts) -> String {
+        let segments = if self.segments == 1 { "1 segment".to_owned() } else { format!("{} segments", self.segments) };
+        let what = if self.last.texts == *texts {
+            "this start goes on behind them, as another run of the same record"
+        } else {
+            "its scenario or models were others: convert what belongs together, or give --out a new folder"
+        };
+        format!("{} holds {segments} of an earlier start: {what}", name(folder))
+    }
 }
 
 impl Output {
@@ -27,12 +54,15 @@ impl Output {
         Ok(output)
     }
 
-    /// The folder of an instance, which goes on where an earlier start of it ended.
+    /// The folder of an instance, which goes on where an earlier start of it ended, and what that left there.
     ///
     /// # Errors
     /// [`Failure::Input`] where it can't be made, or holds the record of another instance or of a simulation: the two would stand in each
     /// other's way, and be no record together.
-    pub fn of_instance(folder: &Path, instance: &InstanceName) -> Result<Self, Failure> {
+    pub fn of_instance(
+        folder: &Path,
+        instance: &InstanceName,
+    ) -> Result<(Self, Option<Earlier>), Failure> {
         let output = Self { folder: folder.to_owned() };
         let taken = |by: String| {
             Failure::Input(anyhow!("{} holds {by}: give --out a folder of its own", name(folder)))
@@ -42,11 +72,13 @@ impl Output {
         }
         // A segment that can't be read stands in nobody's way: the next one gets another number.
         let infos = output.segments().into_iter().filter_map(|path| recording::read_info(&path).ok());
-        if let Some(other) = infos.map(|info| info.instance).find(|other| *other != instance.to_string()) {
-            return Err(taken(format!("the record of the instance \"{other}\"")));
+        let mut infos: Vec<_> = infos.collect();
+        if let Some(other) = infos.iter().find(|info| info.instance != instance.to_string()) {
+            return Err(taken(format!("the record of the instance \"{}\"", other.instance)));
         }
         std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
-        Ok(output)
+        let segments = infos.len();
+        Ok((output, infos.pop().map(|last| Earlier { segments, last })))
     }
 
     /// A folder that a run was written to.

@@ -52,7 +52,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for warning in loaded.scenario.warnings() {
         complain(format_args!("note: {warning}"));
     }
-    let output = Output::of_instance(&arguments.out, &arguments.instance)?;
+    let (output, earlier) = Output::of_instance(&arguments.out, &arguments.instance)?;
+    if let Some(earlier) = &earlier {
+        complain(format_args!("note: {}", earlier.note(output.folder(), &loaded.texts)));
+    }
     if let Keep::Ring { bytes } = arguments.record {
         let length = holds(bytes, loaded.scenario.period_ns, loaded.bridge.is_some());
         complain(format_args!(
@@ -71,6 +74,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         keep: arguments.record,
         info: RecordInfo {
             operated: true,
+            // Messages of two starts must never have the same number.
+            generation: earlier.map_or(0, |earlier| earlier.generation()) + 1,
             ..record_info(&loaded, Mode::Realtime, &arguments.instance.to_string())
         },
         parts: loaded.parts.without_end(),

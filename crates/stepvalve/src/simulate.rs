@@ -181,6 +181,7 @@ fn tell(
     output: &Output,
     complete: bool,
 ) -> Result<Outcome, Failure> {
+    summary.interrupted = !complete;
     summary.wall_s = now_ns().saturating_sub(simulation.begun_ns) as f64 / 1e9;
     if simulation.keep == Keep::All {
         take_record(output, &mut summary)?;

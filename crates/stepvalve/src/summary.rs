@@ -4,13 +4,13 @@ use crate::errand::Simulation;
 use closed_loop::{Metrics, Spread};
 use processes::ChildSummary;
 use realtime::{Obtained, Percentiles};
-use recording::{Damage, Report};
+use recording::{Damage, INTERRUPTED, Report};
 use serde::Serialize;
 use signals::alarm;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
-use supervisor::ProcessEnding;
+use supervisor::{ProcessEnding, advice};
 
 /// One process's part of the summary.
 #[derive(Debug, Clone, Serialize)]
@@ -55,6 +55,10 @@ pub struct Summary {
     pub fault: Option<String>,
     /// The cycle in which that was found.
     pub fault_cycle: Option<u64>,
+    /// What it means and what to do; empty without one.
+    pub fault_advice: &'static str,
+    /// Whether the user ended the run before its scenario did.
+    pub interrupted: bool,
     /// Set-points refused, by id, and why.
     pub refused_set_points: BTreeMap<u64, String>,
     /// Messages recorded.
@@ -105,6 +109,8 @@ impl Summary {
             lost_steps: 0,
             fault: None,
             fault_cycle: None,
+            fault_advice: "",
+            interrupted: false,
             refused_set_points: BTreeMap::new(),
             recorded: 0,
             declared_missing: 0,
@@ -138,6 +144,7 @@ impl Summary {
         self.missed_commands = metrics.missed_commands;
         self.lost_steps = metrics.lost_steps;
         self.fault = metrics.fault.map(|(fault, _)| fault.name().to_owned());
+        self.fault_advice = metrics.fault.map_or("", |(fault, _)| advice(fault));
         self.fault_cycle = metrics.fault.map(|(_, cycle)| cycle);
         self.refused_set_points =
             metrics.refused.iter().map(|(id, why)| (*id, why.name().to_owned())).collect();
@@ -175,6 +182,9 @@ impl fmt::Display for Summary {
             self.overruns(),
             self.skipped()
         )?;
+        if self.interrupted {
+            writeln!(f, "ended            {INTERRUPTED}")?;
+        }
         if !self.measured {
             writeln!(f, "following error  unknown, as are lost steps and faults: nothing was recorded")?;
             return timing_table(f, &self.processes);
@@ -183,7 +193,7 @@ impl fmt::Display for Summary {
         error_line(f, "", self.following_error_rad, "as measured")?;
         write!(f, "pulse rate       peak {:.1} kHz", self.pulse_rate_peak_hz / 1e3)?;
         if let Some(reserve) = self.torque_reserve_min_nm {
-            write!(f, "; torque reserve at least {reserve:.2} N·m")?;
+            write!(f, "; torque reserve by the belief at least {reserve:.2} N·m")?;
         }
         writeln!(f, "; held back by limits in {} cycles", self.limiting_cycles)?;
         for alarm in &self.alarms {
@@ -195,6 +205,7 @@ impl fmt::Display for Summary {
         writeln!(f, "lost steps       {}", self.lost_steps)?;
         if let (Some(fault), Some(cycle)) = (&self.fault, self.fault_cycle) {
             writeln!(f, "fault            {fault}, found in cycle {cycle}")?;
+            writeln!(f, "                 {}", self.fault_advice)?;
         }
         for (id, why) in &self.refused_set_points {
             writeln!(f, "refused          set-point {id}: {why}")?;

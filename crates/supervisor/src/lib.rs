@@ -48,7 +48,7 @@ pub use handover::{CONCLUDE, begin, conclude, received};
 pub use instance::{Whereabouts, prefix, whereabouts};
 pub use instances::{FoundInstance, base_folders, instances};
 pub use interruption::Interruption;
-pub use journal::{Entry, EventKind, journal_path, older_journal_path};
+pub use journal::{Entry, EventKind, advice, journal_path, older_journal_path};
 pub use mission::{Conclusion, Ending, Mission, ProcessEnding, Timings};
 pub use progress::Progress;
 pub use request::{Answer, Request};

@@ -70,7 +70,7 @@ impl Timings {
 /// How a run ended.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {
-    /// The last generation: counts the starts of the processes of a run that stays.
+    /// Starts of the processes of a run that stays.
     pub generations: u64,
     /// What each process of the last generation had to say.
     pub processes: BTreeMap<String, ProcessEnding>,

@@ -93,7 +93,7 @@ impl Generation<'_> {
             Request::Arm => self.arm(),
             Request::Home => self.order(order_of(OperatorKind::Home), "homed"),
             Request::Disarm => self.disarm(),
-            Request::Reset => self.order(order_of(OperatorKind::Reset), "reset: disarmed"),
+            Request::Reset => self.reset(),
             Request::Set { kind, value, pressure_drop_pa } => self.set(*kind, *value, *pressure_drop_pa),
             Request::Parameter { name, value } => self.set_parameter(name, *value),
             Request::Hold => self.hold(),
@@ -107,6 +107,10 @@ impl Generation<'_> {
     fn arm(&mut self) -> Answer {
         let currentless =
             self.watch.feedback().is_some_and(|feedback| feedback.body.validity & validity::ENERGISED == 0);
+        let running = ControllerState::Running.code();
+        if self.watch.status().is_some_and(|status| status.body.state == running) {
+            return self.order(order_of(OperatorKind::Arm), "it was armed already");
+        }
         const ARMED: &str = "armed";
         let answer = self.order(order_of(OperatorKind::Arm), ARMED);
         if answer.done && answer.text != ARMED {
@@ -115,6 +119,16 @@ impl Generation<'_> {
         if answer.done && currentless {
             let text = "armed; the windings were without current: energising may have moved the rotor by up to half a tooth";
             return Answer::done(text);
+        }
+        answer
+    }
+
+    fn reset(&mut self) -> Answer {
+        let fault = self.watch.status().map(|status| status.body.fault);
+        let answer = self.order(order_of(OperatorKind::Reset), "reset: disarmed");
+        if answer.done && fault == Some(FaultCode::LostSteps.code()) {
+            let text = "the angle may be wrong by whole steps: home the valve before you trust it";
+            return Answer::done(format!("{}; {text}", answer.text));
         }
         answer
     }
@@ -159,9 +173,16 @@ impl Generation<'_> {
             Some(OperatorResult::Refused) => Answer::refused(self.why_not(&order)),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
-                let fault =
-                    fault.map_or(String::new(), |fault| format!(" ({fault}); first: stepvalve reset"));
-                Answer::refused(format!("{other}; the controller's state: {state}{fault}"))
+                let next = match (fault, OperatorKind::from_code(order.kind)) {
+                    (Some(fault), _) => {
+                        format!(" ({fault}); first: stepvalve reset --instance {}", self.mission().name)
+                    }
+                    (None, Some(OperatorKind::Reset)) => {
+                        ", without a fault: there is nothing to reset".to_owned()
+                    }
+                    (None, _) => String::new(),
+                };
+                Answer::refused(format!("{other}; the controller's state: {state}{next}"))
             }
             None => Answer::refused("the controller's answer means nothing"),
         }

@@ -14,6 +14,8 @@ const LINES_APART: Duration = Duration::from_secs(5);
 pub struct Progress {
     bar: ProgressBar,
     cycles: u64,
+    /// Whether a cycle was told of: what is left is estimated from the first one on, not from the start of the processes.
+    begun: Cell<bool>,
     /// When a line was written last; `None` where there is a bar, or nothing to tell.
     told: Option<Cell<Instant>>,
 }
@@ -23,7 +25,7 @@ impl Progress {
     pub fn new(timeline: &Timeline) -> Self {
         let cycles = timeline.last_cycle.saturating_add(1);
         if timeline.last_cycle == u64::MAX {
-            return Self { bar: ProgressBar::hidden(), cycles, told: None };
+            return Self { bar: ProgressBar::hidden(), cycles, begun: Cell::new(true), told: None };
         }
         let told = (!stderr().is_terminal()).then(|| Cell::new(Instant::now()));
         let bar = ProgressBar::new(cycles);
@@ -32,7 +34,7 @@ impl Progress {
         {
             bar.set_style(style);
         }
-        Self { bar, cycles, told }
+        Self { bar, cycles, begun: Cell::new(false), told }
     }
 
     /// The run is in this cycle.
@@ -45,6 +47,9 @@ impl Progress {
 
     /// The run is in this cycle, asked seldom.
     pub fn set(&self, cycle: u64) {
+        if !self.begun.replace(true) {
+            self.bar.reset();
+        }
         self.bar.set_position(cycle);
         if let Some(told) = &self.told
             && told.get().elapsed() >= LINES_APART

@@ -101,7 +101,7 @@ fn generation(
             // Whatever was started then, nobody's last words may be taken for its successor's.
             *started += PROCESSES;
             let failure = Some(format!("{error:#}"));
-            return Ok((Ending { generations: setup.generation, failure, ..Ending::default() }, None));
+            return Ok((Ending { generations: setup.starts(), failure, ..Ending::default() }, None));
         }
         Err(error) => return Err(error),
     };

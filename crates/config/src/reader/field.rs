@@ -4,6 +4,7 @@ use super::Section;
 use crate::asked::Shape;
 use crate::bounds::Bounds;
 use crate::source::Source;
+use crate::suggest::nearest;
 use crate::units::{Dimension, parse_quantity, shown};
 use std::ops::Range;
 use toml::Spanned;
@@ -247,8 +248,13 @@ impl<'a> Field<'a> {
         self.source.asked.chosen(self.visit, &self.path, found.unwrap_or(""));
         let chosen = known().find(|option| Some(option.0) == found).map(|option| option.1);
         if chosen.is_none() {
-            let names: Vec<String> = known().map(|option| format!("\"{}\"", option.0)).collect();
-            self.refuse(names.join(" or "));
+            let quoted = |name: &str| format!("\"{name}\"");
+            let names: Vec<String> = known().map(|option| option.0.to_owned()).collect();
+            let near = nearest(found.unwrap_or(""), &names);
+            let all: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+            self.refuse(near.map_or(all.join(" or "), |near| {
+                format!("{} (did you mean it?) or one of {}", quoted(near), all.join(", "))
+            }));
         }
         chosen
     }

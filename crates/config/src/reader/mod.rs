@@ -75,7 +75,10 @@ pub(crate) fn parse_document<'a>(text: &'a str, source: &Source<'a>) -> Option<D
         let start = error.span().unwrap_or(0..0).start;
         match quantity_at(text, start) {
             Some(value) => source.report(start, "", value.to_owned(), format!("quotes: \"{value}\"")),
-            None => source.report(start, "", error.message().to_owned(), "valid TOML"),
+            None => {
+                let found = format!("a mistake of syntax ({})", error.message());
+                source.report(start, "", found, "valid TOML");
+            }
         }
     }
     errors.is_empty().then(|| document.into_inner())

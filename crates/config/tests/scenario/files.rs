@@ -38,7 +38,7 @@ fn what_is_no_toml() {
     assert!(errors.starts_with("x.toml:6:"), "{errors}");
     assert!(errors.ends_with("expected valid TOML"), "{errors}");
     let errors = errors_of(FULL, "seed = 42", "seed = 42\nseed = 43").to_string();
-    assert_eq!(errors, "x.toml:7:1: found duplicate key, expected valid TOML");
+    assert_eq!(errors, "x.toml:7:1: found a mistake of syntax (duplicate key), expected valid TOML");
     for (value, told) in [("50deg", "50deg"), ("-1.5 rad/s # fast", "-1.5 rad/s"), ("40L/min", "40L/min")] {
         let errors = errors_of(FULL, "seed = 42", &format!("seed = {value}")).to_string();
         assert!(errors.lines().all(|line| line.starts_with("x.toml:6:")), "{errors}");

@@ -19,7 +19,7 @@ pub fn read(files: &[PathBuf], exclude: &[String]) -> Result<Log, Failure> {
     let mut all: Option<Log> = None;
     let mut stems: Vec<String> = Vec::new();
     for file in files {
-        let mut log = strangers::log(&run_file(file))?;
+        let mut log = strangers::log(&run_file(file)?)?;
         if files.len() > 1 {
             let stem = stem(file);
             if stems.contains(&stem) {

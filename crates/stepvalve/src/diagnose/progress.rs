@@ -57,7 +57,7 @@ impl Progress {
         match event {
             Event::Noise { rms, noise } => self.aside(|| {
                 let (rms, noise) = (words::short(rms), words::short(noise));
-                say(format_args!("at first: error of the model {rms}, noise {noise} ({}, RMS)", self.unit));
+                say(format_args!("first estimates: error of the model {rms}, noise {noise} ({}, RMS); the report has them of all samples", self.unit));
             }),
             Event::Ranking(ranking) => self.aside(|| {
                 let look = self.again.get().unwrap_or("first look");

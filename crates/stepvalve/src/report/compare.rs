@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if out.exists() && !arguments.force {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
     }
-    let [a, b] = [&arguments.a, &arguments.b].map(|path| run_file(path));
+    let (a, b) = (run_file(&arguments.a)?, run_file(&arguments.b)?);
     let limits = |path: &Path| Limits::of_work(path).with_context(|| name(path)).map_err(Failure::Input);
     let limits = limits(&a)?.and(&limits(&b)?);
     let _pulse = Pulse::new(|| "drawing the page".to_owned());

@@ -5,6 +5,7 @@ use super::table::Table;
 use super::text;
 use super::timing::ProcessTiming;
 use anyhow::Result;
+use recording::INTERRUPTED;
 use run_log::{RunFile, RunLogError};
 
 /// Kept sample by sample before and after a fault, s.
@@ -64,6 +65,8 @@ pub struct Figures {
     skipped: u64,
     missing: u64,
     first_fault: Option<usize>,
+    /// Whether the user ended it before its scenario did.
+    interrupted: bool,
     /// Largest following error from the first fault on, rad: how far the valve went on without the reference.
     after_fault_rad: Option<f64>,
 }
@@ -112,6 +115,7 @@ impl Figures {
             skipped: timing.iter().map(|process| process.skipped_count).sum(),
             missing: file.number("messages_missed")?.map_or(0, |missed| missed as u64),
             first_fault,
+            interrupted: file.notes()?.iter().any(|note| note == INTERRUPTED),
             after_fault_rad: after_fault.flatten(),
         })
     }
@@ -126,8 +130,13 @@ impl Figures {
         windows
     }
 
-    /// What came out, in one sentence.
+    /// What came out, in one sentence; in two, where the user ended it.
     pub fn headline(&self, table: &Table, events: &Events) -> String {
+        let outcome = self.outcome(table, events);
+        if self.interrupted { format!("Interrupted before its end. {outcome}") } else { outcome }
+    }
+
+    fn outcome(&self, table: &Table, events: &Events) -> String {
         if !self.closed_loop {
             let runs = text::count(self.runs as u64, "run");
             return format!("{runs}, {} samples over {}.", self.rows, text::duration(self.length_s));
@@ -199,7 +208,7 @@ impl Figures {
             self.after_fault_rad.map(|rad| ("Following error after the fault", text::degrees(rad) + " peak")),
         );
         facts
-            .extend(self.reserve_min_nm.map(|least| ("Torque reserve, least", text::number(least) + " N·m")));
+            .extend(self.reserve_min_nm.map(|least| ("Torque reserve by the belief, least", text::number(least) + " N·m")));
         facts.extend(
             self.pulse_rate_peak_hz.map(|peak| ("Pulse rate, peak", text::number(peak / 1e3) + " kHz")),
         );
@@ -220,9 +229,10 @@ impl Figures {
     }
 
     fn length(&self) -> String {
+        let ended = if self.interrupted { format!(", {INTERRUPTED}") } else { String::new() };
         match self.period_s {
             Some(period_s) => format!(
-                "{}, {} cycles of {} ms",
+                "{}, {} cycles of {} ms{ended}",
                 text::duration(self.rows as f64 * period_s),
                 text::grouped(self.rows as u64),
                 period_s * 1e3
@@ -239,8 +249,8 @@ fn errors(name: &'static str, spread: Option<Spread>) -> Option<(&'static str, S
 
 fn set_points(events: &Events) -> String {
     match events.refusals.len() {
-        0 => format!("{} followed", events.set_points.len()),
-        refused => format!("{} followed, {refused} refused", events.set_points.len()),
+        0 => format!("{} accepted", events.set_points.len()),
+        refused => format!("{} accepted, {refused} refused", events.set_points.len()),
     }
 }
 

@@ -54,7 +54,7 @@ pub struct Limited {
 /// [`Failure::Input`] where the file can't be read or is no valve-log, or the output exists; [`Failure::Failed`]
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (run, out) = (&run_file(&arguments.run), &arguments.out);
+    let (run, out) = (&run_file(&arguments.run)?, &arguments.out);
     if out.exists() && !arguments.force {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
     }

@@ -37,11 +37,11 @@ fn is_segment(path: &Path) -> bool {
 
 /// The run file of a record; segments are converted.
 fn run_file(record: &Path, folder: &Path, place: usize) -> Result<PathBuf, Failure> {
-    let of_folder = files::run_file(record);
-    if of_folder.is_file() && !is_segment(&of_folder) {
-        return Ok(of_folder);
-    }
-    if !record.is_dir() && !is_segment(record) {
+    if record.is_dir() {
+        if let Ok(run) = files::run_file(record) {
+            return Ok(run);
+        }
+    } else if !is_segment(record) {
         return Ok(record.to_owned());
     }
     let converted = folder.join(format!("record-{place}.h5"));

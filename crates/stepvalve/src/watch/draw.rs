@@ -36,20 +36,36 @@ pub(super) fn draw(frame: &mut Frame, view: &View) {
     );
     draw_error(frame, error, view, status);
     draw_processes(frame, timing, view, status);
-    let shown = usize::from(events.height.saturating_sub(2));
-    let skipped = view.events.len().saturating_sub(shown);
-    let width = usize::from(events.width.saturating_sub(2));
-    let newest = view.events.iter().skip(skipped);
-    let lines: Vec<_> = newest.map(|entry| Line::from(cut(entry.to_string(), width))).collect();
-    frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(" events ")), events);
+    draw_events(frame, events, view);
 }
 
-/// A text as far as there is room; what is missing of it is in `stepvalve events`.
-fn cut(text: String, width: usize) -> String {
-    if text.chars().count() <= width {
-        return text;
+/// The newest events, whole: what a refusal says at its end is what to do.
+fn draw_events(frame: &mut Frame, area: Rect, view: &View) {
+    let block = Block::bordered().title(" events ");
+    let inner = block.inner(area);
+    let (width, height) = (usize::from(inner.width), usize::from(inner.height));
+    let lines: Vec<String> =
+        view.events.iter().flat_map(|entry| folded(&entry.to_string(), width)).collect();
+    let newest = lines.iter().skip(lines.len().saturating_sub(height));
+    let newest: Vec<_> = newest.map(|line| Line::from(line.as_str())).collect();
+    frame.render_widget(Paragraph::new(newest).block(block), area);
+}
+
+/// A text in lines of at most `width` characters, broken at spaces where there are some; all but the first are indented.
+fn folded(text: &str, width: usize) -> Vec<String> {
+    const INDENT: &str = "    ";
+    let mut lines = vec![String::new()];
+    for word in text.split_inclusive(' ') {
+        let line = lines.last_mut().map_or(0, |line| line.chars().count());
+        let length = word.trim_end().chars().count();
+        if line > INDENT.len() && line + length > width {
+            lines.push(INDENT.to_owned());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(word);
+        }
     }
-    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
+    lines
 }
 
 fn state_style(status: &Status) -> Style {
@@ -101,23 +117,24 @@ fn draw_error(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
 
 fn draw_processes(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
     let block = Block::bordered()
-        .title(" processes: overruns, skipped, missed; largest wake-up latency in a second ");
+        .title(" overruns, skipped, missed; wake-up latency, and the most seen: a full bar ");
     let inner = block.inner(area);
     frame.render_widget(block, area);
     for (row, (name, process)) in status.processes.iter().enumerate().take(usize::from(inner.height)) {
         let line = Rect { y: inner.y + row as u16, height: 1, ..inner };
-        let [words, history] = Layout::horizontal([Constraint::Length(62), Constraint::Min(4)]).areas(line);
-        frame.render_widget(process_line(name, process), words);
+        let [words, history] = Layout::horizontal([Constraint::Length(66), Constraint::Min(4)]).areas(line);
+        let most_us = view.latencies_us.get(name).into_iter().flatten().copied().fold(0.0, f64::max);
+        frame.render_widget(process_line(name, process, most_us), words);
         if let Some(latencies) = view.latencies_us.get(name) {
-            frame.render_widget(sparkline(latencies, usize::from(history.width), 0.0), history);
+            frame.render_widget(sparkline(latencies, usize::from(history.width), most_us), history);
         }
     }
 }
 
-fn process_line(name: &str, process: &ProcessStatus) -> Line<'static> {
+fn process_line(name: &str, process: &ProcessStatus, most_us: f64) -> Line<'static> {
     let ProcessStatus { overruns, skipped_cycles, missed_samples, wake_up_latency_us, .. } = process;
     let text = format!(
-        "{name:<20} {overruns:>6} {skipped_cycles:>6} {missed_samples:>6} {wake_up_latency_us:>9.0} µs "
+        "{name:<20} {overruns:>5} {skipped_cycles:>5} {missed_samples:>5} {wake_up_latency_us:>7.0} of {most_us:>6.0} µs"
     );
     match (process.silent, process.late) {
         (true, _) => Line::from(format!("{text} SILENT")).fg(Color::Red),
@@ -165,8 +182,19 @@ mod tests {
         assert!(screen(&view).contains("waiting for the instance"));
         view.take(status());
         let shown = screen(&view);
-        for expected in ["bench, generation", "running", "17.189°", "step-controller", "57 µs"] {
+        for expected in ["bench, generation", "running", "17.189°", "step-controller", "57 of     57 µs"] {
             assert!(shown.contains(expected), "{expected} is missing:\n{shown}");
+        }
+    }
+
+    #[test]
+    fn long_events_are_folded_and_none_of_them_is_lost() {
+        let text = "12:00:01.250Z  refused    arm: not possible in this state; first: stepvalve reset --instance one";
+        for width in [20, 40, 76] {
+            let lines = folded(text, width);
+            assert!(lines.iter().all(|line| line.trim_end().chars().count() <= width.max(24)), "{lines:?}");
+            let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+            assert_eq!(words(&lines.join(" ")), words(text));
         }
     }
 

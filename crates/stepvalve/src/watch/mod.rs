@@ -29,6 +29,12 @@ pub fn run(arguments: &Plain) -> Result<Outcome, Failure> {
     if !stdout().is_terminal() {
         return Err(Failure::Input(anyhow!("watch needs a terminal; stepvalve status --watch prints lines")));
     }
+    let (columns, rows) = crossterm::terminal::size().context("the terminal").map_err(Failure::Failed)?;
+    if columns == 0 || rows == 0 {
+        return Err(Failure::Input(anyhow!(
+            "the terminal says that it has {columns} columns and {rows} rows; stty cols 80 rows 24 sets them"
+        )));
+    }
     let interruption = Interruption::watch()?;
     let folder = socket.parent().unwrap_or(Path::new("/")).to_owned();
     // Restores the terminal on a panic too.

@@ -4,6 +4,7 @@ use super::{END_PATIENCE, Generation, LOOP};
 use crate::journal::EventKind;
 use crate::mission::{Ending, ProcessEnding};
 use processes::{Pace, ToChild};
+use recording::INTERRUPTED;
 use signals::{Feedback, OperatorCommand, OperatorKind, PlantTruth, Source};
 use std::time::{Duration, Instant};
 
@@ -23,6 +24,10 @@ impl Generation<'_> {
             self.tell_where_it_stands();
         }
         self.end_loop();
+        if self.interrupted && !self.setup.mission.stays {
+            // Nobody would see it in a record that just ends; without a recorder there is none.
+            let _ = self.tell(Source::Recorder, &ToChild::Mark(INTERRUPTED.to_owned()));
+        }
         self.finish_recorder();
         let left = self.watch.valve_left();
         self.end_all();
@@ -129,7 +134,7 @@ impl Generation<'_> {
             counts: self.summaries.get(source).cloned(),
         };
         Ending {
-            generations: self.setup.generation,
+            generations: self.setup.starts(),
             processes: sources.map(|source| (source.name().to_owned(), process(&source))).collect(),
             published: self.orders.published() + self.set_points.published(),
             interrupted: self.interrupted,

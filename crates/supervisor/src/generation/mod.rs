@@ -73,6 +73,11 @@ fn silence(mission: &Mission) -> Duration {
 }
 
 impl Setup<'_> {
+    /// How often the processes were started, this time too.
+    pub fn starts(&self) -> u64 {
+        self.generation - self.mission.info.generation + 1
+    }
+
     /// What the generation's record says of itself.
     fn record_info(&self) -> RecordInfo {
         RecordInfo { generation: self.generation, ..self.mission.info.clone() }
