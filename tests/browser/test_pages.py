@@ -173,6 +173,20 @@ class Pages(unittest.TestCase):
         self.assertGreater(ink[4], 50, "lone samples show as points")
         self.assertGreater(ink[6], 5, "a single sample shows as a point")
 
+    def test_runs_within_one_column_of_pixels(self):
+        self.open("short-runs.html")
+        columns = self.run_js("""const canvas = document.querySelector('canvas');
+            const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+            copy.drawImage(canvas, 0, 0);
+            const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+            const strong = (x) => Array.from({ length: canvas.height }).some((_, y) => {
+              const [r, g, b, a] = data.subarray(4 * (y * canvas.width + x), 4 * (y * canvas.width + x) + 4);
+              return a > 60 && Math.max(r, g, b) - Math.min(r, g, b) > 40;
+            });
+            return Array.from({ length: canvas.width }, (_, x) => strong(x));""")
+        drawn = sum(now and not before for before, now in zip([False, *columns], columns))
+        self.assertEqual(drawn, 12, "each of the runs should be seen")
+
     def test_an_empty_run(self):
         self.assertEqual(self.open("empty.html"), [])
         self.assertIn("No samples.", self.text("main"))

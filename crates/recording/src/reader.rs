@@ -139,7 +139,11 @@ fn check_same_record(path: &Path, found: &RecordInfo, before: &RecordInfo) -> Re
         return differs("period_ns", found.period_ns.to_string(), before.period_ns.to_string());
     }
     if found.generation < before.generation {
-        return differs("generation", found.generation.to_string(), format!("{} or later", before.generation));
+        return differs(
+            "generation",
+            found.generation.to_string(),
+            format!("{} or later", before.generation),
+        );
     }
     // Every start of a program has an offset of its own, to the nanosecond.
     if found.generation == before.generation && found.unix_offset_ns != before.unix_offset_ns {

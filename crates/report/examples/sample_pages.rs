@@ -26,8 +26,30 @@ fn main() -> Result<(), ReportError> {
     run_page(RunData { title: "nothing".into(), ..RunData::default() })
         .write_html(&folder.join("empty.html"))?;
     odd_signals()?.write_html(&folder.join("odd.html"))?;
+    short_runs()?.write_html(&folder.join("short-runs.html"))?;
     linked().write_html(&folder.join("linked.html"))?;
     x_over_y().write_html(&folder.join("xy.html"))
+}
+
+/// Runs that each lie within one column of pixels, far apart.
+fn short_runs() -> Result<Page, ReportError> {
+    const RUNS: usize = 12;
+    const SAMPLES: usize = 30;
+    let place = |run: usize, k: usize| (run * 37 + run * run) as f64 + k as f64 * 1e-4;
+    let time: Vec<f64> = (0..RUNS).flat_map(|run| (0..=SAMPLES).map(move |k| place(run, k))).collect();
+    let axis = TimeAxis::new(&time, 1, &[])?;
+    let value = |index: usize| {
+        let k = index % (SAMPLES + 1);
+        if k == SAMPLES { f64::NAN } else { (k as f64).sin() }
+    };
+    let trace = axis.trace((0..time.len()).map(value))?;
+    let plots = TimePlots {
+        panels: vec![Panel::new("Torque").with("torque", "N·m", trace)],
+        ..TimePlots::default()
+    };
+    let mut page = Page::new("Short runs", "Twelve runs of three milliseconds in eight minutes.");
+    page.sections.push(Section::new("All").with(Block::TimePlots(plots)));
+    Ok(page)
 }
 
 /// Runs of a table that open, and their samples in linked plots; two samples are wild.

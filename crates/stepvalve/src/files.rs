@@ -54,9 +54,13 @@ pub fn run_file(path: &Path) -> Result<PathBuf, Failure> {
     }
     let folder = name(path);
     Err(Failure::Input(if segments_in(path).is_empty() {
-        anyhow!("{folder}: found neither run.h5 nor a record (run-*.mcap) in it, expected the folder of a run")
+        anyhow!(
+            "{folder}: found neither run.h5 nor a record (run-*.mcap) in it, expected the folder of a run"
+        )
     } else {
-        anyhow!("{folder}: it holds a record, expected a run file: first stepvalve convert {folder} --out run.h5")
+        anyhow!(
+            "{folder}: it holds a record, expected a run file: first stepvalve convert {folder} --out run.h5"
+        )
     }))
 }
 

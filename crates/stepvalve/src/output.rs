@@ -28,7 +28,8 @@ impl Earlier {
 
     /// What it means for a record of this scenario and these models that begins now.
     pub fn note(&self, folder: &Path, texts: &Texts) -> String {
-        let segments = if self.segments == 1 { "1 segment".to_owned() } else { format!("{} segments", self.segments) };
+        let segments =
+            if self.segments == 1 { "1 segment".to_owned() } else { format!("{} segments", self.segments) };
         let what = if self.last.texts == *texts {
             "this start goes on behind them, as another run of the same record"
         } else {
@@ -59,10 +60,7 @@ impl Output {
     /// # Errors
     /// [`Failure::Input`] where it can't be made, or holds the record of another instance or of a simulation: the two would stand in each
     /// other's way, and be no record together.
-    pub fn of_instance(
-        folder: &Path,
-        instance: &InstanceName,
-    ) -> Result<(Self, Option<Earlier>), Failure> {
+    pub fn of_instance(folder: &Path, instance: &InstanceName) -> Result<(Self, Option<Earlier>), Failure> {
         let output = Self { folder: folder.to_owned() };
         let taken = |by: String| {
             Failure::Input(anyhow!("{} holds {by}: give --out a folder of its own", name(folder)))

@@ -207,8 +207,10 @@ impl Figures {
         facts.extend(
             self.after_fault_rad.map(|rad| ("Following error after the fault", text::degrees(rad) + " peak")),
         );
-        facts
-            .extend(self.reserve_min_nm.map(|least| ("Torque reserve by the belief, least", text::number(least) + " N·m")));
+        facts.extend(
+            self.reserve_min_nm
+                .map(|least| ("Torque reserve by the belief, least", text::number(least) + " N·m")),
+        );
         facts.extend(
             self.pulse_rate_peak_hz.map(|peak| ("Pulse rate, peak", text::number(peak / 1e3) + " kHz")),
         );

@@ -44,8 +44,7 @@ fn draw_events(frame: &mut Frame, area: Rect, view: &View) {
     let block = Block::bordered().title(" events ");
     let inner = block.inner(area);
     let (width, height) = (usize::from(inner.width), usize::from(inner.height));
-    let lines: Vec<String> =
-        view.events.iter().flat_map(|entry| folded(&entry.to_string(), width)).collect();
+    let lines: Vec<String> = view.events.iter().flat_map(|entry| folded(&entry.to_string(), width)).collect();
     let newest = lines.iter().skip(lines.len().saturating_sub(height));
     let newest: Vec<_> = newest.map(|line| Line::from(line.as_str())).collect();
     frame.render_widget(Paragraph::new(newest).block(block), area);
