@@ -27,9 +27,7 @@ const BEYOND_CHANCE: f64 = 4.75;
 const EXCEPTION: f64 = 0.25;
 const LARGEST_STEPS: f64 = 0.75;
 const LARGEST_NOISE: f64 = 5.0;
-/// Standard deviation of what strong smoothing leaves of noise, in parts of it.
-const LEFT: f64 = 0.06;
-/// A motion within so many of these deviations is taken for a rest.
+/// A motion within so many standard deviations of the noise that smoothing leaves is taken for a rest.
 const REST: f64 = 3.0;
 /// Stretches of samples that are looked at for rests, and the samples on either side that show whether they are one: many show slow
 /// motions, few show the rests of a slow record.
@@ -51,9 +49,10 @@ pub struct Smoother<'a> {
     /// The block's first sample and the motions from there on.
     first: usize,
     motions: Vec<MotionSample>,
-    /// The angle after which the present one is drawn, with a play of `play_rad` either way.
+    /// The angle after which the present one is drawn, with a play either way.
     drawn_rad: f64,
-    play_rad: f64,
+    /// Whether noise on top of the encoder's steps makes even strongly smoothed angles wander at rest.
+    wanders: bool,
 }
 
 #[derive(Default)]
@@ -94,8 +93,6 @@ fn still_spread_rad(noise: Noise) -> f64 {
 impl<'a> Smoother<'a> {
     /// Takes a run's times (s, increasing) and angles (rad, finite), as many of one as of the other.
     pub fn new(time_s: &'a [f64], angle_rad: &'a [f64], noise: Noise) -> Self {
-        // Noise on top of the steps makes even strongly smoothed angles wander at rest.
-        let wanders = noise.beyond_quantisation_rad() > 0.1 * noise.step_rad;
         Self {
             time_s,
             angle_rad,
@@ -105,7 +102,7 @@ impl<'a> Smoother<'a> {
             first: 0,
             motions: Vec::new(),
             drawn_rad: f64::NAN,
-            play_rad: if wanders { REST * LEFT * noise.deviation_rad } else { 0.0 },
+            wanders: noise.beyond_quantisation_rad() > 0.1 * noise.step_rad,
         }
     }
 
@@ -146,9 +143,11 @@ impl<'a> Smoother<'a> {
         self.motions.extend((from..to).map(|index| motion(time_s, angles, index)));
     }
 
-    /// Draws the angles after each other with play, from the block's first sample to the one after its last.
+    /// Draws the angles after each other with play, from the block's first sample to the one after its last. What wanders at rest
+    /// moves a model's bristles to and fro, and they slip: the torque that they hold would fade. Short rests are smoothed less,
+    /// wander more, and have more play; it closes as slowly as the smoothing there lets anything change.
     fn draw(&mut self, from: usize, to: usize) {
-        if self.play_rad == 0.0 {
+        if !self.wanders {
             return;
         }
         let before = from.checked_sub(1).and_then(|index| self.work.angles.get_mut(index));
@@ -157,8 +156,13 @@ impl<'a> Smoother<'a> {
             Some(before) => *before = drawn,
             None => drawn = self.work.angles.first().copied().unwrap_or(drawn),
         }
-        for (index, angle) in self.work.angles.iter_mut().enumerate().skip(from).take(to + 1 - from) {
-            drawn = drawn.max(*angle - self.play_rad).min(*angle + self.play_rad);
+        let mut play = 0.0_f64;
+        for index in from..=to {
+            let strength = self.work.strength(index);
+            play =
+                self.work.play(index, strength, self.noise).max(play * (1.0 - 1.0 / reach(strength) as f64));
+            let Some(angle) = self.work.angles.get_mut(index) else { break };
+            drawn = drawn.max(*angle - play).min(*angle + play);
             *angle = drawn;
             if index < to {
                 self.drawn_rad = drawn;
@@ -167,10 +171,48 @@ impl<'a> Smoother<'a> {
     }
 }
 
+/// How far a smoothing of this strength averages either way, samples.
+fn reach(strength: f64) -> usize {
+    ((2.0 * strength.powf(1.0 / 6.0)) as usize).clamp(3, 256)
+}
+
+/// Standard deviation of the angle that a smoothing of this strength leaves of white noise, in parts of the noise's: the square is
+/// ∫ dω/2π of its response's square, (1 + λω⁶)^-2.
+fn angle_left(strength: f64) -> f64 {
+    (5.0 / 18.0 * strength.powf(-1.0 / 6.0)).sqrt()
+}
+
+/// The same of the speed, a sample being the unit of time: ∫ dω/2π of ω²(1 + λω⁶)^-2.
+fn speed_left(strength: f64) -> f64 {
+    (strength.powf(-0.5) / 12.0).sqrt()
+}
+
 impl Work {
+    /// The strength with which the angle at `index` was smoothed.
+    fn strength(&self, index: usize) -> f64 {
+        // A third difference has four samples; where a run is too short for one, nothing was smoothed.
+        let of = self.penalties.get(index.saturating_sub(2)).or(self.penalties.last());
+        of.copied().unwrap_or(1.0).max(1.0)
+    }
+
+    /// By how much the angle at `index` may be off by noise alone, either way, rad: at rest as much as is left there, in motion as
+    /// little as the strongest smoothing leaves.
+    fn play(&self, index: usize, strength: f64, noise: Noise) -> f64 {
+        // Angles before this one are drawn already.
+        let rests = match self.angles.get(index..index + 3) {
+            Some([now, _, then]) => {
+                (then - now).abs() / 2.0 <= REST * speed_left(strength) * noise.deviation_rad
+            }
+            _ => false,
+        };
+        let strength = if rests { strength } else { STRENGTHS[0] };
+        REST * angle_left(strength) * noise.deviation_rad
+    }
+
     fn smooth(&mut self, time_s: &[f64], angle_rad: &[f64], noise: Noise, step_s: f64) {
         self.angles.clear();
         self.angles.extend_from_slice(angle_rad);
+        self.penalties.clear();
         if angle_rad.len() < 8 {
             return;
         }
@@ -193,7 +235,6 @@ impl Work {
         self.spare_clusters(angle_rad, noise, largest);
         let least =
             |four: &[f64]| four.iter().fold(f64::INFINITY, |least: f64, strength| least.min(*strength));
-        self.penalties.clear();
         self.penalties.extend(self.strengths.windows(4).map(least));
     }
 
@@ -217,7 +258,7 @@ impl Work {
             if self.strengths.iter().all(|strength| *strength > 0.0) {
                 break;
             }
-            let reach = ((2.0 * strength.powf(1.0 / 6.0)) as usize).clamp(3, 256);
+            let reach = reach(strength);
             let window = (2 * reach + 1) as f64;
             let most = RMS * noise.deviation_rad * (1.0 + 1.0 / window.sqrt());
             let by_chance = by_chance_rad.powi(2) * mean_square_by_chance(window);

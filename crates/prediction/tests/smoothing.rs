@@ -134,6 +134,30 @@ fn nothing_creeps_in_the_short_rests_of_a_slow_record() {
     }
 }
 
+/// Rests of sixty samples between moves are smoothed less than long ones, and what noise is left is more. Followed by the bristles, it
+/// would take the friction away that the spool rests with.
+#[test]
+fn noise_takes_no_friction_away_in_rests_of_sixty_samples() {
+    let stroke_rad = 300.0 * STEP_RAD;
+    let moved = |t: f64| {
+        let (number, part) = ((t / 0.09).floor(), ((t % 0.09) / 0.03).min(1.0));
+        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2))
+    };
+    let run = exact(9.0, moved);
+    for noise_steps in [0.3, 1.0, 2.0] {
+        let mut seen = measured(&run, noise_steps);
+        predict(&mut seen, &rig(), &Past::default()).unwrap();
+        let (predicted, truth) = (seen.torque_nm.unwrap(), run.torque_nm.clone().unwrap());
+        let lost = (1..99).map(|rest| {
+            let end = 90 * rest + 85;
+            (truth[end] - predicted[end]) / truth[end]
+        });
+        let lost = lost.sum::<f64>() / 98.0;
+        println!("noise of {noise_steps} steps: {:.1} % of the friction is lost", 100.0 * lost);
+        assert!(lost.abs() < 0.05, "{noise_steps}: {lost}");
+    }
+}
+
 #[test]
 fn the_encoder_is_found_in_its_angles() {
     let run = exact(2.0, |t| 0.3 * t);

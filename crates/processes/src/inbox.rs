@@ -1,16 +1,23 @@
 //! The message of a cycle: there or not in real time, waited for in lockstep.
 
 use crate::child::{Child, lockstep_core};
+use crate::complain::complain;
 use crate::part::Pace;
 use crate::wishes::Wishes;
 use signal_bus::{BusError, CycleReader, Found, Service};
 use signals::Source;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Looks this often before the processor is given to somebody else: a partner on the other core may answer sooner,
 const SPINS: u32 = 20;
 /// one on the same core not at all as long as this process looks.
 const SPINS_ON_ONE_CORE: u32 = 2;
+
+/// In lockstep, who waits for so long says for what: a partner that is busy takes milliseconds.
+const LONG_WAIT: Duration = Duration::from_secs(10);
+/// The clock is looked at every so many times that the processor was given away.
+const YIELDS: u32 = 1 << 14;
 
 /// A reader that is paced like its process.
 pub(crate) struct Inbox<B: Service> {
@@ -19,6 +26,8 @@ pub(crate) struct Inbox<B: Service> {
     spins: u32,
     wishes: Arc<Wishes>,
     ended: bool,
+    of: Source,
+    by: Source,
 }
 
 impl<B: Service> Inbox<B> {
@@ -30,6 +39,8 @@ impl<B: Service> Inbox<B> {
             spins: if shares_core { SPINS_ON_ONE_CORE } else { SPINS },
             wishes: Arc::clone(&child.wishes),
             ended: false,
+            of: source,
+            by: child.source,
         })
     }
 
@@ -38,7 +49,7 @@ impl<B: Service> Inbox<B> {
         match self.pace {
             Pace::Realtime => self.reader.of_cycle(cycle).message(),
             Pace::Lockstep => {
-                let found = self.wait_for(|reader| match reader.of_cycle(cycle) {
+                let found = self.wait_for(cycle, |reader| match reader.of_cycle(cycle) {
                     Found::NotYet => None,
                     found => Some(found),
                 });
@@ -69,9 +80,9 @@ impl<B: Service> Inbox<B> {
         self.reader.in_order()
     }
 
-    /// Waits until the newest message fulfils `enough`, or the run is to end.
-    pub(crate) fn wait_until(&mut self, enough: impl Fn(&B) -> bool) {
-        self.wait_for(|reader| reader.latest().filter(|message| enough(&message.body)));
+    /// Waits in cycle `cycle` until the newest message fulfils `enough`, or the run is to end.
+    pub(crate) fn wait_until(&mut self, cycle: u64, enough: impl Fn(&B) -> bool) {
+        self.wait_for(cycle, |reader| reader.latest().filter(|message| enough(&message.body)));
     }
 
     /// Messages lost or refused.
@@ -79,7 +90,12 @@ impl<B: Service> Inbox<B> {
         self.reader.missed()
     }
 
-    fn wait_for<T>(&mut self, mut look: impl FnMut(&mut CycleReader<B>) -> Option<T>) -> Option<T> {
+    fn wait_for<T>(
+        &mut self,
+        cycle: u64,
+        mut look: impl FnMut(&mut CycleReader<B>) -> Option<T>,
+    ) -> Option<T> {
+        let (mut yields, mut begun) = (0_u32, None);
         loop {
             for _ in 0..self.spins {
                 if let Some(found) = look(&mut self.reader) {
@@ -91,6 +107,24 @@ impl<B: Service> Inbox<B> {
                 return None;
             }
             std::thread::yield_now();
+            yields = yields.wrapping_add(1);
+            if yields.is_multiple_of(YIELDS) && begun.get_or_insert_with(Instant::now).elapsed() > LONG_WAIT {
+                self.complain_of_wait(cycle);
+                begun = None;
+            }
         }
+    }
+
+    /// Says who waits for what, with what was lost or refused: a run that stands still would say nothing.
+    #[cold]
+    fn complain_of_wait(&self, cycle: u64) {
+        let seconds = LONG_WAIT.as_secs();
+        let Self { by, of, reader, .. } = self;
+        complain(format_args!(
+            "{by} has waited for {seconds} s for the {} of cycle {cycle} from {of}; missed so far: {}, the last refused: {:?}",
+            B::NAME,
+            reader.missed(),
+            reader.last_defect()
+        ));
     }
 }

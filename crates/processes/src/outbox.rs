@@ -2,15 +2,19 @@
 
 use crate::child::Child;
 use crate::part::Pace;
+use crate::wishes::Wishes;
 use injection::{Injection, Line};
 use signal_bus::{BusError, Service, Writer};
 use signals::{Message, Source};
+use std::sync::Arc;
 
 /// A writer through which faults can be injected.
 pub(crate) struct Outbox<B: Service> {
     writer: Writer<B>,
     line: Option<Line<B>>,
-    says_absence: bool,
+    /// Where there is no clock: a reader without the message would wait for ever, so its absence is said, and one that can't be
+    /// sent now is sent as soon as it can, unless the run is to end.
+    without_clock: Option<Arc<Wishes>>,
 }
 
 impl<B: Service> Outbox<B> {
@@ -18,7 +22,7 @@ impl<B: Service> Outbox<B> {
         Ok(Self {
             writer: child.bus.writer(source)?,
             line: child.injections.as_ref().map(|_| Line::new(None)),
-            says_absence: child.pace == Pace::Lockstep,
+            without_clock: (child.pace == Pace::Lockstep).then(|| Arc::clone(&child.wishes)),
         })
     }
 
@@ -33,24 +37,31 @@ impl<B: Service> Outbox<B> {
         self.writer.make_ready();
     }
 
-    /// Publishes the message for `of_cycle` that this process makes in `cycle`. Never waits.
+    /// Publishes the message for `of_cycle` that this process makes in `cycle`. Never waits where there is a clock.
     pub(crate) fn write(&mut self, cycle: u64, of_cycle: u64, time_ns: u64, body: B) {
-        let Some(line) = &mut self.line else { return self.writer.write(of_cycle, time_ns, body) };
         let message = self.writer.seal(of_cycle, time_ns, body);
+        let Some(line) = &mut self.line else { return self.send(message) };
         let carried = line.carry(cycle, message);
         for message in carried.messages.into_iter().flatten() {
-            self.writer.send(message);
+            self.send(message);
         }
-        if self.says_absence && !carried.arrives {
-            self.writer.send(Message::absent(message.header));
+        if self.without_clock.is_some() && !carried.arrives {
+            self.send(Message::absent(message.header));
+        }
+    }
+
+    fn send(&mut self, message: Message<B>) {
+        let Some(wishes) = &self.without_clock else { return self.writer.send(message) };
+        while !self.writer.try_send(message) && !wishes.stop() {
+            std::thread::yield_now();
         }
     }
 
     /// Says that there is no message for `of_cycle`, where there is no clock to tell by.
     pub(crate) fn pass_over(&mut self, of_cycle: u64, time_ns: u64) {
-        if self.says_absence {
+        if self.without_clock.is_some() {
             let message = self.writer.seal(of_cycle, time_ns, B::default());
-            self.writer.send(Message::absent(message.header));
+            self.send(Message::absent(message.header));
         }
     }
 

@@ -65,7 +65,7 @@ impl Plant {
             && cycle >= RECORDER_LAG_CYCLES
             && cycle.is_multiple_of(PROGRESS_CYCLES)
         {
-            self.recorder.wait_until(|progress| progress.feedback_cycle + RECORDER_LAG_CYCLES > cycle);
+            self.recorder.wait_until(cycle, |progress| progress.feedback_cycle + RECORDER_LAG_CYCLES > cycle);
         }
     }
 }

@@ -177,4 +177,9 @@ impl<B: Service> CycleReader<B> {
     pub fn missed(&self) -> u64 {
         self.stream.missed()
     }
+
+    /// What was wrong with the message refused last.
+    pub fn last_defect(&self) -> Option<Defect> {
+        self.stream.last_defect()
+    }
 }

@@ -59,13 +59,18 @@ impl<B: Service> Writer<B> {
         }
     }
 
-    /// Sends a message as it is. Never waits.
+    /// Sends a message as it is, or counts it as failed. Never waits.
     pub fn send(&mut self, message: Message<B>) {
-        let sample = self.borrowed.take().map_or_else(|| self.publisher.loan_uninit(), Ok);
-        let sent = sample.map(|sample| sample.write_payload(message).send());
-        if !matches!(sent, Ok(Ok(_))) {
+        if !self.try_send(message) {
             self.failures += 1;
         }
+    }
+
+    /// Sends a message as it is; false where that could not be done, and nothing is counted. Never waits.
+    pub fn try_send(&mut self, message: Message<B>) -> bool {
+        let sample = self.borrowed.take().map_or_else(|| self.publisher.loan_uninit(), Ok);
+        let sent = sample.map(|sample| sample.write_payload(message).send());
+        matches!(sent, Ok(Ok(_)))
     }
 
     /// Messages published, those that could not be sent included.

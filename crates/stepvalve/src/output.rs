@@ -45,20 +45,29 @@ impl Output {
     /// # Errors
     /// [`Failure::Input`] where there is a run, or the folder can't be made.
     pub fn prepare(folder: &Path) -> Result<Self, Failure> {
+        let output = Self::without_run(folder)?;
+        std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
+        Ok(output)
+    }
+
+    /// A folder that holds no run, and need not be there yet: the supervisor makes it once the instance's name is its own.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] where there is a run.
+    pub fn without_run(folder: &Path) -> Result<Self, Failure> {
         let output = Self { folder: folder.to_owned() };
         let made = [output.run_h5(), output.run_html()];
         let taken = made.into_iter().chain(output.segments()).find(|path| path.exists());
         if let Some(path) = taken {
             return Err(Failure::Input(anyhow!("{} exists: give --out a folder without a run", name(&path))));
         }
-        std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
         Ok(output)
     }
 
     /// The folder of an instance, which goes on where an earlier start of it ended, and what that left there.
     ///
     /// # Errors
-    /// [`Failure::Input`] where it can't be made, or holds the record of another instance or of a simulation: the two would stand in each
+    /// [`Failure::Input`] where it holds the record of another instance or of a simulation: the two would stand in each
     /// other's way, and be no record together.
     pub fn of_instance(folder: &Path, instance: &InstanceName) -> Result<(Self, Option<Earlier>), Failure> {
         let output = Self { folder: folder.to_owned() };
@@ -74,7 +83,6 @@ impl Output {
         if let Some(other) = infos.iter().find(|info| info.instance != instance.to_string()) {
             return Err(taken(format!("the record of the instance \"{}\"", other.instance)));
         }
-        std::fs::create_dir_all(folder).with_context(|| name(folder)).map_err(Failure::Input)?;
         let segments = infos.len();
         Ok((output, infos.pop().map(|last| Earlier { segments, last })))
     }

@@ -73,7 +73,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for warning in loaded.scenario.warnings() {
         complain(format_args!("note: {warning}"));
     }
-    let output = Output::prepare(&arguments.out)?;
+    let output = match arguments.mode {
+        Mode::InProcess => Output::prepare(&arguments.out)?,
+        Mode::Realtime | Mode::Lockstep => Output::without_run(&arguments.out)?,
+    };
     let simulation = Simulation {
         title: loaded.scenario.name.clone(),
         mode: arguments.mode,

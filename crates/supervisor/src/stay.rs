@@ -9,7 +9,7 @@ use crate::journal::{At, EventKind, Journal};
 use crate::mission::{Ending, Mission};
 use crate::news::Channel;
 use crate::notify;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use signals::{Feedback, PlantTruth};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -30,6 +30,9 @@ const PROCESSES: u32 = 4;
 pub fn supervise(mission: &Mission) -> Result<Ending, Failure> {
     let interruption = Interruption::watch()?;
     let instance = Instance::acquire(&mission.name)?;
+    std::fs::create_dir_all(&mission.folder)
+        .with_context(|| mission.folder.display().to_string())
+        .map_err(Failure::Input)?;
     let channel = Channel::new();
     let name = mission.name.to_string();
     let journal = if mission.stays { Journal::open(&name, &mission.folder) } else { Journal::none(&name) };
