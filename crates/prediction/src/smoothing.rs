@@ -176,13 +176,13 @@ fn reach(strength: f64) -> usize {
     ((2.0 * strength.powf(1.0 / 6.0)) as usize).clamp(3, 256)
 }
 
-/// Standard deviation of the angle that a smoothing of this strength leaves of white noise, in parts of the noise's: the square is
-/// ∫ dω/2π of its response's square, (1 + λω⁶)^-2.
+/// Standard deviation of the angle that a smoothing of this strength leaves of white noise, in parts of the noise's. By its response it
+/// is √(∫ dω/2π (1 + λω⁶)^-2) = 0.53·λ^(-1/12); where the strength changes, a little more.
 fn angle_left(strength: f64) -> f64 {
-    (5.0 / 18.0 * strength.powf(-1.0 / 6.0)).sqrt()
+    0.6 * strength.powf(-1.0 / 12.0)
 }
 
-/// The same of the speed, a sample being the unit of time: ∫ dω/2π of ω²(1 + λω⁶)^-2.
+/// The same of the speed, a sample being the unit of time: √(∫ dω/2π ω²(1 + λω⁶)^-2).
 fn speed_left(strength: f64) -> f64 {
     (strength.powf(-0.5) / 12.0).sqrt()
 }
