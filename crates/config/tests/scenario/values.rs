@@ -189,3 +189,17 @@ fn another_format_is_not_read_further() {
         "x.toml:1:1: format: found nothing, expected \"stepvalve-scenario\""
     );
 }
+
+#[test]
+fn a_word_that_is_nearly_a_known_one_is_answered_with_it() {
+    let of = |word: &str| errors_of(FULL, "\"coulomb-viscous\"", word).to_string();
+    let near = of("\"ful\"");
+    assert!(
+        near.contains(
+            "compensation.level: found ful, expected \"full\" (did you mean it?) or one of \"none\", "
+        ),
+        "{near}"
+    );
+    let far = of("\"everything\"");
+    assert!(far.contains("expected \"none\" or \"coulomb-viscous\" or "), "{far}");
+}
