@@ -121,7 +121,7 @@ fn refused_with_the_place() {
     refused(
         "\"lugre\"",
         "\"lugree\"",
-        "m.toml:19:7: friction.law: found lugree, expected \"lugre\" or \"stribeck\" or \"dahl\" or \"leuven\"",
+        "m.toml:19:7: friction.law: found lugree, expected \"lugre\" (did you mean it?) or one of \"lugre\", \"stribeck\", \"dahl\", \"leuven\"",
     );
     refused(
         "rotor_inertia_kg_m2 = 4.0e-4",
