@@ -91,3 +91,33 @@ fn a_folder_with_the_record_of_another_instance_is_refused() {
     converted(&[&parts[0], &parts[1]]).expect_code(0);
     place.assert_nothing_left(&["one", "two"]);
 }
+
+/// Each start counts its set-points from 1, and a fault keeps the segment that it is in under a name of its own.
+#[test]
+fn the_set_points_and_faults_of_two_starts_are_on_one_page() {
+    despite_stalls(|place| {
+        let scenario = place.scenario("step-sequence.toml", &[("silence_cycles", "silence_cycles = 100")]);
+        for (angle, fault) in [("11deg", true), ("23deg", false)] {
+            let run = place.start_instance("one", &["--allow-injection"], &scenario, &place.path("out"));
+            place.arm_when_ready();
+            place.stepvalve(&["set", "angle", angle]).expect_code(0);
+            if fault {
+                place.stepvalve(&["inject", "drop", "feedback", "count=120"]).expect_code(0);
+                place.wait_for("the fault", || place.status().filter(|status| status["state"] == "fault"));
+            }
+            // Rows are cycles with Feedback: it has to come again.
+            std::thread::sleep(std::time::Duration::from_millis(400));
+            end_instance(run, Signal::SIGTERM).expect_code(0);
+        }
+        assert!(place.path("out/run-0001-fault.mcap").exists());
+        let [out, run, page] =
+            ["out", "all.h5", "all.html"].map(|name| place.path(name).display().to_string());
+        place.stepvalve(&["convert", &out, "--out", &run]).expect_code(0);
+        let told = place.stepvalve(&["report", &run, "--out", &page]).expect_code(0).stdout;
+        assert!(told.contains("feedback silent"), "{told}");
+        let page = std::fs::read_to_string(page).unwrap();
+        for expected in ["11.0°", "23.0°", "restarted (closed-loop-2)"] {
+            assert!(page.contains(expected), "{expected} is not on the page");
+        }
+    });
+}

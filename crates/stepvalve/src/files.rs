@@ -64,7 +64,7 @@ pub fn run_file(path: &Path) -> Result<PathBuf, Failure> {
     }))
 }
 
-/// A record's segments, in order: files as they are; of a folder those of its run, or what a fault kept where there are no others.
+/// A record's segments, in order: files as they are; of a folder all of it, those that a fault kept too.
 ///
 /// # Errors
 /// [`Failure::Input`] where a folder holds none.
@@ -75,16 +75,14 @@ pub fn segments(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             segments.push(path.clone());
             continue;
         }
-        let (faults, all): (Vec<_>, Vec<_>) =
-            segments_in(path).into_iter().partition(|segment| segment.fault);
-        let chosen = if all.is_empty() { faults } else { all };
-        if chosen.is_empty() {
+        let found = segments_in(path);
+        if found.is_empty() {
             return Err(Failure::Input(anyhow!(
                 "{}: found no run-*.mcap in it, expected a record",
                 name(path)
             )));
         }
-        segments.extend(chosen.iter().map(|segment| segment.path(path)));
+        segments.extend(found.iter().map(|segment| segment.path(path)));
     }
     Ok(segments)
 }

@@ -43,13 +43,18 @@ pub fn read(table: &Table) -> Result<Vec<FollowedSetPoint>, RunLogError> {
     let rows: Vec<usize> = changes.iter().map(|change| change.0).collect();
     let kinds = table.pick("set_point_kind", &rows)?;
     let targets = table.pick("reference_target_angle", &rows)?;
-    let mut wishes = scheduled(&table.file)?;
-    wishes.extend(recorded(&table.file)?);
+    let (scheduled, recorded) = (scheduled(&table.file)?, recorded(&table.file)?);
+    // Every start counts its set-points from 1.
+    let generation = |row| {
+        let span = table.file.spans().find(|span| span.rows.contains(&row));
+        span.and_then(|span| span.generation).unwrap_or_default()
+    };
     let what = kinds.into_iter().zip(targets);
     let set_points = changes.into_iter().zip(what).map(|((row, id), (kind, target_rad))| {
         let id = id as u64;
         let kind = SetPointKind::from_code(kind as u64).unwrap_or(SetPointKind::Hold);
-        let wish = wishes.get(&id).copied().filter(|wish| wish.kind == kind);
+        let wish = recorded.get(&(generation(row), id)).or_else(|| scheduled.get(&id)).copied();
+        let wish = wish.filter(|wish| wish.kind == kind);
         let label = wish.map_or_else(|| by_target(kind, target_rad), label);
         let flow = wish.filter(|wish| wish.kind == SetPointKind::Flow).map(|wish| wish.value);
         FollowedSetPoint { id, row, label, flow_m3_per_s: flow }
@@ -125,22 +130,28 @@ fn of_scenario(point: &ScheduledSetPoint) -> Wish {
     }
 }
 
-/// The set-points that the record holds as messages, by their ids.
-fn recorded(file: &RunFile) -> Result<BTreeMap<u64, Wish>, RunLogError> {
+/// The set-points that the record holds as messages, by the start that they are of and their ids.
+fn recorded(file: &RunFile) -> Result<BTreeMap<(u64, u64), Wish>, RunLogError> {
     let column = |name| {
         let values =
             file.table_column("messages/set_point", name, |values| values.take(MOST).collect::<Vec<f64>>());
         Ok::<_, RunLogError>(values?.unwrap_or_default())
     };
-    let (ids, kinds, values) = (column("id")?, column("kind")?, column("value")?);
+    let (generations, ids) = (column("generation")?, column("id")?);
+    let (kinds, values) = (column("kind")?, column("value")?);
     let (frequencies, pressures, given) =
         (column("frequency_hz")?, column("pressure_drop_pa")?, column("pressure_given")?);
     let what = kinds.into_iter().zip(values).zip(frequencies).zip(pressures.into_iter().zip(given));
-    let wishes = ids.into_iter().zip(what).filter_map(|(id, (((kind, value), frequency_hz), (p, given)))| {
-        let kind = SetPointKind::from_code(kind as u64)?;
-        let pressure_drop_pa = (given == 1.0).then_some(p);
-        Some((id as u64, Wish { kind, value, frequency_hz, pressure_drop_pa, pulse_rate: false }))
-    });
+    let of = generations.into_iter().zip(ids);
+    let wishes =
+        of.zip(what).filter_map(|((generation, id), (((kind, value), frequency_hz), (p, given)))| {
+            let kind = SetPointKind::from_code(kind as u64)?;
+            let pressure_drop_pa = (given == 1.0).then_some(p);
+            Some((
+                (generation as u64, id as u64),
+                Wish { kind, value, frequency_hz, pressure_drop_pa, pulse_rate: false },
+            ))
+        });
     Ok(wishes.collect())
 }
 
