@@ -127,7 +127,12 @@ impl Generation<'_> {
         let fault = self.watch.status().map(|status| status.body.fault);
         let answer = self.order(order_of(OperatorKind::Reset), "reset: disarmed");
         if answer.done && fault == Some(FaultCode::LostSteps.code()) {
-            let text = "the angle may be wrong by whole steps: home the valve before you trust it";
+            let text = if self.mission().parts.controller.params.homing.is_some() {
+                "the angle may be wrong by whole steps: home the valve before you trust it"
+            } else {
+                "the angle may be wrong by whole steps, and the scenario has no section [homing] to find it again: \
+                 bring the valve to its zero and start anew before you trust it"
+            };
             return Answer::done(format!("{}; {text}", answer.text));
         }
         answer
