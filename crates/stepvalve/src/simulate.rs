@@ -190,7 +190,7 @@ fn tell(
         take_record(output, &mut summary)?;
     }
     print(&summary, simulation.json)?;
-    outcome(&summary, complete)
+    outcome(&summary)
 }
 
 /// The faults that were asked for.
@@ -239,14 +239,14 @@ fn print(summary: &Summary, json: bool) -> Result<(), anyhow::Error> {
     Ok(())
 }
 
-fn outcome(summary: &Summary, complete: bool) -> Result<Outcome, Failure> {
+fn outcome(summary: &Summary) -> Result<Outcome, Failure> {
     if let Some(failure) = &summary.failure {
         return Err(Failure::Failed(anyhow!("{failure}")));
     }
     if let Some(flaw) = summary.record_flaws.first() {
         return Err(Failure::Failed(anyhow!("the record is not whole: {flaw}")));
     }
-    if !complete {
+    if summary.interrupted {
         return Ok(Outcome::Interrupted);
     }
     Ok(if summary.fault.is_some() { Outcome::Fault } else { Outcome::Done })
