@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use std::process::{Child, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-use stepvalve_tests::{Finished, TestPlace};
+use stepvalve_tests::{Finished, TestPlace, despite_stalls};
 
 const NAME: &str = "ordered";
 
@@ -88,6 +88,22 @@ fn an_arm_that_was_refused_does_not_arm_later() {
         instance.never("running");
         instance.end();
     }
+}
+
+#[test]
+fn an_arm_waits_for_a_message_that_is_late() {
+    despite_stalls(|place| {
+        let instance = Instance::start(place);
+        instance.signal("trajectory-generator", Signal::SIGSTOP);
+        // What was sent before is read.
+        sleep(Duration::from_millis(20));
+        let arm = place.command("stepvalve").arg("arm").stdout(Stdio::null()).spawn().unwrap();
+        sleep(Duration::from_millis(80));
+        instance.signal("trajectory-generator", Signal::SIGCONT);
+        assert!(arm.wait_with_output().unwrap().status.success());
+        assert_eq!(instance.state(), "running");
+        instance.end();
+    });
 }
 
 #[test]

@@ -16,6 +16,10 @@ use std::time::{Duration, Instant};
 /// How long the loop may take to show an effect.
 const EFFECT_PATIENCE: Duration = Duration::from_secs(1);
 
+/// How long arming is tried anew where the controller is not ready: a message that a busy machine delivers late, or a valve that
+/// is about to stand, needs some cycles.
+const READY_WITHIN: Duration = Duration::from_millis(200);
+
 /// Time left to the client's deadline, at most `EFFECT_PATIENCE`.
 fn patience(until_ns: Option<u64>) -> Duration {
     let left = until_ns.map(|until_ns| Duration::from_nanos(until_ns.saturating_sub(now_ns())));
@@ -146,18 +150,37 @@ impl Generation<'_> {
         answer
     }
 
-    /// Gives an order to the controller, and waits for what it says.
-    pub(crate) fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
+    /// Gives an order to the controller until it is ready for it; the last order's id, and the controller's answer.
+    fn answered(&mut self, order: OperatorCommand) -> Option<(u64, ControlStatus)> {
         // What comes of it must be told while whoever asked is still there.
-        let patience = self.patience.saturating_sub(SEEN_WITHIN);
-        let (given, id) = (Instant::now(), self.give_order(order, patience));
-        let mut answer = self.answer_to(id, self.patience, |_| true);
+        let until = Instant::now() + self.patience.saturating_sub(SEEN_WITHIN);
+        let tried_until = until.min(Instant::now() + READY_WITHIN);
+        loop {
+            let (id, status) = self.answered_once(order, until)?;
+            let not_ready = status.operator_result == OperatorResult::NotReady.code();
+            // An answer to another id is to an operator's disarm, which ends the trying.
+            if !not_ready || status.operator_id != id || Instant::now() >= tried_until {
+                return Some((id, status));
+            }
+            self.look_around();
+        }
+    }
+
+    fn answered_once(&mut self, order: OperatorCommand, until: Instant) -> Option<(u64, ControlStatus)> {
+        let left = || until.saturating_duration_since(Instant::now());
+        let id = self.give_order(order, left());
+        let mut answer = self.answer_to(id, left() + SEEN_WITHIN, |_| true);
         // Arming lasts until the drive holds. Homing lasts long: whoever asked looks at the status meanwhile.
         if order.kind == OperatorKind::Arm.code() {
             let ended = |status: &ControlStatus| status.operator_result != OperatorResult::Begun.code();
-            answer = self.answer_to(id, patience.saturating_sub(given.elapsed()), ended).or(answer);
+            answer = self.answer_to(id, left(), ended).or(answer);
         }
-        let Some(status) = answer else { return Answer::refused(self.unanswered()) };
+        answer.map(|status| (id, status))
+    }
+
+    /// Gives an order to the controller, and waits for what it says.
+    pub(crate) fn order(&mut self, order: OperatorCommand, done: &str) -> Answer {
+        let Some((id, status)) = self.answered(order) else { return Answer::refused(self.unanswered()) };
         let ControlStatus { operator_id, operator_result, state, fault, .. } = status;
         if operator_id != id {
             // An operator's disarm takes both ways, and the straight one may be first.
@@ -176,6 +199,7 @@ impl Generation<'_> {
                 OperatorResult::NoHoming
             )),
             Some(OperatorResult::Refused) => Answer::refused(self.why_not(&order)),
+            Some(OperatorResult::NotReady) => Answer::refused(self.why_not_ready()),
             Some(other) => {
                 let fault = FaultCode::from_code(fault).filter(|fault| *fault != FaultCode::None);
                 let next = match (fault, OperatorKind::from_code(order.kind)) {
@@ -191,6 +215,21 @@ impl Generation<'_> {
             }
             None => Answer::refused("the controller's answer means nothing"),
         }
+    }
+
+    /// What a disarmed controller waits for before it arms.
+    fn why_not_ready(&mut self) -> String {
+        let feedback = self.watch.feedback().map(|feedback| feedback.body);
+        let fault = feedback.and_then(|feedback| FaultCode::from_code(feedback.drive_fault));
+        let why = match (feedback, fault) {
+            (None, _) => "the drive has said nothing yet".to_owned(),
+            (Some(_), Some(fault)) if fault != FaultCode::None => format!("the drive reports: {fault}"),
+            (Some(feedback), _) if feedback.validity & validity::STANDSTILL == 0 => {
+                "the valve does not stand still".to_owned()
+            }
+            _ => format!("a message of the drive or of the trajectory was missing for {READY_WITHIN:?}"),
+        };
+        format!("{}: {why}", OperatorResult::NotReady)
     }
 
     /// What is known of a controller that does not answer.
