@@ -12,6 +12,18 @@ struct Active {
     left: u64,
 }
 
+impl Active {
+    fn is_due(&self, cycle: u64) -> bool {
+        self.at <= cycle && self.left > 0
+    }
+
+    fn use_up(&mut self) {
+        if self.left != u64::MAX {
+            self.left = self.left.saturating_sub(1);
+        }
+    }
+}
+
 /// What a publisher's messages of one kind pass through.
 #[derive(Debug, Clone)]
 pub struct Line<B: Body> {
@@ -58,13 +70,13 @@ impl<B: Body> Line<B> {
     /// What goes out in cycle `cycle` in the place of a sealed message.
     pub fn carry(&mut self, cycle: u64, message: Message<B>) -> Carried<B> {
         let late = self.held.take();
+        let message = self.jumped(cycle, message);
         let damage = self.due(cycle);
-        let frozen = *self.frozen.get_or_insert(message.body);
+        if damage.is_none() {
+            self.frozen = None;
+        }
         let mut carried = match &damage {
-            None => {
-                self.frozen = None;
-                Carried { messages: [Some(message), None, None], arrives: true }
-            }
+            None => Carried { messages: [Some(message), None, None], arrives: true },
             Some(Damage::Drop) => nothing(),
             Some(Damage::Delay) => {
                 self.held = Some(message);
@@ -77,7 +89,10 @@ impl<B: Body> Line<B> {
                 let old = usize::try_from(age.saturating_sub(1)).ok().and_then(|i| self.history.get(i));
                 Carried { messages: [old.copied().flatten(), None, None], arrives: false }
             }
-            Some(other) => changed(other, &message, &frozen, self.counts_per_turn),
+            Some(other) => {
+                let frozen = *self.frozen.get_or_insert(message.body);
+                changed(other, &message, &frozen)
+            }
         };
         if let Some(place) = carried.messages.iter_mut().find(|place| place.is_none()) {
             *place = late;
@@ -89,11 +104,26 @@ impl<B: Body> Line<B> {
         carried
     }
 
-    /// The fault of this cycle, used up by one.
+    /// The message of an encoder that has jumped: jumps add up, and stay beside whatever else befalls the message.
+    fn jumped(&mut self, cycle: u64, message: Message<B>) -> Message<B> {
+        let mut by_rad = None;
+        for fault in self.faults.iter_mut().filter(|fault| fault.is_due(cycle)) {
+            if let Damage::EncoderJump { by_rad: by } = fault.damage {
+                by_rad = Some(by_rad.unwrap_or(0.0) + by);
+                fault.use_up();
+            }
+        }
+        let counts_per_turn = self.counts_per_turn;
+        by_rad.map_or(message, |by| Message::seal(message.header, jumped(&message.body, by, counts_per_turn)))
+    }
+
+    /// The fault of this cycle, used up by one: of several, one after the other, and one without an end where there is no other.
     fn due(&mut self, cycle: u64) -> Option<Damage> {
         self.faults.retain(|fault| fault.left > 0);
-        let fault = self.faults.iter_mut().find(|fault| fault.at <= cycle)?;
-        fault.left = if fault.left == u64::MAX { u64::MAX } else { fault.left - 1 };
+        let is_jump = |fault: &Active| matches!(fault.damage, Damage::EncoderJump { .. });
+        let due = self.faults.iter_mut().filter(|fault| fault.is_due(cycle) && !is_jump(fault));
+        let fault = due.min_by_key(|fault| fault.left == u64::MAX)?;
+        fault.use_up();
         Some(fault.damage.clone())
     }
 }
@@ -102,7 +132,7 @@ fn nothing<B: Body>() -> Carried<B> {
     Carried { messages: [None; 3], arrives: false }
 }
 
-fn changed<B: Body>(damage: &Damage, message: &Message<B>, frozen: &B, counts_per_turn: f64) -> Carried<B> {
+fn changed<B: Body>(damage: &Damage, message: &Message<B>, frozen: &B) -> Carried<B> {
     let header = message.header;
     let sealed = |header: Header, body: B| Message::seal(header, body);
     let new = match damage {
@@ -120,7 +150,6 @@ fn changed<B: Body>(damage: &Damage, message: &Message<B>, frozen: &B, counts_pe
             sealed(Header { source: other.code(), ..header }, message.body)
         }
         Damage::FrozenEncoder => sealed(header, frozen_encoder(&message.body, frozen)),
-        Damage::EncoderJump { by_rad } => sealed(header, jumped(&message.body, *by_rad, counts_per_turn)),
         _ => *message,
     };
     let source = Source::from_code(header.source).unwrap_or(Source::Supervisor);

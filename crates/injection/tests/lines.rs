@@ -66,6 +66,22 @@ fn the_encoder_freezes_and_jumps() {
 }
 
 #[test]
+fn an_encoder_that_has_jumped_can_jump_again_and_other_faults_befall_it() {
+    let mut line = Line::new(Some(COUNTS_PER_TURN));
+    let faults = [
+        "encoder-jump at=1 by_rad=1",
+        "encoder-jump at=2 by_rad=1",
+        "frozen-encoder at=3 count=all",
+        "drop feedback at=4",
+    ];
+    faults.iter().for_each(|fault| line.add(&Injection::parse(fault).unwrap()));
+    let angles: Vec<Option<f64>> = (0..6)
+        .map(|cycle| line.carry(cycle, sealed(cycle)).messages[0].map(|message| message.body.angle_rad))
+        .collect();
+    assert_eq!(angles, [Some(0.0), Some(1.001), Some(2.002), Some(2.003), None, Some(2.003)]);
+}
+
+#[test]
 fn counts_jump_as_far_as_the_angle_does() {
     let mut line = Line::new(Some(COUNTS_PER_TURN));
     line.add(&Injection::parse("encoder-jump by_rad=1").unwrap());
