@@ -98,3 +98,25 @@ fn a_valve_that_can_not_be_homed_says_so() {
     assert!(refused.stderr.contains("no section [homing]"), "{}", refused.stderr);
     end(&place, run);
 }
+
+#[test]
+fn an_angle_is_in_doubt_from_lost_steps_on_over_reset_and_restart() {
+    let place = TestPlace::new();
+    let out = place.path("out");
+    let arguments = ["--record", "none", "--allow-injection"];
+    let run = place.start_instance(NAME, &arguments, &scenario(&place, ""), &out);
+    assert_eq!(generation(&place, 1)["angle_doubted"], false);
+    place.stepvalve(&["arm"]).expect_code(0);
+    place.stepvalve(&["inject", "encoder-jump", "by_rad=0.3"]).expect_code(0);
+    let fault = place.wait_for("the fault", || place.status().filter(|status| status["state"] == "fault"));
+    assert_eq!(fault["fault"], "lost steps", "{fault}");
+    place.stepvalve(&["reset"]).expect_code(0);
+    let told = place.stepvalve(&["status"]).expect_code(0).stdout;
+    assert!(told.contains("IN DOUBT: steps were lost") && told.contains("torque reserve   –"), "{told}");
+    let refused = place.stepvalve(&["home"]).expect_code(1).stderr;
+    assert!(refused.contains("end the instance and start it anew"), "{refused}");
+
+    kill(place.child_of(run.id(), "step-controller").unwrap(), Signal::SIGKILL).unwrap();
+    assert_eq!(generation(&place, 2)["angle_doubted"], true);
+    end(&place, run);
+}

@@ -27,7 +27,7 @@ pub mod alarm {
     pub const OSCILLATION: u64 = 1 << 0;
     /// The observer has been at its limit for long: the belief is far from the valve.
     pub const OBSERVER_SATURATED: u64 = 1 << 1;
-    /// More than a third of the commands to the drive are lost; the observer is off, since it counts on them.
+    /// More than a third of the commands to the drive were lost; the observer is off since, as it counts on them.
     pub const COMMANDS_LOST: u64 = 1 << 2;
     /// The valve takes clearly less torque than the belief expects; the feed-forward is reduced to the share it takes.
     pub const LOAD_BELOW_BELIEF: u64 = 1 << 3;
@@ -45,7 +45,7 @@ pub mod alarm {
     pub const NAMES: [(u64, &str); 8] = [
         (OSCILLATION, "the loop oscillated, observer slowed"),
         (OBSERVER_SATURATED, "observer at its limit"),
-        (COMMANDS_LOST, "commands to the drive are lost, observer off"),
+        (COMMANDS_LOST, "commands to the drive were lost, observer off"),
         (LOAD_BELOW_BELIEF, "less friction than believed, feed-forward reduced"),
         (INERTIA, "inertia other than believed, observer slowed"),
         (OBSERVER_OFF, "the loop oscillated again, observer off"),

@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod angle_doubt;
 mod child;
 mod clients;
 mod control;
@@ -48,7 +49,7 @@ pub use handover::{CONCLUDE, begin, conclude, received};
 pub use instance::{Whereabouts, prefix, whereabouts};
 pub use instances::{FoundInstance, base_folders, instances};
 pub use interruption::Interruption;
-pub use journal::{Entry, EventKind, advice, journal_path, older_journal_path};
+pub use journal::{Entry, EventKind, advice, advice_on_alarm, journal_path, older_journal_path};
 pub use mission::{Conclusion, Ending, Mission, ProcessEnding, Timings};
 pub use progress::Progress;
 pub use request::{Answer, Request};

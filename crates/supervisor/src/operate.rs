@@ -194,10 +194,7 @@ impl Generation<'_> {
         match OperatorResult::from_code(operator_result) {
             Some(OperatorResult::Done) => Answer::done(done),
             Some(OperatorResult::Begun) => Answer::done(state),
-            Some(OperatorResult::NoHoming) => Answer::refused(format!(
-                "{}: the scenario has no section [homing] (docs/scenario.md), so the valve counts as homed from the start",
-                OperatorResult::NoHoming
-            )),
+            Some(OperatorResult::NoHoming) => Answer::refused(self.why_not_home()),
             Some(OperatorResult::Refused) => Answer::refused(self.why_not(&order)),
             Some(OperatorResult::NotReady) => Answer::refused(self.why_not_ready()),
             Some(other) => {
@@ -205,6 +202,9 @@ impl Generation<'_> {
                 let next = match (fault, OperatorKind::from_code(order.kind)) {
                     (Some(fault), _) => {
                         format!(" ({fault}); first: stepvalve reset --instance {}", self.mission().name)
+                    }
+                    (None, Some(OperatorKind::Home)) if state == ControllerState::Running.name() => {
+                        format!("; first: stepvalve disarm --instance {}", self.mission().name)
                     }
                     (None, Some(OperatorKind::Reset)) => {
                         ", without a fault: there is nothing to reset".to_owned()
@@ -215,6 +215,19 @@ impl Generation<'_> {
             }
             None => Answer::refused("the controller's answer means nothing"),
         }
+    }
+
+    /// A scenario that says nothing of homing, and what is left to do where the angle is in doubt.
+    fn why_not_home(&self) -> String {
+        let then = if self.watch.angle_doubt().is_doubted() {
+            "; to find the zero again, bring the valve there, end the instance and start it anew"
+        } else {
+            ""
+        };
+        let none = OperatorResult::NoHoming;
+        format!(
+            "{none}: the scenario has no section [homing] (docs/scenario.md), so the valve counts as homed from the start{then}"
+        )
     }
 
     /// What a disarmed controller waits for before it arms.

@@ -1,8 +1,9 @@
 //! How a running instance is: gathered by the supervisor, printed by `stepvalve status`.
 
+use crate::journal::advice_on_alarm;
 use fieldbus::{DriveState, al_state_name};
 use serde::{Deserialize, Serialize};
-use signals::{BusPhase, BusStatus, FaultCode, Source};
+use signals::{BusPhase, BusStatus, ControllerState, FaultCode, Source};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -145,6 +146,9 @@ pub struct Status {
     pub angle_rad: f64,
     /// Whether the angle's zero is known.
     pub homed: bool,
+    /// Whether it may be wrong by whole steps, which were lost and not found again by homing.
+    #[serde(default)]
+    pub angle_doubted: bool,
     /// Whether the windings carry current.
     pub energised: bool,
     /// Where homing is, or how far the last one came.
@@ -225,16 +229,35 @@ impl Status {
     /// The most important of it in a line.
     pub fn line(&self) -> String {
         let degrees = |rad: f64| rad.to_degrees();
-        let homed = if self.homed { "" } else { ", NOT HOMED" };
         let alarms = self.alarms.iter().map(|alarm| format!(", ALARM: {alarm}")).collect::<String>();
         format!(
-            "{}: {:.3}°{homed}, to {:.3}°, error {:.4}°, reserve {:.2} N·m{alarms}",
+            "{}: {:.3}°{}, to {:.3}°, error {:.4}°, reserve {}{alarms}",
             self.state_words(),
             degrees(self.angle_rad),
+            self.zero_words(),
             degrees(self.target_angle_rad),
             degrees(self.following_error_rad),
-            self.torque_reserve_nm
+            self.reserve_words()
         )
+    }
+
+    /// What has to be known of the angle's zero; empty where all is well.
+    pub fn zero_words(&self) -> &'static str {
+        match (self.homed, self.angle_doubted) {
+            (false, _) => ", NOT HOMED",
+            (true, true) => ", IN DOUBT: steps were lost since the zero was found",
+            (true, false) => "",
+        }
+    }
+
+    /// The torque reserve in words: there is one while the controller commands the valve.
+    pub fn reserve_words(&self) -> String {
+        let commands = [ControllerState::Running, ControllerState::Homing, ControllerState::QuickStop];
+        if commands.iter().any(|state| state.name() == self.state) {
+            format!("{:.2} N·m", self.torque_reserve_nm)
+        } else {
+            "–".to_owned()
+        }
     }
 
     fn named(&self, which: impl Fn(&ProcessStatus) -> bool) -> Vec<&str> {
@@ -250,8 +273,7 @@ impl fmt::Display for Status {
             writeln!(f, "                 {}", self.fault_advice)?;
         }
         writeln!(f, "set-point        {}", self.set_point_words())?;
-        let homed = if self.homed { "" } else { ", NOT HOMED" };
-        writeln!(f, "angle            {:.3}°{homed}", self.angle_rad.to_degrees())?;
+        writeln!(f, "angle            {:.3}°{}", self.angle_rad.to_degrees(), self.zero_words())?;
         writeln!(
             f,
             "following error  {:.4}°, peak {:.4}°",
@@ -259,13 +281,14 @@ impl fmt::Display for Status {
             self.following_error_peak_rad.to_degrees()
         )?;
         let limiting = if self.limiting { ", held back by a limit" } else { "" };
-        writeln!(f, "torque reserve   {:.2} N·m{limiting}", self.torque_reserve_nm)?;
+        writeln!(f, "torque reserve   {}{limiting}", self.reserve_words())?;
         writeln!(f, "pulse rate       {:.1} kHz", self.pulse_rate_hz / 1e3)?;
         if self.missed_commands > 0 {
             writeln!(f, "missed commands  {} since arming", self.missed_commands)?;
         }
         for alarm in &self.alarms {
             writeln!(f, "ALARM            {alarm}")?;
+            writeln!(f, "                 {}", advice_on_alarm(alarm))?;
         }
         writeln!(
             f,

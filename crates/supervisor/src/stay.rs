@@ -1,5 +1,6 @@
 //! A mission from its first generation to its end.
 
+use crate::angle_doubt::AngleDoubt;
 use crate::control::serve;
 use crate::exit::{DiedAtStart, Failure};
 use crate::generation::{Generation, Setup};
@@ -43,6 +44,7 @@ pub fn supervise(mission: &Mission) -> Result<Ending, Failure> {
         generation: mission.info.generation,
         interruption: &interruption,
         left: None,
+        angle_doubt: AngleDoubt::default(),
     };
     let mut ending = if mission.stays {
         serve(instance.folder(), channel.sender())?;
@@ -68,8 +70,9 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
     let mut deaths = VecDeque::new();
     let mut started = 0;
     loop {
-        let (ending, left) = generation(&setup, channel, &mut started)?;
+        let (ending, left, doubt) = generation(&setup, channel, &mut started)?;
         setup.left = left.or(setup.left);
+        setup.angle_doubt = doubt;
         // What a killed process left in shared memory goes now, not at the instance's end.
         setup.instance.wipe_generation(setup.generation)?;
         let Some(failure) = ending.failure.clone() else { return Ok(ending) };
@@ -97,14 +100,15 @@ fn generation(
     setup: &Setup,
     channel: &Channel,
     started: &mut u32,
-) -> Result<(Ending, Option<(Feedback, PlantTruth)>)> {
+) -> Result<(Ending, Option<(Feedback, PlantTruth)>, AngleDoubt)> {
     let mut generation = match Generation::start(setup, channel, *started) {
         Ok(generation) => generation,
         Err(error) if error.is::<DiedAtStart>() => {
             // Whatever was started then, nobody's last words may be taken for its successor's.
             *started += PROCESSES;
             let failure = Some(format!("{error:#}"));
-            return Ok((Ending { generations: setup.starts(), failure, ..Ending::default() }, None));
+            let ending = Ending { generations: setup.starts(), failure, ..Ending::default() };
+            return Ok((ending, None, setup.angle_doubt));
         }
         Err(error) => return Err(error),
     };

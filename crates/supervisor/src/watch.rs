@@ -1,5 +1,6 @@
 //! What the supervisor sees of the loop on the bus: the newest of each message, and who is late or silent.
 
+use crate::angle_doubt::AngleDoubt;
 use crate::drive_fault::DriveFault;
 use crate::journal::{Seen, advice, reason};
 use crate::status::{DriveBus, ProcessStatus, Status};
@@ -73,14 +74,21 @@ pub struct Watch {
     timing: Vec<Timing>,
     /// Why the plant side stopped the valve by itself.
     drive_fault: DriveFault,
+    angle_doubt: AngleDoubt,
 }
 
 impl Watch {
-    /// Opens them.
+    /// Opens them, beside a valve whose angle is in doubt or not.
     ///
     /// # Errors
     /// Where a service can't be read.
-    pub fn open(bus: &Bus, pace: Pace, stays: bool, silence: Duration) -> Result<Self> {
+    pub fn open(
+        bus: &Bus,
+        pace: Pace,
+        stays: bool,
+        silence: Duration,
+        angle_doubt: AngleDoubt,
+    ) -> Result<Self> {
         let realtime = pace == Pace::Realtime;
         let timed = [Source::Plant, Source::Trajectory, Source::Controller];
         let timing = timed.into_iter().filter(|_| realtime).map(|source| {
@@ -97,6 +105,7 @@ impl Watch {
             recorder: realtime.then(|| Heard::open(bus, Source::Recorder)).transpose()?,
             timing: timing.collect::<Result<_>>()?,
             drive_fault: DriveFault::NONE,
+            angle_doubt,
         })
     }
 
@@ -126,7 +135,18 @@ impl Watch {
     /// The newest ControlStatus.
     pub fn status(&mut self) -> Option<Message<ControlStatus>> {
         self.status.listen();
+        if let Some(status) = self.status.newest.map(|message| message.body)
+            && let Some(fault) = FaultCode::from_code(status.fault)
+            && let Some(homing) = HomingPhase::from_code(status.homing_phase)
+        {
+            self.angle_doubt.take(fault, homing);
+        }
         self.status.newest
+    }
+
+    /// Whether the valve's angle may be wrong by whole steps.
+    pub fn angle_doubt(&self) -> AngleDoubt {
+        self.angle_doubt
     }
 
     /// The newest cycle of the controller that was heard of.
@@ -233,6 +253,7 @@ impl Watch {
             moving: reference.moving == 1,
             angle_rad: feedback.angle_rad,
             homed: feedback.validity & validity::HOMED != 0,
+            angle_doubted: self.angle_doubt.is_doubted(),
             energised: feedback.validity & validity::ENERGISED != 0,
             homing: HomingPhase::from_code(status.homing_phase)
                 .map_or("unknown", HomingPhase::name)

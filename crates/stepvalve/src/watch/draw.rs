@@ -7,7 +7,7 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Sparkline, Wrap};
 use std::collections::VecDeque;
-use supervisor::{ProcessStatus, Status};
+use supervisor::{ProcessStatus, Status, advice_on_alarm};
 
 /// An error of less than 0.02° fills no bar: at rest it is the encoder's step.
 const LEAST_HEIGHT_RAD: f64 = 3.5e-4;
@@ -82,28 +82,35 @@ fn valve_lines<'a>(view: &'a View, status: &'a Status) -> Vec<Line<'a>> {
         Some(why) => Span::styled(format!("NO ANSWER: {why}"), Style::new().fg(Color::Red).bold()),
         None => Span::styled(status.state_words(), state_style(status)),
     };
-    let homed = if status.homed { "" } else { "  NOT HOMED" };
+    let alarms = match status.alarms.as_slice() {
+        [] => String::new(),
+        alarms => format!("ALARM      {}", alarms.join("; ")),
+    };
+    let advice = match (status.fault_advice.as_str(), status.alarms.first()) {
+        ("", Some(alarm)) => advice_on_alarm(alarm),
+        (advice, _) => advice,
+    };
     let limiting = if status.limiting { "  held back by a limit" } else { "" };
     vec![
         Line::from(vec!["state      ".into(), state]),
         Line::from(format!("set-point  {}", status.set_point_words())),
-        Line::from(format!("angle      {:.3}°{homed}", status.angle_rad.to_degrees())),
+        Line::from(format!("angle      {:.3}°{}", status.angle_rad.to_degrees(), status.zero_words())),
         Line::from(format!(
-            "reserve    {:.2} N·m{limiting}   pulse rate {:.1} kHz   oil {:.2} MPa, {:.1} °C",
-            status.torque_reserve_nm,
+            "reserve    {}{limiting}   pulse rate {:.1} kHz   oil {:.2} MPa, {:.1} °C",
+            status.reserve_words(),
             status.pulse_rate_hz / 1e3,
             status.pressure_drop_pa / 1e6,
             status.oil_temperature_c
         )),
-        Line::from(status.alarms.join("; ")).fg(Color::Red),
-        Line::from(status.fault_advice.as_str()),
+        Line::from(alarms).fg(Color::Red),
+        Line::from(advice),
     ]
 }
 
 fn draw_error(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
     let full = view.errors_rad.iter().copied().fold(LEAST_HEIGHT_RAD, f64::max);
     let title = format!(
-        " following error {:.4}°, peak since arming {:.4}°, full height {:.4}° ",
+        " following error {:.4}°, peak since arming {:.4}°; bars from 0 to {:.4}° ",
         status.following_error_rad.to_degrees(),
         status.following_error_peak_rad.to_degrees(),
         full.to_degrees()
@@ -115,13 +122,17 @@ fn draw_error(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
 }
 
 fn draw_processes(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
-    let block = Block::bordered()
-        .title(" overruns, skipped, missed; wake-up latency, and the most seen: a full bar ");
+    // As wide as the columns below it.
+    let heading = format!(
+        "{:<20} {:>8} {:>7} {:>6} {:>14}",
+        "process", "overruns", "skipped", "missed", "latency/most"
+    );
+    let block = Block::bordered().title(format!("{heading}: a full bar "));
     let inner = block.inner(area);
     frame.render_widget(block, area);
     for (row, (name, process)) in status.processes.iter().enumerate().take(usize::from(inner.height)) {
         let line = Rect { y: inner.y + row as u16, height: 1, ..inner };
-        let [words, history] = Layout::horizontal([Constraint::Length(66), Constraint::Min(4)]).areas(line);
+        let [words, history] = Layout::horizontal([Constraint::Length(68), Constraint::Min(4)]).areas(line);
         let most_us = view.latencies_us.get(name).into_iter().flatten().copied().fold(0.0, f64::max);
         frame.render_widget(process_line(name, process, most_us), words);
         if let Some(latencies) = view.latencies_us.get(name) {
@@ -133,7 +144,7 @@ fn draw_processes(frame: &mut Frame, area: Rect, view: &View, status: &Status) {
 fn process_line(name: &str, process: &ProcessStatus, most_us: f64) -> Line<'static> {
     let ProcessStatus { overruns, skipped_cycles, missed_samples, wake_up_latency_us, .. } = process;
     let text = format!(
-        "{name:<20} {overruns:>5} {skipped_cycles:>5} {missed_samples:>5} {wake_up_latency_us:>7.0} of {most_us:>6.0} µs"
+        "{name:<20} {overruns:>8} {skipped_cycles:>7} {missed_samples:>6} {wake_up_latency_us:>5.0}/{most_us:>5.0} µs"
     );
     match (process.silent, process.late) {
         (true, _) => Line::from(format!("{text} SILENT")).fg(Color::Red),

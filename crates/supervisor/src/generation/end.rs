@@ -1,6 +1,7 @@
 //! The end of a generation, in the right order: the valve, the loop, the recorder, the rest.
 
 use super::{END_PATIENCE, Generation, LOOP};
+use crate::angle_doubt::AngleDoubt;
 use crate::journal::EventKind;
 use crate::mission::{Ending, ProcessEnding};
 use processes::{Pace, ToChild};
@@ -12,9 +13,9 @@ use std::time::{Duration, Instant};
 const STOP_MARGIN: Duration = Duration::from_secs(1);
 
 impl Generation<'_> {
-    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest. How it ended, and how it left the
-    /// valve.
-    pub fn end(mut self) -> (Ending, Option<(Feedback, PlantTruth)>) {
+    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest. How it ended, how it left the
+    /// valve, and whether its angle is in doubt.
+    pub fn end(mut self) -> (Ending, Option<(Feedback, PlantTruth)>, AngleDoubt) {
         if self.failure.is_none() && self.setup.interruption.wanted() {
             self.interrupted = true;
             self.interrupt();
@@ -30,8 +31,9 @@ impl Generation<'_> {
         }
         self.finish_recorder();
         let left = self.watch.valve_left();
+        let doubt = AngleDoubt::left(self.watch.angle_doubt().is_doubted());
         self.end_all();
-        (self.ending(), left)
+        (self.ending(), left, doubt)
     }
 
     /// The user wants an end: the valve is stopped first.

@@ -4,6 +4,7 @@ mod begin;
 mod end;
 mod events;
 
+use crate::angle_doubt::AngleDoubt;
 use crate::child::Child;
 use crate::instance::{Instance, Whereabouts};
 use crate::interruption::Interruption;
@@ -54,6 +55,8 @@ pub struct Setup<'a> {
     pub interruption: &'a Interruption,
     /// How the generation before left the valve.
     pub left: Option<(Feedback, PlantTruth)>,
+    /// Whether its angle was in doubt then.
+    pub angle_doubt: AngleDoubt,
 }
 
 /// Which order the loop's changes of state may come from.
@@ -162,7 +165,13 @@ impl<'a> Generation<'a> {
             orders_seen: OrdersSeen::default(),
             patience: Duration::ZERO,
             epoch_ns: 0,
-            watch: Watch::open(&bus, setup.mission.pace, setup.mission.stays, silence(setup.mission))?,
+            watch: Watch::open(
+                &bus,
+                setup.mission.pace,
+                setup.mission.stays,
+                silence(setup.mission),
+                setup.angle_doubt,
+            )?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
             followed: None,

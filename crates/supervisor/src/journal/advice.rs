@@ -1,6 +1,6 @@
 //! What a fault means, and what to do about it.
 
-use signals::FaultCode;
+use signals::{FaultCode, alarm};
 
 /// What really stopped the valve: where the controller says that the drive did, what the drive says.
 pub fn reason(fault: FaultCode, drive_fault: FaultCode) -> FaultCode {
@@ -57,9 +57,46 @@ pub fn advice(fault: FaultCode) -> &'static str {
     }
 }
 
+/// What an alarm means and what to do, by its name; empty where there is none of that name.
+pub fn advice_on_alarm(name: &str) -> &'static str {
+    let bit = alarm::NAMES.iter().find(|(_, of)| *of == name).map_or(0, |(bit, _)| *bit);
+    match bit {
+        alarm::OSCILLATION | alarm::OBSERVER_OFF => {
+            "the belief's inertia or stiffness is not the valve's, or its encoder is loose: `stepvalve tune` measures them; arming anew tries the observer again"
+        }
+        alarm::OBSERVER_SATURATED => {
+            "the valve takes another torque than believed, for longer than a reversal takes: look for a load or a jam, or let `stepvalve tune` measure it"
+        }
+        alarm::COMMANDS_LOST => {
+            "more than a third of them were late or lost: the machine or the bus stalled; `stepvalve doctor` measures it; arming anew tries the observer again"
+        }
+        alarm::LOAD_BELOW_BELIEF => {
+            "the believed friction is too high, a load helps the motion, or the angle is wrong by whole steps: `stepvalve tune` measures the friction"
+        }
+        alarm::LOAD_ABOVE_BELIEF => {
+            "the believed friction is too low, a load is against the motion, or the encoder has play: `stepvalve tune` measures the friction"
+        }
+        alarm::INERTIA => {
+            "the believed inertia is off, or the encoder does not turn as the valve does: `stepvalve tune` measures it"
+        }
+        alarm::NO_BENEFIT => {
+            "the belief is far from the valve: `stepvalve tune` measures it; `stepvalve set parameter` or arming anew tries the compensation again"
+        }
+        _ => "",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_alarm_has_one() {
+        for (_, name) in alarm::NAMES {
+            assert!(!advice_on_alarm(name).is_empty(), "{name}");
+        }
+        assert!(advice_on_alarm("").is_empty());
+    }
 
     #[test]
     fn every_fault_has_one() {

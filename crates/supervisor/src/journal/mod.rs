@@ -7,7 +7,7 @@ mod entry;
 mod file;
 mod transitions;
 
-pub use advice::{advice, reason};
+pub use advice::{advice, advice_on_alarm, reason};
 pub use entry::{Entry, EventKind};
 pub use file::{journal_path, older_journal_path};
 pub(crate) use transitions::{Seen, Transitions};

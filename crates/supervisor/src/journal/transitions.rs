@@ -1,6 +1,6 @@
 //! What of the loop is worth a line: the differences between one look at it and the next.
 
-use super::advice::{advice, reason};
+use super::advice::{advice, advice_on_alarm, reason};
 use super::entry::EventKind;
 use crate::request::Request;
 use signals::{ControllerState, FaultCode, alarm};
@@ -61,7 +61,7 @@ impl Transitions {
             news.extend(state_words(&seen).map(|words| (EventKind::State, words.to_owned())));
         }
         let raised = alarm::names(seen.alarms & !before.alarms);
-        news.extend(raised.map(|name| (EventKind::Alarm, name.to_owned())));
+        news.extend(raised.map(|name| (EventKind::Alarm, format!("{name}: {}", advice_on_alarm(name)))));
         let fell_silent = seen.silent.iter().filter(|name| !before.silent.contains(name));
         news.extend(fell_silent.map(|name| (EventKind::Process, format!("{name} is silent"))));
         let back = before.silent.iter().filter(|name| !seen.silent.contains(name));
