@@ -116,7 +116,7 @@ fn the_set_points_and_faults_of_two_starts_are_on_one_page() {
         let told = place.stepvalve(&["report", &run, "--out", &page]).expect_code(0).stdout;
         assert!(told.contains("feedback silent"), "{told}");
         let page = std::fs::read_to_string(page).unwrap();
-        for expected in ["11.0°", "23.0°", "restarted (closed-loop-2)"] {
+        for expected in ["11.0°", "23.0°", "started anew: closed-loop-2"] {
             assert!(page.contains(expected), "{expected} is not on the page");
         }
     });

@@ -1,11 +1,12 @@
-//! What happened when: set-points, refusals, faults, lost steps, restarts.
+//! What happened when: set-points, refusals, states, alarms, faults, lost steps, later starts.
 
 use super::set_points::FollowedSetPoint;
 use super::table::Table;
 use super::text;
 use ::report::{Level, Marker};
 use run_log::RunLogError;
-use signals::{FaultCode, SetPointRefusal};
+use signals::{ControllerState, FaultCode, SetPointRefusal, alarm};
+use supervisor::{advice, advice_on_alarm};
 
 /// More set-points than this stand in their strip alone: lines through all plots would hide them.
 const MOST_MARKED: usize = 40;
@@ -19,6 +20,14 @@ pub struct Event {
     pub row: usize,
     /// What happened.
     pub label: String,
+    /// What it means and what to do; empty where the label says all.
+    pub advice: &'static str,
+}
+
+impl Event {
+    fn new(row: usize, label: impl Into<String>) -> Self {
+        Self { row, label: label.into(), advice: "" }
+    }
 }
 
 /// All of a run's events.
@@ -34,10 +43,14 @@ pub struct Events {
     pub drive_faults: Vec<Event>,
     /// Lost steps that the controller noticed.
     pub lost_steps: Vec<Event>,
+    /// Changes of the controller's state.
+    pub states: Vec<Event>,
+    /// Alarms raised.
+    pub alarms: Vec<Event>,
     /// Runs after the first.
     pub runs: Vec<Event>,
-    /// Whether those are restarts of the loop, not runs of a log.
-    pub restarts: bool,
+    /// Whether those are later starts of the loop, not runs of a log.
+    pub later_starts: bool,
 }
 
 /// Gathers a run's events.
@@ -46,15 +59,18 @@ pub struct Events {
 /// [`RunLogError`].
 pub fn read(table: &Table, set_points: &[FollowedSetPoint]) -> Result<Events, RunLogError> {
     let runs = table.file.spans().skip(1);
-    let run = |label: &str| if table.closed_loop { format!("restarted ({label})") } else { label.to_owned() };
+    let run =
+        |label: &str| if table.closed_loop { format!("started anew: {label}") } else { label.to_owned() };
     Ok(Events {
         set_points: set_points.iter().filter(|point| point.id != 0).cloned().collect(),
         refusals: refusals(table)?,
         faults: faults(table)?,
         drive_faults: codes(table, "drive_fault", |code| format!("drive: {code}"))?,
         lost_steps: lost_steps(table)?,
-        runs: runs.map(|span| Event { row: span.rows.start, label: run(&span.name) }).collect(),
-        restarts: table.closed_loop,
+        states: states(table)?,
+        alarms: alarms(table)?,
+        runs: runs.map(|span| Event::new(span.rows.start, run(&span.name))).collect(),
+        later_starts: table.closed_loop,
     })
 }
 
@@ -71,8 +87,8 @@ impl Events {
                 self.set_points.iter().map(|point| marker(point.row, point.label.clone(), Level::Neutral)),
             );
         }
-        if self.restarts || self.runs.len() <= MOST_MARKED {
-            markers.extend(of(&self.runs, if self.restarts { Level::Attention } else { Level::Neutral }));
+        if self.later_starts || self.runs.len() <= MOST_MARKED {
+            markers.extend(of(&self.runs, if self.later_starts { Level::Attention } else { Level::Neutral }));
         }
         markers.extend(of(&self.refusals, Level::Attention));
         markers.extend(of(&self.lost_steps, Level::Attention));
@@ -84,11 +100,13 @@ impl Events {
     /// All events as a table, in the order of their times.
     pub fn table(&self, table: &Table) -> ::report::Table {
         let of = |what: &'static str, events: &[Event]| {
-            events.iter().map(|event| (event.row, what, event.label.clone())).collect::<Vec<_>>()
+            events.iter().map(|event| (event.row, what, in_full(event))).collect::<Vec<_>>()
         };
         let points = self.set_points.iter().map(|point| (point.row, "set-point", point.label.clone()));
         let mut all: Vec<_> = points.collect();
-        all.extend(of(if self.restarts { "restart" } else { "run" }, &self.runs));
+        all.extend(of(if self.later_starts { "start" } else { "run" }, &self.runs));
+        all.extend(of("state", &self.states));
+        all.extend(of("alarm", &self.alarms));
         all.extend(of("refusal", &self.refusals));
         all.extend(of("lost steps", &self.lost_steps));
         all.extend(of("drive", &self.drive_faults));
@@ -111,6 +129,35 @@ impl Events {
     }
 }
 
+/// An event with what to do about it.
+fn in_full(event: &Event) -> String {
+    if event.advice.is_empty() { event.label.clone() } else { format!("{}: {}", event.label, event.advice) }
+}
+
+/// Changes of the state; the first is how it began. A fault has a row of its own.
+fn states(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    let (changes, _) = table.changes("state", MOST)?;
+    let state = |(row, code): (usize, f64)| {
+        let state =
+            ControllerState::from_code(code as u64).filter(|state| *state != ControllerState::Fault)?;
+        Some(Event::new(row, state.name()))
+    };
+    Ok(changes.into_iter().skip(1).filter_map(state).collect())
+}
+
+fn alarms(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    let (changes, _) = table.changes("alarms", MOST)?;
+    let mut before = 0;
+    let mut raised = Vec::new();
+    for (row, flags) in changes {
+        let now = flags as u64;
+        let new = alarm::names(now & !before);
+        raised.extend(new.map(|name| Event { advice: advice_on_alarm(name), ..Event::new(row, name) }));
+        before = now;
+    }
+    Ok(raised)
+}
+
 fn codes(
     table: &Table,
     column: &str,
@@ -118,8 +165,10 @@ fn codes(
 ) -> Result<Vec<Event>, RunLogError> {
     let (changes, _) = table.changes(column, MOST)?;
     let known = changes.into_iter().filter(|(_, code)| *code != 0.0);
-    let event =
-        |(row, code)| FaultCode::from_code(code as u64).map(|fault| Event { row, label: label(fault) });
+    let event = |(row, code)| {
+        FaultCode::from_code(code as u64)
+            .map(|fault| Event { advice: advice(fault), ..Event::new(row, label(fault)) })
+    };
     Ok(known.filter_map(event).collect())
 }
 
@@ -146,7 +195,7 @@ fn refusals(table: &Table) -> Result<Vec<Event>, RunLogError> {
     let reasons = table.pick("set_point_refusal", &rows)?;
     let event = |((row, id), code): ((usize, f64), f64)| {
         let why = SetPointRefusal::from_code(code as u64).map_or("unknown reason", SetPointRefusal::name);
-        Event { row, label: format!("set-point {id} refused: {why}") }
+        Event::new(row, format!("set-point {id} refused: {why}"))
     };
     Ok(known.into_iter().zip(reasons).map(event).collect())
 }
@@ -155,7 +204,7 @@ fn lost_steps(table: &Table) -> Result<Vec<Event>, RunLogError> {
     let (changes, _) = table.changes("lost_teeth_noticed", MOST)?;
     let rising = changes.windows(2).filter_map(|pair| match pair {
         [(_, before), (row, now)] if now > before => {
-            Some(Event { row: *row, label: text::count((now - before) as u64, "lost step") })
+            Some(Event::new(*row, text::count((now - before) as u64, "lost step")))
         }
         _ => None,
     });

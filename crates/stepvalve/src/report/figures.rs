@@ -59,7 +59,8 @@ pub struct Figures {
     /// Largest pulse rate, Hz.
     pulse_rate_peak_hz: Option<f64>,
     limited_rows: u64,
-    lost_teeth: u64,
+    /// Of the simulated rotor: what an encoder says may be wrong.
+    lost_teeth: Option<u64>,
     timed: bool,
     overruns: u64,
     skipped: u64,
@@ -109,7 +110,7 @@ impl Figures {
             reserve_min_nm: reserve.flatten(),
             pulse_rate_peak_hz: worst("pulse_rate", largest)?.flatten().map(f64::abs),
             limited_rows: limited.unwrap_or_default() as u64,
-            lost_teeth: worst("lost_teeth", largest)?.flatten().map_or(0, |teeth| teeth.abs() as u64),
+            lost_teeth: worst("lost_teeth", largest)?.flatten().map(|teeth| teeth.abs() as u64),
             timed: !timing.is_empty(),
             overruns: timing.iter().map(|process| process.overrun_count).sum(),
             skipped: timing.iter().map(|process| process.skipped_count).sum(),
@@ -146,7 +147,7 @@ impl Figures {
             let same = |fault: &&super::events::Event| fault.row == row;
             let fault = events.faults.iter().chain(&events.drive_faults).find(same);
             let what = fault.map_or("unknown", |fault| fault.label.as_str());
-            let more = (events.faults.len() + events.drive_faults.len()).saturating_sub(1);
+            let more = events.faults.len().max(events.drive_faults.len()).saturating_sub(1);
             let more = if more > 0 { format!(" ({more} more later)") } else { String::new() };
             let after = self
                 .after_fault_rad
@@ -176,16 +177,14 @@ impl Figures {
         if self.timed {
             incidents.push(text::count(self.skipped, "skipped cycle"));
         }
-        if self.lost_teeth > 0 {
-            incidents.push(text::count(self.lost_teeth, "lost step"));
-        }
+        incidents.extend(self.lost_teeth.filter(|lost| *lost > 0).map(|lost| text::count(lost, "lost step")));
         if let Some(short) = self.reserve_min_nm.filter(|reserve| *reserve < 0.0) {
             incidents.push(format!("torque short by up to {} N·m", text::number(-short)));
         }
         let some = [
             (events.refusals.len() as u64, "refused set-point"),
             (self.missing, "missing message"),
-            (if events.restarts { events.runs.len() as u64 } else { 0 }, "restart"),
+            (if events.later_starts { events.runs.len() as u64 } else { 0 }, "later start"),
         ];
         incidents.extend(some.iter().filter(|(n, _)| *n > 0).map(|(n, what)| text::count(*n, what)));
         incidents
@@ -205,7 +204,8 @@ impl Figures {
         facts.extend(errors("Following error, true", self.true_error));
         facts.extend(errors("Following error, measured", self.error));
         facts.extend(
-            self.after_fault_rad.map(|rad| ("Following error after the fault", text::degrees(rad) + " peak")),
+            self.after_fault_rad
+                .map(|rad| ("Furthest from the reference after the fault", text::degrees(rad) + " peak")),
         );
         facts.extend(
             self.reserve_min_nm
@@ -216,8 +216,8 @@ impl Figures {
         );
         if self.closed_loop {
             facts.push(("Held back by limits", text::count(self.limited_rows, "cycle")));
-            facts.push(("Lost steps", self.lost_teeth.to_string()));
-            facts.push(("Faults", (events.faults.len() + events.drive_faults.len()).to_string()));
+            facts.extend(self.lost_teeth.map(|lost| ("Lost steps, true", lost.to_string())));
+            facts.push(("Faults", faults(events)));
             facts.push(("Set-points", set_points(events)));
         }
         if self.timed {
@@ -247,6 +247,14 @@ impl Figures {
 fn errors(name: &'static str, spread: Option<Spread>) -> Option<(&'static str, String)> {
     let Spread { rms, peak, .. } = spread?;
     Some((name, format!("{} RMS, {} peak", text::degrees(rms), text::degrees(peak))))
+}
+
+/// Those of the controller; the drive's own are most often why.
+fn faults(events: &Events) -> String {
+    match events.drive_faults.len() {
+        0 => events.faults.len().to_string(),
+        own => format!("{}; the drive reported {own}", events.faults.len()),
+    }
 }
 
 fn set_points(events: &Events) -> String {

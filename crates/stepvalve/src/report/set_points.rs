@@ -6,6 +6,7 @@ use config::{FlowPressure, ScheduledSetPoint, SetPoint, parse_scenario};
 use run_log::{RunFile, RunLogError};
 use signals::SetPointKind;
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 /// More changes of the set-point than this are not told one by one.
 const MOST: usize = 20_000;
@@ -83,7 +84,9 @@ fn label(wish: Wish) -> String {
             format!("{} L/min{at}", text::number(value * 60e3))
         }
         SetPointKind::Speed if pulse_rate => format!("{} kHz", text::number(value / 1e3)),
-        SetPointKind::Speed => format!("{} rad/s", text::number(value)),
+        SetPointKind::Speed => {
+            format!("{} rpm ({} rad/s)", text::number(value * 60.0 / TAU), text::number(value))
+        }
         SetPointKind::Sine => {
             format!("sine ±{}, {} Hz", text::degrees(value), text::number(frequency_hz))
         }
