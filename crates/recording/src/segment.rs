@@ -45,7 +45,9 @@ pub enum Damage {
 impl core::fmt::Display for Damage {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Unfinished { at_byte } => write!(f, "the file was not finished; it ends at byte {at_byte}"),
+            Self::Unfinished { at_byte } => {
+                write!(f, "not finished: its recorder still writes to it, or died; it ends at byte {at_byte}")
+            }
             Self::Cut { at_byte } => {
                 write!(f, "the file ends in the middle of the record that begins at byte {at_byte}")
             }

@@ -45,6 +45,8 @@ pub struct Events {
     pub lost_steps: Vec<Event>,
     /// Changes of the controller's state.
     pub states: Vec<Event>,
+    /// The rows in which it ceased to follow the reference.
+    pub stops: Vec<usize>,
     /// Alarms raised.
     pub alarms: Vec<Event>,
     /// Runs after the first.
@@ -68,6 +70,7 @@ pub fn read(table: &Table, set_points: &[FollowedSetPoint]) -> Result<Events, Ru
         drive_faults: codes(table, "drive_fault", |code| format!("drive: {code}"))?,
         lost_steps: lost_steps(table)?,
         states: states(table)?,
+        stops: stops(table)?,
         alarms: alarms(table)?,
         runs: runs.map(|span| Event::new(span.rows.start, run(&span.name))).collect(),
         later_starts: table.closed_loop,
@@ -102,12 +105,15 @@ impl Events {
         let of = |what: &'static str, events: &[Event]| {
             events.iter().map(|event| (event.row, what, in_full(event))).collect::<Vec<_>>()
         };
-        let points = self.set_points.iter().map(|point| (point.row, "set-point", point.label.clone()));
+        let points = self
+            .set_points
+            .iter()
+            .map(|point| (point.row, "accepted", format!("set-point {}: {}", point.id, point.label)));
         let mut all: Vec<_> = points.collect();
         all.extend(of(if self.later_starts { "start" } else { "run" }, &self.runs));
         all.extend(of("state", &self.states));
         all.extend(of("alarm", &self.alarms));
-        all.extend(of("refusal", &self.refusals));
+        all.extend(of("refused", &self.refusals));
         all.extend(of("lost steps", &self.lost_steps));
         all.extend(of("drive", &self.drive_faults));
         all.extend(of("fault", &self.faults));
@@ -124,7 +130,7 @@ impl Events {
                 format!("and {} more", text::grouped(left_out as u64)),
             ]);
         }
-        let header = ["time", "what", ""].map(str::to_owned).to_vec();
+        let header = ["time", "what", "in words"].map(str::to_owned).to_vec();
         ::report::Table { header, rows }
     }
 }
@@ -143,6 +149,16 @@ fn states(table: &Table) -> Result<Vec<Event>, RunLogError> {
         Some(Event::new(row, state.name()))
     };
     Ok(changes.into_iter().skip(1).filter_map(state).collect())
+}
+
+fn stops(table: &Table) -> Result<Vec<usize>, RunLogError> {
+    let (changes, _) = table.changes("state", MOST)?;
+    let running = |code: f64| code == ControllerState::Running.code() as f64;
+    let stop = |pair: &[(usize, f64)]| match pair {
+        [(_, before), (row, now)] if running(*before) && !running(*now) => Some(*row),
+        _ => None,
+    };
+    Ok(changes.windows(2).filter_map(stop).collect())
 }
 
 fn alarms(table: &Table) -> Result<Vec<Event>, RunLogError> {

@@ -165,15 +165,16 @@ fn pace(table: &Table) -> Result<Option<Strip>, RunLogError> {
 fn set_points(table: &Table, events: &Events) -> Strip {
     let ends =
         events.set_points.iter().skip(1).map(|next| next.row).chain([table.time_s.len().saturating_sub(1)]);
-    let intervals = events.set_points.iter().zip(ends).filter_map(|(point, end)| {
-        let rows = table.running.get(point.row..end)?;
-        let last = rows.iter().rposition(|running| *running)?;
-        Some(Interval {
-            from_s: table.at(point.row),
-            to_s: table.at(point.row + last + 1),
-            label: point.label.clone(),
-            level: Level::Neutral,
-        })
+    let intervals = events.set_points.iter().zip(ends).map(|(point, end)| Interval {
+        from_s: table.at(point.row),
+        to_s: table.at(events
+            .stops
+            .iter()
+            .copied()
+            .find(|stop| *stop > point.row)
+            .map_or(end, |stop| end.min(stop))),
+        label: point.label.clone(),
+        level: Level::Neutral,
     });
     Strip { name: "set-point".to_owned(), intervals: intervals.collect() }
 }
