@@ -151,7 +151,7 @@ fn check_account(finished: &Finished, out: &Path) {
     assert_eq!(set_points, 1 + 10 + 10 + 1 + 1);
     // Arm, two changes of parameters, disarm, reset, arm; and the disarm that SIGTERM brings.
     assert_eq!(orders, 7);
-    assert!(report.notes.iter().any(|note| note == "the shift changes"), "{:?}", report.notes);
+    assert!(report.notes.iter().any(|note| note.text == "the shift changes"), "{:?}", report.notes);
     let timing = std::fs::read_dir(out).unwrap().flatten();
     assert!(timing.into_iter().any(|entry| entry.file_name().to_string_lossy().starts_with("slow-cycle-")));
 }

@@ -101,6 +101,7 @@ fn the_set_points_and_faults_of_two_starts_are_on_one_page() {
             let run = place.start_instance("one", &["--allow-injection"], &scenario, &place.path("out"));
             place.arm_when_ready();
             place.stepvalve(&["set", "angle", angle]).expect_code(0);
+            place.stepvalve(&["mark", &format!("on the way to {angle}")]).expect_code(0);
             if fault {
                 place.stepvalve(&["inject", "drop", "feedback", "count=120"]).expect_code(0);
                 place.wait_for("the fault", || place.status().filter(|status| status["state"] == "fault"));
@@ -116,8 +117,11 @@ fn the_set_points_and_faults_of_two_starts_are_on_one_page() {
         let told = place.stepvalve(&["report", &run, "--out", &page]).expect_code(0).stdout;
         assert!(told.contains("feedback silent"), "{told}");
         let page = std::fs::read_to_string(page).unwrap();
-        for expected in ["11.0°", "23.0°", "started anew: closed-loop-2"] {
-            assert!(page.contains(expected), "{expected} is not on the page");
+        let noted = ["on the way to 11deg", "on the way to 23deg"].map(|note| format!(">{note}</td>"));
+        for expected in
+            ["11.0°", "23.0°", "started anew: closed-loop-2"].map(str::to_owned).into_iter().chain(noted)
+        {
+            assert!(page.contains(&expected), "{expected} is not on the page");
         }
     });
 }

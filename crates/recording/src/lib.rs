@@ -27,7 +27,7 @@ pub use error::RecordingError;
 pub use gap::{Gap, GapOrigin, KnownGap};
 pub use info::{RecordInfo, Texts};
 pub use ledger::Tally;
-pub use reader::{Report, Segment, read_info, read_record};
+pub use reader::{Note, Report, Segment, read_info, read_record};
 pub use schema::{Schema, of_topic as schema_of};
 pub use segment::Damage;
 pub use topic::{Topic, bytes_per_cycle};

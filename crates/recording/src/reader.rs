@@ -18,11 +18,20 @@ pub struct Report {
     /// All messages known to be missing, in the order of topic, generation and sequence.
     pub gaps: Vec<KnownGap>,
     /// The recorder's notes, in order.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Messages whose check failed (length, schema hash, CRC, source, range), by topic; they count as missing.
     pub refused: BTreeMap<Topic, u64>,
     /// Payloads that are nothing of ours.
     pub unreadable: u64,
+}
+
+/// What an operator, or the recorder itself, noted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// In words.
+    pub text: String,
+    /// The newest Feedback in the record when it was noted, as generation and cycle; none before the first.
+    pub after: Option<(u64, u64)>,
 }
 
 /// One file of a record.
@@ -86,13 +95,14 @@ pub fn read_record<P: AsRef<Path>>(
         unreadable: 0,
     };
     let mut ledger = Ledger::default();
+    let mut newest = None;
     let mut before = None;
     for (index, path) in paths.iter().map(AsRef::as_ref).enumerate() {
         let info = read_info(path)?;
         check_same_record(path, &info, before.as_ref().unwrap_or(&report.info))?;
         before = Some(info);
         let damage = segment::walk(path, |item| {
-            take(item, index, &mut ledger, &mut report, &mut visit);
+            take(item, index, (&mut ledger, &mut newest), &mut report, &mut visit);
             Walk::On
         })?;
         report.segments.push(Segment { path: path.to_owned(), damage });
@@ -104,18 +114,21 @@ pub fn read_record<P: AsRef<Path>>(
 fn take(
     item: Item<'_>,
     segment: usize,
-    ledger: &mut Ledger,
+    (ledger, newest): (&mut Ledger, &mut Option<(u64, u64)>),
     report: &mut Report,
     visit: &mut impl FnMut(&AnyMessage),
 ) {
     match item {
         Item::Metadata(..) => {}
         Item::Gap(gap) => ledger.gap(&gap),
-        Item::Note(text) => report.notes.push(text),
+        Item::Note(text) => report.notes.push(Note { text, after: *newest }),
         Item::Unreadable => report.unreadable += 1,
         Item::Message(topic, payload) => match AnyMessage::decode(topic, payload) {
             Some(message) => {
                 let header = message.header();
+                if topic == Topic::Feedback {
+                    *newest = (*newest).max(Some((header.generation, header.cycle)));
+                }
                 if ledger.message(topic, header.generation, header.sequence, segment) {
                     visit(&message);
                 }

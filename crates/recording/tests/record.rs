@@ -72,7 +72,7 @@ fn recorded_and_missing_make_up_what_was_published() {
             known(gap(99, 1), GapOrigin::Declared),
         ]
     );
-    assert_eq!(report.notes, ["the disk was slow"]);
+    assert_eq!(report.notes, [Note { text: "the disk was slow".to_owned(), after: Some((0, 98)) }]);
 }
 
 #[test]

@@ -24,7 +24,7 @@ pub use convert::{Summary, convert};
 pub use error::RunLogError;
 pub use mat::{MatArray, read_mat_arrays};
 pub use read::{LogPart, Wanted, read_log, read_log_parts};
-pub use run_file::{MissingMessages, RunFile, RunSpan};
+pub use run_file::{MissingMessages, NoteInLog, RunFile, RunSpan};
 pub use table_file::{TableColumn, TableFile, TableValues, write_table};
 pub use write::{Late, write_log, write_log_with_late};
 

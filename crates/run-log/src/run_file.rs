@@ -38,6 +38,15 @@ pub struct RunSpan {
     pub rows: Range<usize>,
 }
 
+/// A note of the recorder, or what is wrong with one of the record's files.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NoteInLog {
+    /// In words.
+    pub text: String,
+    /// The row after which it was taken, where that is known.
+    pub row: Option<usize>,
+}
+
 /// Messages of one topic that are missing for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MissingMessages {
@@ -223,8 +232,23 @@ impl RunFile {
     ///
     /// # Errors
     /// [`RunLogError`].
-    pub fn notes(&self) -> Result<Vec<String>, RunLogError> {
-        self.text_column(&self.file, "notes")
+    pub fn notes(&self) -> Result<Vec<NoteInLog>, RunLogError> {
+        let texts = self.text_column(&self.file, "notes")?;
+        let column = |name| self.table_column("noted", name, |values| values.collect::<Vec<f64>>());
+        let generations = column("generation")?.unwrap_or_default();
+        let cycles = column("cycle")?.unwrap_or_default();
+        let after =
+            generations.into_iter().zip(cycles).map(|(generation, cycle)| self.row_of(generation, cycle));
+        let rows = after.chain(std::iter::repeat(None));
+        Ok(texts.into_iter().zip(rows).map(|(text, row)| NoteInLog { text, row }).collect())
+    }
+
+    /// The row of a generation's cycle.
+    fn row_of(&self, generation: f64, cycle: f64) -> Option<usize> {
+        let mut spans = self.runs.iter().map(|(span, _)| span);
+        let span = spans.find(|span| span.generation.is_some_and(|number| number as f64 == generation))?;
+        let row = span.rows.start + (cycle - span.first_cycle? as f64).max(0.0) as usize;
+        (cycle >= 0.0 && span.rows.contains(&row)).then_some(row)
     }
 
     /// What is known to be missing, by topic and origin.

@@ -66,11 +66,21 @@ pub(crate) fn gaps(file: &Group, gaps: &[KnownGap]) -> Result<()> {
     h5::put_texts(&group, "origin", &origins)
 }
 
-/// `/notes`: the recorder's notes, and what is wrong with the record's files.
+/// `/notes`: the recorder's notes, and what is wrong with the record's files. `/noted`: after which Feedback each was taken, -1 where that
+/// is not known.
 pub(crate) fn notes(file: &Group, report: &Report) -> Result<()> {
-    let mut notes = report.notes.clone();
-    for (segment, number) in report.segments.iter().zip(1..) {
-        notes.extend(segment.damage.iter().map(|damage| format!("segment {number}: {damage}")));
-    }
-    h5::put_texts(file, "notes", &notes.iter().map(String::as_str).collect::<Vec<_>>())
+    let damage = report.segments.iter().zip(1..).flat_map(|(segment, number)| {
+        segment.damage.iter().map(move |damage| (format!("segment {number}: {damage}"), None))
+    });
+    let notes = report.notes.iter().map(|note| (note.text.clone(), note.after));
+    let (texts, after): (Vec<_>, Vec<_>) = notes.chain(damage).unzip();
+    h5::put_texts(file, "notes", &texts.iter().map(String::as_str).collect::<Vec<_>>())?;
+    let noted = file.create_group("noted")?;
+    let column = |value: fn((u64, u64)) -> u64| -> Vec<i64> {
+        let of = |after: &Option<_>| after.and_then(|after| i64::try_from(value(after)).ok()).unwrap_or(-1);
+        after.iter().map(of).collect()
+    };
+    h5::put_column(&noted, "generation", "1", &column(|(generation, _)| generation))?;
+    h5::put_column(&noted, "cycle", "1", &column(|(_, cycle)| cycle))?;
+    Ok(())
 }

@@ -22,7 +22,7 @@ pub(crate) struct Cause {
 }
 
 /// What the note in the file begins with.
-const NOTE: &str = "scope capture: ";
+pub const CAPTURE_NOTE: &str = "scope capture: ";
 
 /// Messages that were kept.
 #[derive(Debug, Clone)]
@@ -65,7 +65,7 @@ impl Capture {
             writer.note_gap(&lost.gap)?;
         }
         let cause = serde_json::to_string(&self.cause).unwrap_or_default();
-        writer.note(&format!("{NOTE}{cause}"))?;
+        writer.note(&format!("{CAPTURE_NOTE}{cause}"))?;
         writer.finish()
     }
 
@@ -84,7 +84,10 @@ impl Capture {
         let mut cycles = block.iter().filter(|stored| has_cycle(stored.topic)).map(|stored| stored.cycle);
         let first = cycles.next().ok_or(Unreadable::Empty(shown))?;
         let (from, to) = cycles.fold((first, first), |(from, to), cycle| (from.min(cycle), to.max(cycle)));
-        let noted = report.notes.iter().find_map(|note| serde_json::from_str(note.strip_prefix(NOTE)?).ok());
+        let noted = report
+            .notes
+            .iter()
+            .find_map(|note| serde_json::from_str(note.text.strip_prefix(CAPTURE_NOTE)?).ok());
         let cause = noted.unwrap_or_else(|| Cause {
             word: "record".to_owned(),
             text: report.info.title.clone(),

@@ -29,5 +29,6 @@ mod store;
 mod token;
 mod trigger;
 
+pub use capture::CAPTURE_NOTE;
 pub use server::{Opened, Options, ScopeError, serve};
 pub use trigger::{Condition, Machine, Mode, Settings, Slope, State, Unusable, Window};

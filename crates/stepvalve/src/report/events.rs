@@ -1,10 +1,11 @@
-//! What happened when: set-points, refusals, states, alarms, faults, lost steps, later starts.
+//! What happened when: set-points, refusals, states, alarms, faults, lost steps, notes, later starts.
 
 use super::set_points::FollowedSetPoint;
 use super::table::Table;
 use super::text;
 use ::report::{Level, Marker};
 use run_log::RunLogError;
+use scope::CAPTURE_NOTE;
 use signals::{ControllerState, FaultCode, SetPointRefusal, alarm};
 use supervisor::{advice, advice_on_alarm};
 
@@ -49,6 +50,8 @@ pub struct Events {
     pub stops: Vec<usize>,
     /// Alarms raised.
     pub alarms: Vec<Event>,
+    /// What was noted meanwhile: an operator's marks, faults injected.
+    pub notes: Vec<Event>,
     /// Runs after the first.
     pub runs: Vec<Event>,
     /// Whether those are later starts of the loop, not runs of a log.
@@ -72,6 +75,7 @@ pub fn read(table: &Table, set_points: &[FollowedSetPoint]) -> Result<Events, Ru
         states: states(table)?,
         stops: stops(table)?,
         alarms: alarms(table)?,
+        notes: notes(table)?,
         runs: runs.map(|span| Event::new(span.rows.start, run(&span.name))).collect(),
         later_starts: table.closed_loop,
     })
@@ -93,6 +97,9 @@ impl Events {
         if self.later_starts || self.runs.len() <= MOST_MARKED {
             markers.extend(of(&self.runs, if self.later_starts { Level::Attention } else { Level::Neutral }));
         }
+        if self.notes.len() <= MOST_MARKED {
+            markers.extend(of(&self.notes, Level::Neutral));
+        }
         markers.extend(of(&self.refusals, Level::Attention));
         markers.extend(of(&self.lost_steps, Level::Attention));
         markers.extend(of(&self.drive_faults, Level::Fault));
@@ -113,6 +120,7 @@ impl Events {
         all.extend(of(if self.later_starts { "start" } else { "run" }, &self.runs));
         all.extend(of("state", &self.states));
         all.extend(of("alarm", &self.alarms));
+        all.extend(of("note", &self.notes));
         all.extend(of("refused", &self.refusals));
         all.extend(of("lost steps", &self.lost_steps));
         all.extend(of("drive", &self.drive_faults));
@@ -172,6 +180,12 @@ fn alarms(table: &Table) -> Result<Vec<Event>, RunLogError> {
         before = now;
     }
     Ok(raised)
+}
+
+fn notes(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    // What a scope's capture is of is for the scope, which reads it back.
+    let noted = table.file.notes()?.into_iter().filter(|note| !note.text.starts_with(CAPTURE_NOTE));
+    Ok(noted.filter_map(|note| Some(Event::new(note.row?, note.text))).collect())
 }
 
 fn codes(

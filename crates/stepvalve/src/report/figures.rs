@@ -116,7 +116,7 @@ impl Figures {
             skipped: timing.iter().map(|process| process.skipped_count).sum(),
             missing: file.number("messages_missed")?.map_or(0, |missed| missed as u64),
             first_fault,
-            interrupted: file.notes()?.iter().any(|note| note == INTERRUPTED),
+            interrupted: file.notes()?.iter().any(|note| note.text == INTERRUPTED),
             after_fault_rad: after_fault.flatten(),
         })
     }

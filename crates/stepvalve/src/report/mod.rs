@@ -123,7 +123,7 @@ fn machine(file: &RunFile, timing: &[timing::ProcessTiming]) -> Result<Vec<(Stri
 
 fn texts(file: &RunFile) -> Result<Vec<(String, String)>, anyhow::Error> {
     let mut texts = Vec::new();
-    let notes = file.notes()?;
+    let notes: Vec<_> = file.notes()?.into_iter().map(|note| note.text).collect();
     if !notes.is_empty() {
         texts.push(("Notes of the record".to_owned(), notes.join("\n")));
     }
