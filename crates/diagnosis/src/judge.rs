@@ -27,8 +27,7 @@ use crate::numbers::numbers_off;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::mains::mains;
-use crate::show::observe::shows_zeros;
-use crate::show::residual::{Jumps, PieceResidual, left, left_with, rms_left, settled};
+use crate::show::residual::{Jumps, PieceResidual, left, left_with, own_zeros_rms, rms_left, settled};
 use crate::show::structure::structure;
 use log_data::AngleZero;
 use std::collections::BTreeSet;
@@ -40,6 +39,10 @@ const FEW: usize = 2;
 const HOPELESS: f64 = 1.5;
 /// Offsets of each run are accepted only if they cut the residual to this part of that with one common offset: they cost a parameter a run.
 const MUCH_LESS: f64 = 0.9;
+/// Where offsets of each run leave no more than this part of the mean square beyond noise, they are there, whatever else is.
+const NEARLY_ALL: f64 = 0.1;
+/// Offsets of each run beyond so many standard deviations of the model's own, as RMS, are no zeros: of two runs one in 10,000 has them by chance.
+const PLAUSIBLE: f64 = 3.0;
 
 /// Fits the given model, searches for causes, and collects what the conclusion needs.
 pub(crate) fn judge<'a>(
@@ -61,10 +64,19 @@ pub(crate) fn judge<'a>(
     };
     let few = few(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
     if let Few::Not(few) = &few
-        && let Some(with_zeros) = with_zeros_by_run(setting, noise, asked, &seen)?
-        && zeros_explain(&with_zeros.selection, few.as_deref(), asked.corrections)
+        && let Some((setting, first)) = with_zeros_by_run(&setting, asked, &seen)?
     {
-        return Ok(with_zeros);
+        let (few, asked) = (few.as_deref(), Asked { first: &first, ..asked });
+        let (given, corrected) = given_and_corrected(&setting, asked)?;
+        match self::few(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})? {
+            Few::Found(with_zeros) if zeros_explain(&with_zeros, few, asked.corrections) => {
+                return judgement(setting, noise, (*with_zeros, corrected), &given.point, asked);
+            }
+            Few::Not(Some(with_zeros)) if zeros_belong(&setting, &with_zeros, few)? => {
+                return judge(setting, noise, asked, earlier, tell);
+            }
+            _ => (),
+        }
     }
     let begun = given.point.clone();
     let selection = match few {
@@ -103,21 +115,20 @@ pub(crate) fn judge_few<'a>(
     judgement(setting, noise, (*few, corrected), &given.point, asked).map(Some)
 }
 
-/// As [`judge_few`], with a zero of its own for each run: only if the runs differ on average in the residual of the given
+/// The setting and the beginning with a zero of its own for each run: only if the runs differ on average in the residual of the given
 /// model. Tried where one zero needs many causes. An encoder that was switched off between the runs, or a transducer that was
 /// loaded anew, is a smaller assumption than these.
 fn with_zeros_by_run<'a>(
-    setting: Setting<'a>,
-    noise: NoiseLevel,
+    setting: &Setting<'a>,
     asked: Asked<'_>,
     seen: &[PieceResidual],
-) -> Result<Option<Judgement<'a>>, DiagnosisError> {
+) -> Result<Option<(Setting<'a>, Point)>, DiagnosisError> {
     let by_run = |of: &Dependence| of.on == "run" && !of.as_friction;
     let clear = |of: &Dependence| by_run(of) && of.share > SHARE_LEFT && of.p_value < CHANCE;
-    let nuisances = zeros_by_run(&setting, asked.corrections);
+    let nuisances = zeros_by_run(setting, asked.corrections);
     if nuisances == setting.nuisances
         || setting.is_over()
-        || !structure(&setting, seen).dependences.iter().any(clear)
+        || !structure(setting, seen).dependences.iter().any(clear)
     {
         return Ok(None);
     }
@@ -125,7 +136,26 @@ fn with_zeros_by_run<'a>(
     if nuisances.angle_zero {
         first.hypothesis.zero_rad = None;
     }
-    judge_few(Setting { nuisances, ..setting }, noise, Asked { first: &first, ..asked })
+    Ok(Some((Setting { nuisances, ..*setting }, first)))
+}
+
+/// Whether offsets of each run stay where they leave more than noise, whose colour is judged last: either no more causes leave much less beside
+/// them, and not far from noise, or they take nearly all that few causes leave beyond it; and they are no larger than zeros are. A log that says
+/// that its angles have a common zero is believed.
+fn zeros_belong(
+    setting: &Setting<'_>,
+    with_zeros: &Selection,
+    without: Option<&Selection>,
+) -> Result<bool, DiagnosisError> {
+    let beyond_noise = |of: &Selection| (of.rms.powi(2) - 1.0).max(0.0);
+    let less = |of: &Selection| {
+        let less = with_zeros.causes() <= of.causes() && with_zeros.rms < MUCH_LESS * of.rms;
+        less && with_zeros.rms < HOPELESS || beyond_noise(with_zeros) < NEARLY_ALL * beyond_noise(of)
+    };
+    let zero_nm = setting.nuisances.zero_nm;
+    Ok(zero_nm > 0.0
+        && without.is_some_and(less)
+        && own_zeros_rms(setting, &with_zeros.fitted.point)? < PLAUSIBLE * zero_nm)
 }
 
 /// True if offsets of each run, which leave only noise, are reported as the explanation. Either the same causes are found
@@ -140,14 +170,14 @@ fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, correction
     of(with_zeros) == of(without) || with_zeros.rms < MUCH_LESS * without.rms
 }
 
-/// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related, or the runs can't determine
-/// one. The prior of a torque's offsets is the tolerance of the model's own.
+/// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related. The prior of a torque's offsets
+/// is the tolerance of the model's own. In runs that all go one way it is an offset of friction just as well.
 fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
     let campaign = setting.campaign;
     let mut nuisances = setting.nuisances;
     if campaign.angle_zero == Some(AngleZero::Common) {
         nuisances.angle_zero = true;
-    } else if nuisances.zero_nm == 0.0 && shows_zeros(campaign) {
+    } else if nuisances.zero_nm == 0.0 && campaign.kind.residual_is_torque() && campaign.runs.len() > 1 {
         let zero = corrections.iter().find(|of| of.id == EffectId::TorqueOffset);
         nuisances.zero_nm = zero.map_or(0.0, |zero| zero.deviation);
     }

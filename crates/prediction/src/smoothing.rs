@@ -61,6 +61,8 @@ struct Work {
     solver: Solver,
     penalties: Vec<f64>,
     strengths: Vec<f64>,
+    /// Whether a sample was seen to be at rest.
+    rests: Vec<bool>,
     sums: Vec<f64>,
     beyond: Vec<bool>,
     angles: Vec<f64>,
@@ -145,7 +147,8 @@ impl<'a> Smoother<'a> {
 
     /// Draws the angles after each other with play, from the block's first sample to the one after its last. What wanders at rest
     /// moves a model's bristles to and fro, and they slip: the torque that they hold would fade. Short rests are smoothed less,
-    /// wander more, and have more play; it closes as slowly as the smoothing there lets anything change.
+    /// wander more, and have more play; it closes as slowly as the smoothing there lets anything change, and not at all in what was seen to be
+    /// a rest, where the curve only finds back from the noise of the motion's end.
     fn draw(&mut self, from: usize, to: usize) {
         if !self.wanders {
             return;
@@ -159,8 +162,8 @@ impl<'a> Smoother<'a> {
         let mut play = 0.0_f64;
         for index in from..=to {
             let strength = self.work.strength(index);
-            play =
-                self.work.play(index, strength, self.noise).max(play * (1.0 - 1.0 / reach(strength) as f64));
+            let closes = if self.work.rests(index) { 0.0 } else { 1.0 / reach(strength) as f64 };
+            play = self.work.play(index, strength, self.noise).max(play * (1.0 - closes));
             let Some(angle) = self.work.angles.get_mut(index) else { break };
             drawn = drawn.max(*angle - play).min(*angle + play);
             *angle = drawn;
@@ -195,6 +198,11 @@ impl Work {
         of.copied().unwrap_or(1.0).max(1.0)
     }
 
+    /// Whether the sample at `index` was seen to be at rest.
+    fn rests(&self, index: usize) -> bool {
+        self.rests.get(index).is_some_and(|rests| *rests)
+    }
+
     /// By how much the angle at `index` may be off by noise alone, either way, rad: at rest as much as is left there, in motion as
     /// little as the strongest smoothing leaves.
     fn play(&self, index: usize, strength: f64, noise: Noise) -> f64 {
@@ -213,6 +221,7 @@ impl Work {
         self.angles.clear();
         self.angles.extend_from_slice(angle_rad);
         self.penalties.clear();
+        self.rests.clear();
         if angle_rad.len() < 8 {
             return;
         }
@@ -231,6 +240,8 @@ impl Work {
         self.strengths.resize(count, 0.0);
         let largest = LARGEST_STEPS * noise.step_rad + LARGEST_NOISE * noise.beyond_quantisation_rad();
         self.find_rests(angle_rad, noise);
+        self.rests.clear();
+        self.rests.extend(self.strengths.iter().map(|strength| *strength > 0.0));
         self.climb(angle_rad, noise, largest, 0.0);
         self.spare_clusters(angle_rad, noise, largest);
         let least =

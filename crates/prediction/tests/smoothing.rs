@@ -158,6 +158,30 @@ fn noise_takes_no_friction_away_in_rests_of_sixty_samples() {
     }
 }
 
+/// A rest's smoothed angle finds back from the noise of the motion's end over the first hundreds of samples. Followed by the bristles,
+/// that would take off what the spool holds.
+#[test]
+fn what_is_held_after_a_move_stays_through_a_long_rest() {
+    let stroke_rad = 3000.0 * STEP_RAD;
+    let moved = |t: f64| {
+        let (number, part) = ((t / 0.8).floor(), ((t % 0.8) / 0.2).min(1.0));
+        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2))
+    };
+    let run = exact(16.0, moved);
+    for noise_steps in [0.3, 0.7, 1.4] {
+        let mut seen = measured(&run, noise_steps);
+        predict(&mut seen, &rig(), &Past::default()).unwrap();
+        let (predicted, truth) = (seen.torque_nm.unwrap(), run.torque_nm.clone().unwrap());
+        let faded = (0..20).map(|rest| {
+            let (begin, end) = (800 * rest + 230, 800 * rest + 720);
+            ((predicted[begin] - predicted[end]) - (truth[begin] - truth[end])) / truth[end]
+        });
+        let faded = faded.map(f64::abs).sum::<f64>() / 20.0;
+        println!("noise of {noise_steps} steps: {:.2} % of the friction fades", 100.0 * faded);
+        assert!(faded < 0.005, "{noise_steps}: {faded}");
+    }
+}
+
 #[test]
 fn the_encoder_is_found_in_its_angles() {
     let run = exact(2.0, |t| 0.3 * t);

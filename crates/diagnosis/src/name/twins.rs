@@ -2,6 +2,7 @@
 
 use crate::log::facts::Facts;
 use crate::log::kind::LogKind;
+use std::f64::consts::TAU;
 use valve_model::{EffectId, SeenIn};
 
 /// Least number of presliding swings.
@@ -14,6 +15,9 @@ const RINGING: f64 = 4.0;
 const FREQUENCIES: usize = 3;
 /// Samples near the motor's resonance.
 const NEAR_RESONANCE: usize = 200;
+/// Angles that span less than this part of a turn show no more of a torque over the angle than a constant: one of order 1 changes by at most a
+/// fifth of its amplitude about their middle.
+const WIDE_RAD: f64 = TAU / 16.0;
 /// A channel whose correlation with the distance travelled reaches this can't be told from wear.
 const TREND: f64 = 0.85;
 
@@ -30,6 +34,7 @@ pub(crate) enum Apart {
     NearResonance,
     PressureOutOfOrder,
     TemperatureOutOfOrder,
+    WideAngle,
 }
 
 impl Apart {
@@ -46,6 +51,7 @@ impl Apart {
             Self::NearResonance => excited.near_resonance >= NEAR_RESONANCE,
             Self::PressureOutOfOrder => excited.drift_with_pressure.abs() < TREND,
             Self::TemperatureOutOfOrder => excited.drift_with_temperature.abs() < TREND,
+            Self::WideAngle => facts.angle_rad.1 - facts.angle_rad.0 >= WIDE_RAD,
         }
     }
 
@@ -61,6 +67,7 @@ impl Apart {
             Self::BothWays => "the motion goes one way only",
             Self::NearResonance => "nothing is accelerated near the motor's resonance",
             Self::PressureOutOfOrder => "the pressure rises or falls with the distance travelled",
+            Self::WideAngle => "the motion stays within a sixteenth of a turn",
             Self::TemperatureOutOfOrder => "the oil temperature rises or falls with the distance travelled",
         }
     }
@@ -107,11 +114,17 @@ enum Twins {
     WithAcceleration,
     /// A viscous level: with temperature or without.
     WarmthOrViscosity,
+    /// A torque that pressure gives: over the angle or not.
+    PressureOverAngle,
+    /// A torque: over the angle or constant.
+    ConstantOverAngle,
+    /// A level of friction: over the angle or not.
+    LevelOverAngle,
 }
 
 impl Twins {
     /// In order.
-    const ALL: [Self; 19] = [
+    const ALL: [Self; 22] = [
         Self::OverTheAngle,
         Self::Lateness,
         Self::SmallMotion,
@@ -131,6 +144,9 @@ impl Twins {
         Self::WearOrPressure,
         Self::WithAcceleration,
         Self::WarmthOrViscosity,
+        Self::PressureOverAngle,
+        Self::ConstantOverAngle,
+        Self::LevelOverAngle,
     ];
 
     /// Data any of which tells them apart; the first is what a report asks for.
@@ -149,6 +165,7 @@ impl Twins {
             Self::WearOrPressure => &[Apart::PressureOutOfOrder],
             Self::WithAcceleration => &[Apart::ThreeFrequencies],
             Self::WarmthOrViscosity => &[Apart::TwoTemperatures],
+            Self::PressureOverAngle | Self::ConstantOverAngle | Self::LevelOverAngle => &[Apart::WideAngle],
         }
     }
 
@@ -166,7 +183,10 @@ impl Twins {
             | Self::PressureOrZero
             | Self::PressureOrDirection
             | Self::WithAcceleration
-            | Self::WarmthOrViscosity => SeenIn::TorqueLogs,
+            | Self::WarmthOrViscosity
+            | Self::PressureOverAngle
+            | Self::ConstantOverAngle
+            | Self::LevelOverAngle => SeenIn::TorqueLogs,
             Self::TorqueOverAngle
             | Self::PressureOrLevel
             | Self::GrowsInRest
@@ -180,15 +200,15 @@ impl Twins {
 fn of(id: EffectId) -> &'static [Twins] {
     use Twins::*;
     match id {
-        EffectId::CoulombLevel => &[OneWay, PressureOrLevel, SmallMotion, Deflection],
+        EffectId::CoulombLevel => &[OneWay, PressureOrLevel, SmallMotion, Deflection, LevelOverAngle],
         EffectId::DirectionAsymmetry => &[OneWay, Constant, PressureOrDirection],
-        EffectId::TorqueOffset => &[OneWay, Constant, PressureOrZero],
+        EffectId::TorqueOffset => &[OneWay, Constant, PressureOrZero, ConstantOverAngle],
         EffectId::CouplingCompliance | EffectId::BristleStiffness => &[Spring],
-        EffectId::FlowTorque => &[TorqueOverAngle, OverTheAngle],
-        EffectId::PositionTorque => &[TorqueOverAngle, OverTheAngle, AngleOneWay],
-        EffectId::AngleDependentFriction => &[AngleOneWay],
+        EffectId::FlowTorque => &[TorqueOverAngle, OverTheAngle, PressureOverAngle],
+        EffectId::PositionTorque => &[TorqueOverAngle, OverTheAngle, AngleOneWay, ConstantOverAngle],
+        EffectId::AngleDependentFriction => &[AngleOneWay, LevelOverAngle],
         EffectId::EncoderEccentricity => &[OverTheAngle],
-        EffectId::PressureTorque => &[PressureOrZero, PressureOrDirection, PressureOneWay],
+        EffectId::PressureTorque => &[PressureOrZero, PressureOrDirection, PressureOneWay, PressureOverAngle],
         EffectId::PressureDependentFriction => &[PressureOrLevel, WearOrPressure, PressureOneWay],
         EffectId::DwellStiction | EffectId::HydraulicLock => &[GrowsInRest],
         EffectId::WearDrift => &[WearOrWarmth, WearOrPressure],

@@ -92,6 +92,16 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
     if weights > 0.0 { sum / (weights + ridge) } else { 0.0 }
 }
 
+/// RMS of the runs' own zeros as the fit estimates them, N·m or rad.
+pub(crate) fn own_zeros_rms(setting: &Setting<'_>, point: &Point) -> Result<f64, DiagnosisError> {
+    let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
+    let left = left_with(&plain, point, Jumps::Seen)?;
+    let pieces = setting.campaign.pieces.iter().zip(&left);
+    let squares: Vec<f64> =
+        pieces.map(|(piece, left)| own_zero(setting, piece, &left.residual).powi(2)).collect();
+    Ok((squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt())
+}
+
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
 pub(crate) fn squares(
     setting: &Setting<'_>,
