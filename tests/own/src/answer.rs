@@ -381,6 +381,7 @@ fn truth(
         tolerance: TOLERANCE,
         also_true: if hidden.is_empty() { alike.clone() } else { Vec::new() },
         world,
+        ..Imperfect::default()
     };
     Truth {
         seed: recording.seed,

@@ -37,6 +37,8 @@ pub struct Finding {
     pub groups: Vec<BTreeSet<String>>,
     /// The factors by which numbers are off that are named, or are the best of a group.
     pub factors: BTreeMap<String, f64>,
+    /// The interval of a named delay, s.
+    pub delay_s: Option<[f64; 2]>,
 }
 
 /// A parameter's interval beside the truth.
@@ -79,13 +81,20 @@ impl Finding {
                     Some((id(&cause["id"]), factor))
                 })
                 .collect(),
+            delay_s: list(&diagnosis["causes"]).iter().find_map(|cause| {
+                let ci95 = &cause["parameters"]["delay_s"]["ci95"];
+                Some([ci95[0].as_f64()?, ci95[1].as_f64()?])
+            }),
         }
     }
 
     /// The same without what may be said of an imperfect measurement: numbers within their tolerance, and what is true
-    /// though it isn't hidden.
+    /// though it isn't hidden. A transducer is late even where it hardly shows: a delay whose interval holds its lag is true.
     fn beyond(&self, imperfect: &Imperfect, hidden: &BTreeSet<String>) -> Self {
-        let known = |id: &String| imperfect.also_true.contains(id) && !hidden.contains(id);
+        let lag = self.delay_s.zip(imperfect.torque_lag_s);
+        let late = lag.is_some_and(|([least, most], lag)| (least..=most).contains(&lag));
+        let true_too = |id: &String| imperfect.also_true.contains(id) || (late && id == "sensor-delay");
+        let known = |id: &String| true_too(id) && !hidden.contains(id);
         let within = |id: &String| {
             let off = self.factors.get(id).map_or(f64::INFINITY, |factor| (factor - 1.0).abs());
             off <= WITHIN * imperfect.tolerance && !hidden.contains(id)
@@ -267,6 +276,14 @@ mod tests {
         let group = json!({ "ids": ["a", "b"], "best": best });
         let group = json!({ "verdict": "ambiguous", "causes": [], "ambiguous": [group] });
         assert_eq!(Finding::of(&group).judge(&clean), Outcome::Right, "the best of it is within tolerance");
+        let hardly = Imperfect { tolerance: 0.03, torque_lag_s: Some(7e-4), ..Imperfect::default() };
+        let hardly = Truth { imperfect: Some(hardly), ..truth(&[], &[]) };
+        let late = |ci95: [f64; 2]| {
+            let cause = json!({ "id": "sensor-delay", "parameters": { "delay_s": { "ci95": ci95 } } });
+            Finding::of(&json!({ "verdict": "explained", "causes": [cause], "ambiguous": [] }))
+        };
+        assert_eq!(late([6e-4, 9e-4]).judge(&hardly), Outcome::Right, "it is as late as that");
+        assert_eq!(late([8e-4, 9e-4]).judge(&hardly), Outcome::Wrong);
         assert_eq!(outcome(&clean, "unexplained", &[], &[]), Outcome::Missed);
         assert_eq!(outcome(&clean, "explained", &["a"], &[]), Outcome::Wrong);
         assert_eq!(outcome(&clean, "no answer in 9 s", &[], &[]), Outcome::Missed);

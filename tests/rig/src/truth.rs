@@ -25,6 +25,8 @@ pub struct Imperfect {
     pub tolerance: f64,
     /// What may be named beside what is hidden, since it is there: a transducer that follows late, an angle's zero.
     pub also_true: Vec<String>,
+    /// How much later than the angle a torque's transducer is, s; also where it hardly shows.
+    pub torque_lag_s: Option<f64>,
     /// What was drawn, for whoever looks at a case.
     pub world: Map<String, Value>,
 }
@@ -74,6 +76,7 @@ impl Truth {
         if let (Some(of), Some(all)) = (&self.imperfect, all.as_object_mut()) {
             all.insert("tolerance".to_owned(), json!(of.tolerance));
             all.insert("also_true".to_owned(), json!(of.also_true));
+            all.insert("torque_lag_s".to_owned(), json!(of.torque_lag_s));
             all.insert("world".to_owned(), json!(of.world));
         }
         all

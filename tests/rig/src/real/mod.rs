@@ -29,6 +29,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::f64::consts::TAU;
 use world::{Presence, TOLERANCE, World};
 
 /// Attempts to draw a measurement that shows what is hidden, and in which the rotor keeps step.
@@ -135,7 +136,7 @@ impl Draft {
             }
         }
         if world.source == world::Source::Loop && hidden.log == LogKind::Angle {
-            let microstep_rad = std::f64::consts::TAU / (crate::nominal::FULL_STEPS * 225.0);
+            let microstep_rad = TAU / (crate::nominal::FULL_STEPS * 225.0);
             runs.iter_mut().for_each(|run| run.microstep_rad = microstep_rad);
         }
         let believed = nominal.misjudged(world.off_by, rng);
@@ -319,7 +320,12 @@ impl Draft {
             twins: Vec::new(),
             near_twins: near_twins.into_iter().collect(),
             verdict,
-            imperfect: Some(Imperfect { tolerance: TOLERANCE, also_true, world: self.facts() }),
+            imperfect: Some(Imperfect {
+                tolerance: TOLERANCE,
+                also_true,
+                torque_lag_s: (self.kind == LogKind::Torque).then(|| 1.0 / (TAU * self.world.bandwidth_hz)),
+                world: self.facts(),
+            }),
         })
     }
 
