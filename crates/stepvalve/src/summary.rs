@@ -174,7 +174,7 @@ impl fmt::Display for Summary {
         writeln!(f, "scenario         {}, {}", self.title, self.mode)?;
         writeln!(
             f,
-            "cycles           {} of {} us: {:.3} s in {:.3} s, {} overruns, {} skipped",
+            "cycles           {} of {} us: {:.3} s in {:.3} s; overruns {}, skipped {}",
             self.cycles,
             (self.period_s * 1e6).round(),
             simulated_s,

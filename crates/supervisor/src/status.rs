@@ -303,7 +303,7 @@ impl fmt::Display for Status {
             let ProcessStatus { cycle, overruns, skipped_cycles, missed_samples, .. } = process;
             writeln!(
                 f,
-                "{name:<20} cycle {cycle}, {overruns} overruns, {skipped_cycles} skipped, {missed_samples} missed"
+                "{name:<20} cycle {cycle}; overruns {overruns}, skipped {skipped_cycles}, missed samples {missed_samples}"
             )?;
         }
         let mut silent = self.named(|p| p.silent);
