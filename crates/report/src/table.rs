@@ -7,7 +7,7 @@ const NUMBER_CHARS: usize = 40;
 /// A cell that is longer holds a sentence.
 const SENTENCE_CHARS: usize = 45;
 
-/// A table; cells that begin with a number stand to the right. On a narrow screen a table with sentences in it becomes a list of its
+/// A table; columns of cells that begin with a number stand to the right. On a narrow screen a table with sentences in it becomes a list of its
 /// rows, each cell behind its column's name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
@@ -24,13 +24,9 @@ impl Table {
         let mut html =
             format!("<div class=\"scroll\"><table{}>", if list { " class=\"as-list\"" } else { "" });
         if !self.header.is_empty() {
-            let numeric = |column: usize| {
-                let mut cells = self.rows.iter().filter_map(|row| row.get(column));
-                self.rows.iter().any(|row| row.get(column).is_some()) && cells.all(|cell| is_number(cell))
-            };
             html.push_str("<thead><tr>");
             for (column, name) in self.header.iter().enumerate() {
-                cell(&mut html, "th", name, numeric(column));
+                cell(&mut html, "th", name, self.is_numeric(column));
             }
             html.push_str("</tr></thead>");
         }
@@ -39,12 +35,18 @@ impl Table {
             html.push_str("<tr>");
             for (column, text) in row.iter().enumerate() {
                 let name = self.header.get(column).filter(|_| list);
-                labelled(&mut html, text, name);
+                labelled(&mut html, text, name, self.is_numeric(column));
             }
             html.push_str("</tr>");
         }
         html.push_str("</tbody></table></div>");
         html
+    }
+
+    /// Whether a column holds numbers alone; words beside them would stand at two edges.
+    fn is_numeric(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().filter_map(|row| row.get(column)).peekable();
+        cells.peek().is_some() && cells.all(|cell| is_number(cell))
     }
 }
 
@@ -54,9 +56,9 @@ pub(crate) fn cell(html: &mut String, tag: &str, text: &str, number: bool) {
 }
 
 /// A cell that knows its column's name.
-fn labelled(html: &mut String, text: &str, name: Option<&String>) {
-    let Some(name) = name else { return cell(html, "td", text, is_number(text)) };
-    let class = if is_number(text) { " class=\"number\"" } else { "" };
+fn labelled(html: &mut String, text: &str, name: Option<&String>, number: bool) {
+    let Some(name) = name else { return cell(html, "td", text, number) };
+    let class = if number { " class=\"number\"" } else { "" };
     html.push_str(&format!("<td{class} data-name=\"{}\">{}</td>", escaped(name), escaped(text)));
 }
 

@@ -87,3 +87,13 @@ fn numbers_in_tables_stand_to_the_right() {
     assert!(html.contains("<th>name</th><th class=\"number\">value</th>"));
     assert!(html.contains("<td>offset</td><td class=\"number\">−0.2</td>"));
 }
+
+#[test]
+fn numbers_among_words_stand_where_the_words_stand() {
+    let text = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
+    let rows = vec![text(["mode", "in-process"]), text(["cycles", "5192"])];
+    let mut page = report::Page::new("t", "");
+    page.sections.push(Section::new("s").with(Block::Table(Table { header: text(["", "A"]), rows })));
+    let html = page.to_html();
+    assert!(html.contains("<th>A</th>") && html.contains("<td>cycles</td><td>5192</td>"));
+}

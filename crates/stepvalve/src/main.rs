@@ -150,7 +150,9 @@ enum Command {
 
 fn main() -> ExitCode {
     // clap ends with code 2 on wrong usage by itself.
-    let given = shell::grouped(Arguments::command()).get_matches();
+    let command = shell::grouped(Arguments::command());
+    let given = command.clone().try_get_matches();
+    let given = given.unwrap_or_else(|error| shell::led_on(error, &command).exit());
     let arguments = Arguments::from_arg_matches(&given).unwrap_or_else(|error| error.exit());
     let outcome = match arguments.command {
         Command::Simulate(arguments) => simulate::run(&arguments),

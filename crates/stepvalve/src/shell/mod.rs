@@ -1,6 +1,7 @@
 //! `stepvalve completions | man | help`: what a shell, `man` and readers want to know of the commands.
 
 mod groups;
+mod mistyped;
 
 use crate::files::name;
 use crate::say::say;
@@ -12,6 +13,7 @@ use std::path::PathBuf;
 use supervisor::{Failure, Outcome};
 
 pub use groups::grouped;
+pub use mistyped::led_on;
 
 /// For which shell.
 #[derive(Debug, clap::Args)]
