@@ -108,7 +108,8 @@ fn report_makes_the_same_page_and_overwrites_nothing() {
     let refused = report(&run, &run).expect_code(2);
     assert!(refused.stderr.contains("exists"), "{}", refused.stderr);
     assert_eq!(std::fs::read(&run).unwrap(), before);
-    report(&run, &place.path("no-such-folder/page.html")).expect_code(1);
+    let refused = report(&run, &place.path("no-such-folder/page.html")).expect_code(2);
+    assert!(refused.stderr.contains("there is no folder"), "{}", refused.stderr);
 }
 
 #[test]

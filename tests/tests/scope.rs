@@ -364,7 +364,9 @@ fn captures_open_without_an_instance_and_bad_input_is_refused() {
     let record = place.path("out/run-0001.mcap");
     let scope = Scope::start(&place, &[record.to_str().unwrap()]);
     let mut socket = scope.socket();
+    assert_eq!(next_text(&mut socket, "detached")["alone"], true);
     let list = next_text(&mut socket, "captures");
+    assert_eq!(list["open"], record.to_str().unwrap(), "the page would show another file first");
     let show = r#"{"do":"show","signals":["feedback.angle_rad"]}"#;
     socket.send(Message::text(show)).unwrap();
     let open = serde_json::json!({ "do": "open", "file": list["list"][0]["name"] });

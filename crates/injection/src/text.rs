@@ -28,13 +28,15 @@ struct Words<'a> {
     text: &'a str,
     target: Option<&'a str>,
     pairs: BTreeMap<&'a str, &'a str>,
+    /// The keys that the fault was asked for.
+    known: Vec<&'static str>,
 }
 
 impl<'a> Words<'a> {
     fn split(text: &'a str) -> Result<(&'a str, Self), FaultTextError> {
         let mut words = text.split_whitespace();
         let name = words.next().unwrap_or("");
-        let mut this = Self { text, target: None, pairs: BTreeMap::new() };
+        let mut this = Self { text, target: None, pairs: BTreeMap::new(), known: Vec::new() };
         for word in words {
             match word.split_once('=') {
                 Some((key, value)) => _ = this.pairs.insert(key, value),
@@ -54,16 +56,22 @@ impl<'a> Words<'a> {
         }
     }
 
-    fn number(&mut self, key: &str, default: u64) -> Result<u64, FaultTextError> {
-        let Some(value) = self.pairs.remove(key) else { return Ok(default) };
+    /// What stands behind a key; a fault takes each of its keys, present or not, so that others can be refused.
+    fn take(&mut self, key: &'static str) -> Option<&'a str> {
+        self.known.push(key);
+        self.pairs.remove(key)
+    }
+
+    fn number(&mut self, key: &'static str, default: u64) -> Result<u64, FaultTextError> {
+        let Some(value) = self.take(key) else { return Ok(default) };
         if value == "all" {
             return Ok(u64::MAX);
         }
         value.parse().map_err(|_| self.error(key, value, "a whole number"))
     }
 
-    fn real(&mut self, key: &str, default: f64) -> Result<f64, FaultTextError> {
-        let Some(value) = self.pairs.remove(key) else { return Ok(default) };
+    fn real(&mut self, key: &'static str, default: f64) -> Result<f64, FaultTextError> {
+        let Some(value) = self.take(key) else { return Ok(default) };
         value.parse().map_err(|_| self.error(key, value, "a number"))
     }
 
@@ -85,7 +93,7 @@ impl<'a> Words<'a> {
 
     fn done(&self) -> Result<(), FaultTextError> {
         match self.pairs.keys().next() {
-            Some(key) => Err(self.error("a key", key, "one that this fault has")),
+            Some(key) => Err(self.error("a key", key, format!("of this fault's {}", self.known.join(", ")))),
             None => Ok(()),
         }
     }
@@ -154,7 +162,7 @@ fn damage(name: &str, words: &mut Words<'_>) -> Result<Damage, FaultTextError> {
         "wrong-generation" => Damage::WrongGeneration,
         "wrong-source" => Damage::WrongSource,
         "flip-bits" => {
-            if let Some(places) = words.pairs.remove("places") {
+            if let Some(places) = words.take("places") {
                 let bits: Result<Vec<u16>, _> = places.split(':').map(str::parse).collect();
                 let bits = bits.map_err(|_| words.error("places", places, "numbers of bits, like 3:17"))?;
                 return Ok(Damage::Flip { bits });
@@ -172,8 +180,8 @@ fn damage(name: &str, words: &mut Words<'_>) -> Result<Damage, FaultTextError> {
 
 fn field(words: &mut Words<'_>) -> Result<Damage, FaultTextError> {
     let stream = words.stream()?;
-    let name = words.pairs.remove("name").unwrap_or("");
-    let value = words.pairs.remove("value").unwrap_or("");
+    let name = words.take("name").unwrap_or("");
+    let value = words.take("value").unwrap_or("");
     let Some((index, field)) = stream.fields().iter().enumerate().find(|(_, field)| field.name == name)
     else {
         let names: Vec<_> = stream.fields().iter().map(|field| field.name).collect();

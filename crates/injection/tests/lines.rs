@@ -96,7 +96,8 @@ fn texts_say_what_is_wrong() {
         ("flip-bits", "the message"),
         ("flip-bits feedback bits=0", "1 to 64"),
         ("drop feedback count=x", "a whole number"),
-        ("drop feedback now=1", "one that this fault has"),
+        ("drop feedback now=1", "expected of this fault's at, count"),
+        ("pause step-controller sec=1", "expected of this fault's at, ms"),
         ("kill somebody", "step-controller"),
         ("field feedback name=x", "encoder_counts"),
     ] {

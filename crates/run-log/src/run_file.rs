@@ -97,7 +97,7 @@ impl RunFile {
         self.runs.last().map_or(0, |(span, _)| span.rows.end)
     }
 
-    /// Every row's time, s. A row between two runs stands in the middle of the time between them.
+    /// Every row's time, s. A row between two runs stands a sample after the first one's last, at most half-way to the next.
     ///
     /// # Errors
     /// [`RunLogError`]; [`RunLogError::Format`] where a time is not finite or not later than the one before.
@@ -105,9 +105,14 @@ impl RunFile {
         let mut times = self.column("time", |times| times.collect::<Vec<f64>>())?.unwrap_or_default();
         for (span, _) in self.runs.iter().skip(1) {
             let between = span.rows.start - 1;
-            let around = (times.get(between.wrapping_sub(1)).copied(), times.get(span.rows.start).copied());
-            if let ((Some(before), Some(after)), Some(time)) = (around, times.get_mut(between)) {
-                *time = before + (after - before) / 2.0;
+            let at = |row: Option<usize>| row.and_then(|row| times.get(row)).copied();
+            let (last, after) = (at(between.checked_sub(1)), at(Some(span.rows.start)));
+            // A sample after the run's last one: what was the case then does not go on until the next run.
+            let period = last.zip(at(between.checked_sub(2))).map(|(last, earlier)| last - earlier);
+            if let (Some(last), Some(after), Some(time)) = (last, after, times.get_mut(between)) {
+                let half = (after - last) / 2.0;
+                let period = period.filter(|period| period.is_finite() && *period > 0.0);
+                *time = last + period.map_or(half, |period| period.min(half));
             }
         }
         let mut before = f64::NEG_INFINITY;

@@ -22,6 +22,9 @@ use supervisor::Whereabouts;
 
 use crate::capture::Capture;
 
+/// What is said where no instance is looked at, and none will be.
+pub(crate) const SAVED_ALONE: &str = "no instance: saved captures alone";
+
 /// What all threads share.
 pub(crate) struct Hub {
     state: Mutex<State>,
@@ -90,7 +93,7 @@ impl Hub {
     /// Nothing is read any more; `why` is for people.
     pub(crate) fn detached(&self, why: &str) {
         let mut state = self.lock();
-        let source = json!({ "is": "detached", "why": why });
+        let source = json!({ "is": "detached", "why": why, "alone": why == SAVED_ALONE });
         if state.source != source {
             self.begin_anew(&mut state);
             state.source = source;
@@ -161,7 +164,7 @@ impl Hub {
     /// The list of saved captures, for pages.
     pub(crate) fn captures(&self) -> Value {
         let folder = self.store.folder().display().to_string();
-        json!({ "is": "captures", "folder": folder, "limit": self.store.limit, "list": self.store.list() })
+        json!({ "is": "captures", "folder": folder, "limit": self.store.limit, "list": self.store.list(), "open": self.store.first() })
     }
 
     fn hello(&self, state: &State) -> Value {

@@ -5,7 +5,7 @@ use crate::block::Block;
 use crate::capture::Capture;
 use crate::client;
 use crate::http::{Door, Verdict, accept, answer, read_head};
-use crate::hub::Hub;
+use crate::hub::{Hub, SAVED_ALONE};
 use crate::observer::Observer;
 use crate::page;
 use crate::store::Store;
@@ -110,7 +110,7 @@ pub fn serve(
     match &options.instance {
         Some(folder) => read_all(&hub, folder, interruption),
         None => {
-            hub.detached("no instance: saved captures alone");
+            hub.detached(SAVED_ALONE);
             while !interruption.wanted() {
                 std::thread::sleep(ASK);
             }

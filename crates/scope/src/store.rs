@@ -89,6 +89,11 @@ impl Store {
         names.filter(|name| number(name).is_some()).collect()
     }
 
+    /// The file that is shown first: the first that the user named.
+    pub(crate) fn first(&self) -> Option<String> {
+        self.named.first().map(|path| path.display().to_string())
+    }
+
     /// The captures that can be opened: those of the folder, and those that the user named.
     pub(crate) fn list(&self) -> Vec<Saved> {
         let mut found = self.names();

@@ -8,6 +8,8 @@ use supervisor::Failure;
 
 /// No configuration file is longer, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
+/// What an HDF5 file begins with.
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// Reads a text file of bounded size.
 ///
@@ -15,19 +17,36 @@ const MAX_BYTES: u64 = 1 << 20;
 /// [`Failure::Input`] where it can't be read, is too long, or is not UTF-8.
 pub fn read(path: &Path) -> Result<String, Failure> {
     let file = std::fs::File::open(path).with_context(|| name(path)).map_err(Failure::Input)?;
-    let mut text = String::new();
-    let read = file
-        .take(MAX_BYTES + 1)
-        .read_to_string(&mut text)
-        .with_context(|| name(path))
-        .map_err(Failure::Input)?;
-    if read as u64 > MAX_BYTES {
-        return Err(Failure::Input(anyhow!(
-            "{}: longer than {MAX_BYTES} bytes, which no scenario or model is",
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).with_context(|| name(path)).map_err(Failure::Input)?;
+    let no_text = |found: &str| {
+        Failure::Input(anyhow!(
+            "{}: found {found}, expected a text file such as a scenario or a model",
             name(path)
-        )));
+        ))
+    };
+    if bytes.starts_with(HDF5) {
+        return Err(no_text("an HDF5 file, which report, inspect and diagnose read"));
     }
-    Ok(text)
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(no_text(&format!("more than {MAX_BYTES} bytes")));
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| no_text(&format!("no UTF-8 in byte {}", error.utf8_error().valid_up_to() + 1)))
+}
+
+/// Whether a page can be written: nothing is there, or may be replaced, and its folder is.
+///
+/// # Errors
+/// [`Failure::Input`].
+pub fn room_for(out: &Path, force: bool) -> Result<(), Failure> {
+    if out.exists() && !force {
+        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
+    }
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
+    folder.map_or(Ok(()), |folder| {
+        Err(Failure::Input(anyhow!("{}: there is no folder {}", name(out), name(folder))))
+    })
 }
 
 /// A path as messages show it.
@@ -59,7 +78,7 @@ pub fn run_file(path: &Path) -> Result<PathBuf, Failure> {
         )
     } else {
         anyhow!(
-            "{folder}: it holds a record, expected a run file: first stepvalve convert {folder} --out run.h5"
+            "{folder}: it holds a record, expected a run file: first stepvalve convert {folder} --out {folder}/run.h5"
         )
     }))
 }

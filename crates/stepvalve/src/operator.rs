@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use supervisor::{
     Answer, Failure, FoundInstance, InstanceName, Interruption, Outcome, Request, ask, ask_status,
-    base_folder, instance_folder, instances, socket_path,
+    base_folder, instance_folder, instances, socket_path, whereabouts,
 };
 
 /// How long an operator waits: what is not done by then is refused, and not done later.
@@ -145,7 +145,11 @@ pub fn plain(request: &Request, arguments: &Plain) -> Result<Outcome, Failure> {
 /// # Errors
 /// As [`plain`].
 pub fn mark(arguments: &Mark) -> Result<Outcome, Failure> {
-    send(&Request::Mark { text: arguments.text.clone() }, &arguments.which)
+    let text = arguments.text.trim().to_owned();
+    if text.is_empty() {
+        return Err(Failure::Input(anyhow!("found an empty note, expected what is to be remembered")));
+    }
+    send(&Request::Mark { text }, &arguments.which)
 }
 
 /// Lets something go wrong on an instance that was started with `--allow-injection`.
@@ -274,15 +278,16 @@ pub fn meant(
     run: impl Fn(&FoundInstance) -> bool,
 ) -> Result<FoundInstance, Failure> {
     let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
-    let mut running: Vec<_> = instances(base, &locks).into_iter().filter(run).collect();
+    let (mut running, others): (Vec<_>, Vec<_>) = instances(base, &locks).into_iter().partition(run);
     let names = running.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
     let name = which.instance.as_ref().map(ToString::to_string);
     let wrong = match (&name, running.len()) {
         (_, 0) => format!(
             "no instance{} runs under {}; `stepvalve run SCENARIO.toml --instance NAME --out DIR` starts one, \
-             `stepvalve list` looks elsewhere too",
+             `stepvalve list` looks elsewhere too{}",
             name.map_or(String::new(), |name| format!(" \"{name}\"")),
-            base.display()
+            base.display(),
+            others.iter().map(died).collect::<String>()
         ),
         (Some(name), _) if running.iter().all(|found| found.name != *name) => {
             format!("no instance \"{name}\" runs, but {names}")
@@ -294,4 +299,12 @@ pub fn meant(
         }
     };
     Err(Failure::Input(anyhow!("{wrong}")))
+}
+
+/// What is known of one that a crash left; nothing where its processes still end.
+fn died(left: &FoundInstance) -> String {
+    let record = whereabouts(&left.folder).ok().filter(|_| !left.alive).map(|at| at.record);
+    record.map_or(String::new(), |record| {
+        format!("; {} died: `stepvalve events {}` says what happened", left.name, record.display())
+    })
 }

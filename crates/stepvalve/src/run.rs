@@ -136,7 +136,7 @@ fn report(out: &Path, json: bool, ending: &Ending) -> Result<(), Failure> {
     if !segments.is_empty() {
         let folder = output.folder().display();
         say(format_args!(
-            "record: {} segment{}; stepvalve convert {folder}/run-*.mcap --out run.h5",
+            "record: {} segment{}; stepvalve convert {folder} --out {folder}/run.h5",
             segments.len(),
             if segments.len() == 1 { "" } else { "s" }
         ));

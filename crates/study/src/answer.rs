@@ -95,7 +95,11 @@ pub struct Answer {
 impl Answer {
     /// The answer in a sentence or two.
     pub fn headline(&self) -> String {
-        words::headline(&self.found, &unnamed::sentence(&self.found))
+        let own = words::headline(&self.found, &unnamed::sentence(&self.found));
+        match quality::mistaken(&self.quality) {
+            None => own,
+            Some(warning) => format!("{warning} {own}"),
+        }
     }
 
     /// diagnosis.json.

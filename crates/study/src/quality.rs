@@ -4,6 +4,18 @@ use anyhow::Context;
 use diagnosis::Diagnosis;
 use log_quality::{Finding, Severity};
 
+/// The sentence that comes before any answer from a log with mistakes in it.
+pub fn mistaken(found: &[Finding]) -> Option<String> {
+    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);
+    let kinds: Vec<&str> = mistakes.map(|finding| finding.kind.name()).collect();
+    (!kinds.is_empty()).then(|| {
+        format!(
+            "The log itself is wrong ({}): mend it first, and believe none of the rest before.",
+            kinds.join(", ")
+        )
+    })
+}
+
 /// What to mend in the log before anything that was found in it is believed.
 pub fn mend_first(found: &[Finding]) -> Vec<String> {
     let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);

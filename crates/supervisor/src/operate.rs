@@ -116,30 +116,38 @@ impl Generation<'_> {
             return self.order(order_of(OperatorKind::Arm), "it was armed already");
         }
         const ARMED: &str = "armed";
-        let answer = self.order(order_of(OperatorKind::Arm), ARMED);
+        let mut answer = self.order(order_of(OperatorKind::Arm), ARMED);
         if answer.done && answer.text != ARMED {
-            return Answer::done(format!("{}: `stepvalve status` says when the drive holds", answer.text));
+            answer.text += ": `stepvalve status` says when the drive holds";
+        } else if answer.done && currentless {
+            answer.text += "; the windings were without current: energising may have moved the rotor by up to half a tooth";
         }
-        if answer.done && currentless {
-            let text = "armed; the windings were without current: energising may have moved the rotor by up to half a tooth";
-            return Answer::done(text);
+        if answer.done && self.watch.angle_doubt().is_doubted() {
+            answer.text += "; steps were lost and the zero is in doubt: set-points of angle, opening and flow are refused; ";
+            answer.text += &self.zero_again();
         }
         answer
     }
 
     fn reset(&mut self) -> Answer {
         let fault = self.watch.status().map(|status| status.body.fault);
-        let answer = self.order(order_of(OperatorKind::Reset), "reset: disarmed");
+        let mut answer = self.order(order_of(OperatorKind::Reset), "reset: disarmed");
         if answer.done && fault == Some(FaultCode::LostSteps.code()) {
-            let text = if self.mission().parts.controller.params.homing.is_some() {
-                "the angle may be wrong by whole steps: home the valve before you trust it"
-            } else {
-                "the angle may be wrong by whole steps, and the scenario has no section [homing] to find it again: \
-                 bring the valve to its zero and start anew before you trust it"
-            };
-            return Answer::done(format!("{}; {text}", answer.text));
+            answer.text += "; the angle may be wrong by whole steps; ";
+            answer.text += &self.zero_again();
         }
         answer
+    }
+
+    /// How the zero is found again after steps were lost.
+    pub(crate) fn zero_again(&self) -> String {
+        let name = &self.mission().name;
+        if self.mission().parts.controller.params.homing.is_some() {
+            format!("first, disarmed: stepvalve home --instance {name}")
+        } else {
+            "the scenario has no section [homing] to find it again: bring the valve to its zero, end the instance and start it anew"
+                .to_owned()
+        }
     }
 
     fn disarm(&mut self) -> Answer {

@@ -28,6 +28,17 @@ impl Generation<'_> {
         {
             return refusal;
         }
+        let needs_zero = !matches!(
+            SetPointKind::from_code(set_point.kind),
+            Some(SetPointKind::Speed | SetPointKind::Hold)
+        );
+        if needs_zero && self.watch.angle_doubt().is_doubted() {
+            let why = SetPointRefusal::NotHomed.name();
+            return Answer::refused(format!(
+                "{why}: steps were lost since the zero was found; {}",
+                self.zero_again()
+            ));
+        }
         let id = self.give_set_point(set_point);
         let mut outcome = None;
         self.wait(self.patience, |this| {

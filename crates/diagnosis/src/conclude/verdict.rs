@@ -64,6 +64,7 @@ fn conclusion(
     let (point_of_all, left_of_all) = judged.everywhere(&selection.fitted)?;
     let structure_of_all = structure(&judged.setting, &left_of_all);
     let tone = show_tone(&judged.setting, &left_of_all);
+    let all_leave_noise = leaves_noise_alone(judged, (&left_of_all, &structure_of_all), tone.as_ref());
     let mut against = Against {
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all, is_over),
         spared: Vec::new(),
@@ -102,22 +103,26 @@ fn conclusion(
     // If some doubtful causes are named, none is reported as nearest.
     let nearest = nearest.filter(|_| against.spared.is_empty());
     let mut ambiguous = ambiguities(selection, &against, facts);
-    let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
-    let (rivals, contests) = with_rivals(judged, &mut ambiguous)?;
-    proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
-    let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let noise = leaves_noise_alone(judged, (&after, &structure_kept), tone.as_ref());
-    let laws = if noise || !ambiguous.is_empty() {
+    let laws = if noise || !ambiguous.is_empty() && all_leave_noise {
         None
     } else {
         tell(Event::Step("looking for a law in what no cause explains"));
-        unnamed(judged, able, (&point, &after, &causes))?
+        let leads =
+            |member: &&Member| ambiguous.iter().any(|group| group.ids.first() == Some(&member.candidate.id));
+        let leaders: Vec<&Member> = selection.fitted.point.hypothesis.members.iter().filter(leads).collect();
+        unnamed(judged, able, (&point, &after, &causes), &leaders)?
     };
     // Time that ran out in a search for laws ended that.
     let ended = ended || !noise && judged.setting.workers.is_over();
     if let Some(laws) = &laws {
         (causes, against.stand_ins) = laws.beside(causes);
+        against.stand_ins.extend(ambiguous.drain(..).flat_map(|group| group.ids));
     }
+    let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
+    let (rivals, contests) = with_rivals(judged, &mut ambiguous)?;
+    proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
+    let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let verdict = verdict(&causes, &ambiguous, noise);
     let mut nuisances = judged.nuisances();
     let Concluded { model, gain, after, corrected, covariance, structure: structure_kept, tone, told } =

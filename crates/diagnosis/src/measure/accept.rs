@@ -23,7 +23,8 @@ const HARMFUL: f64 = -0.02;
 /// by this share, however wide its interval: parameters that compensate each other have wide intervals. Any other cause is dropped if its
 /// interval contains zero effect: any curve over the angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
-/// Beside other causes a parameter of the model must be worth this share, however narrow its interval: one that may be right makes up for what
+/// Beside other causes a parameter of the model must be worth this share, however narrow its interval, and its interval must leave out no
+/// change at all: of two that compensate each other the other one stays. One that may be right makes up for what
 /// is not quite right in their forms, a late transducer above all, and cuts some per cent of what they leave. Rivals that differ by less
 /// than a tenth count as equal there too.
 const INDISPENSABLE_BESIDE: f64 = 0.1;
@@ -97,7 +98,7 @@ fn is_vague(judged: &Judgement<'_>, (kept, errors): (&Fitted, &Errors), index: u
     let members = &kept.point.hypothesis.members;
     let is_number = members.get(index).is_some_and(|member| is_number(judged, member.candidate.id));
     match (is_number, members.len()) {
-        (true, 2..) => worth < INDISPENSABLE_BESIDE,
+        (true, 2..) => worth < INDISPENSABLE_BESIDE || may_be_none(judged, kept, errors, index),
         (true, _) if worth > INDISPENSABLE => false,
         _ => worth < NEEDED || may_be_none(judged, kept, errors, index),
     }

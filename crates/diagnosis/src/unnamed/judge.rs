@@ -10,25 +10,24 @@ use crate::measure::judgement::Judgement;
 use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
 use crate::unnamed::kept::{HARDLY_MORE, Kept};
-use crate::unnamed::search::{Laws, part_cut, search, without};
+use crate::unnamed::search::{Laws, search, without};
+use crate::unnamed::stand_in::{makes_idle, without_stand_ins};
 use crate::unnamed::told::{Extended, told};
 use valve_model::EffectId;
 
 /// A law must leave at most this part of the error on runs held out: a change that is smaller is none that a user would notice. A
 /// further one must leave at most this part of what those before it leave.
 const MOST_LEFT: f64 = 0.9;
-/// A cause stood in for a law if beside it it cuts less than this part of the mean square that it cut without, and less than this part of
-/// the mean square.
-const IDLE: f64 = 0.25;
-const MOST_OF_IDLE: f64 = 0.1;
 /// A transducer counts as late from this many standard errors on.
 const CLEAR: f64 = 2.0;
 
-/// Searches for laws beside the accepted causes. `None` if there are none, or they don't hold on the runs that were held out, or none were.
+/// Searches for laws beside the accepted causes, in place of groups that the data can't tell apart, of which `leaders` has the best one each.
+/// `None` if there are none, or they don't hold on the runs that were held out, or none were, or a group does something beside them.
 pub(crate) fn unnamed(
     judged: &Judgement<'_>,
     able: &[Candidate],
     (accepted, before, causes): (&Point, &[PieceResidual], &[Cause]),
+    leaders: &[&Member],
 ) -> Result<Option<Extended>, DiagnosisError> {
     let campaign = judged.setting.campaign;
     if !campaign.holds_out() {
@@ -37,8 +36,8 @@ pub(crate) fn unnamed(
     let begin = beside_what_is_uncertain(judged, able, accepted);
     // A search for causes that used up its samples says nothing against a law.
     let mut stages = campaign.with_reserve(|| search(&judged.setting, begin))?.into_iter();
-    let Some(bare) = stages.next() else { return Ok(None) };
-    let (_, bare) = judged.everywhere(&bare.tried.fitted)?;
+    let Some(without_laws) = stages.next().map(|laws| laws.tried) else { return Ok(None) };
+    let (_, bare) = judged.everywhere(&without_laws.fitted)?;
     let mut kept: Option<Kept> = None;
     for laws in stages {
         let found = Kept::of(judged, &bare, laws)?;
@@ -53,42 +52,17 @@ pub(crate) fn unnamed(
         }
     }
     let Some(kept) = kept else { return Ok(None) };
+    for leader in leaders {
+        let makes_idle = || makes_idle(&judged.setting, &without_laws, &kept.laws.tried, (*leader).clone());
+        if !campaign.with_reserve(makes_idle)? {
+            return Ok(None);
+        }
+    }
     let concluded = || {
         let kept = punctual(judged, &bare, kept)?;
         told(judged, (accepted, before), without_stand_ins(judged, &bare, causes, kept)?)
     };
     campaign.with_reserve(concluded).map(Some)
-}
-
-/// The same without causes that the laws make idle: they stood in for them. Beside the laws such a cause cuts a small part of what it cut
-/// without them.
-fn without_stand_ins(
-    judged: &Judgement<'_>,
-    bare: &[PieceResidual],
-    causes: &[Cause],
-    kept: Kept,
-) -> Result<Kept, DiagnosisError> {
-    let least = kept.laws.tried.rms;
-    let mut laws = kept.laws.clone();
-    for place in (0..kept.point.hypothesis.members.len() - laws.terms.len()).rev() {
-        let members = &laws.tried.fitted.point.hypothesis.members;
-        let Some(id) = members.get(place).map(|of| of.candidate.id) else { continue };
-        let Some(cause) = causes.iter().find(|cause| cause.id == id) else { continue };
-        if id == EffectId::SensorDelay || judged.setting.is_over() {
-            continue;
-        }
-        let instead = judged.corrections.iter().find(|of| of.id == id);
-        let Some(tried) = without(&judged.setting, &laws.tried, place, instead)? else { continue };
-        let alone = 1.0 - (1.0 - cause.rms_gain).powi(2);
-        if part_cut(&tried, least) < (IDLE * alone).min(MOST_OF_IDLE) {
-            laws.tried = tried;
-        }
-    }
-    if laws.tried.fitted.point.hypothesis.members.len() == kept.point.hypothesis.members.len() {
-        return Ok(kept);
-    }
-    let fewer = Kept::of(judged, bare, laws)?;
-    Ok(kept.or(fewer))
 }
 
 /// The accepted causes with everything that may be off without being a law: every correction that the tolerance allows, and, in a log

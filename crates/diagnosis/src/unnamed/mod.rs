@@ -6,6 +6,7 @@ mod kept;
 mod knots;
 mod library;
 mod search;
+mod stand_in;
 mod term;
 mod told;
 mod tone;

@@ -21,7 +21,8 @@ function decimalsOf(step) {
 function tick(value, step) {
   if (value === 0) return "0";
   const decimals = decimalsOf(step);
-  if (decimals > 6 || Math.abs(value) >= 1e6) {
+  // Longer ones would run into the axis's title.
+  if (decimals > 4 || Math.abs(value) >= 1e6) {
     const digits = Math.max(0, Math.round(Math.log10(Math.abs(value) / step)));
     return value.toExponential(Math.min(digits, 6)).replace("e+", "e").replaceAll("-", MINUS);
   }

@@ -194,8 +194,10 @@ class TimePlots {
     const unit = panel.units[series.scale];
     return {
       label: series.name, scale: `y${series.scale}`, stroke: () => seriesColour(index), ...LINES[series.line],
-      // A gap ends within the columns of its neighbours: a run that is all in one column would else be cut away.
-      gaps: (u, seriesIndex, first, end, gaps) => gaps.map(([from, to]) => [from + 0.5, to - 0.5]),
+      gaps: (u, seriesIndex, first, last, gaps) => {
+        const [begin, end] = [first, last].map((point) => u.valToPos(panel.axis.time[point], "x", true));
+        return withinColumns(gaps, begin, end);
+      },
       points: {
         size: 5, width: 1, fill: () => seriesColour(index),
         filter: (u, seriesIndex, show) => (show ? null : lonePoints(series.lone, u.scales.x, panel.axis.time)),
@@ -306,4 +308,16 @@ function paintNote({ ctx, bbox }, text) {
 function lonePoints(lone, { min, max }, time) {
   const seen = lone.filter((point) => time[point] >= min && time[point] <= max);
   return seen.length ? seen : null;
+}
+
+/**
+ * Gaps in pixels, as they are cut out of a signal that is seen from `begin` to `end`. What lies between two of them within one column
+ * would be cut away whole: there a gap ends within the columns of its neighbours. Elsewhere it takes all of the line that leads across,
+ * which uPlot begins up to a column before the last point.
+ */
+function withinColumns(gaps, begin, end) {
+  return gaps.map(([from, to], index) => [
+    from - (gaps[index - 1]?.[1] ?? begin) < 2 ? from + 0.5 : from - 1,
+    (gaps[index + 1]?.[0] ?? end) - to < 2 ? to - 0.5 : to,
+  ]);
 }

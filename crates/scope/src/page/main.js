@@ -32,6 +32,7 @@ class Scope {
     this.clock = null;
     this.latencies = [];
     this.undrawn = null;
+    this.alone = false;
     this.wire();
     this.connect();
   }
@@ -64,13 +65,13 @@ class Scope {
     const acts = {
       hello: () => { this.picker.fill(told.signals); this.trigger.fill(told.signals); },
       attached: () => this.attached(told),
-      detached: () => this.source(told.why, true),
+      detached: () => this.detached(told),
       gap: () => this.gap(told),
       dropped: () => { this.counts.dropped += told.rows; say(`this page was too slow: ${grouped(told.rows)} rows were not sent to it`); },
       trigger: () => this.trigger.told(told),
       capture: () => this.captured(told),
       samples: () => this.sampled(told),
-      captures: () => this.captures.told(told),
+      captures: () => this.saved(told),
       saved: () => say(`saved: ${told.path}, and the same as .h5`),
       error: () => say(told.text),
       pong: () => this.clocked(told),
@@ -84,6 +85,19 @@ class Scope {
     this.view.live = new Tracks();
     this.source(this.instance, false);
     this.choose(this.shown ?? []);
+  }
+
+  /** What is saved; a file that the server was started with is shown at once. */
+  saved(told) {
+    this.captures.told(told);
+    if (told.open && !this.opened) this.ask({ do: "open", file: told.open }, null);
+    this.opened = true;
+  }
+
+  detached({ why, alone }) {
+    this.source(why, !alone);
+    this.alone = Boolean(alone);
+    for (const live of ["trigger", "pause", "save"]) byId(live).hidden = this.alone;
   }
 
   source(text, off) {
@@ -205,6 +219,7 @@ class Scope {
     // uPlot paints in a microtask of its own: behind it the samples are on the canvas.
     const newest = this.undrawn;
     this.undrawn = null;
+    this.alone = false;
     queueMicrotask(() => queueMicrotask(() => this.painted(newest)));
   }
 
@@ -243,7 +258,7 @@ class Scope {
     const { view } = this, rolling = view.rolls();
     byId("pause").textContent = view.paused ? "Run" : "Pause";
     byId("pause").setAttribute("aria-pressed", String(view.paused));
-    byId("live").hidden = rolling;
+    byId("live").hidden = rolling || this.alone;
     for (const which of ["a", "b"]) byId(`cursor-${which}`).setAttribute("aria-pressed", String(this.cursors.placing === which));
     const parts = [this.cursors.told(view)];
     if (view.capture) parts.push(`${view.capture.told.text}; time zero at ${view.capture.told.word === "ended" ? "its end" : "the trigger"}`);

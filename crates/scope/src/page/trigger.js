@@ -23,7 +23,7 @@ class Trigger {
   fill(signals) {
     const before = this.form.signal.value || "control_status.following_error_rad";
     this.signals = signals;
-    this.form.signal.replaceChildren(...signals.map(({ name }) => new Option(name, name)));
+    this.form.signal.replaceChildren(...signals.map(({ name, unit }) => new Option(shownName(name, unit), name)));
     this.form.signal.value = before;
     this.arrange();
   }

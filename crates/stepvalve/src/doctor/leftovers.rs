@@ -68,10 +68,13 @@ fn fix(dead: &[PathBuf], orphans: &[Orphan]) -> String {
     let folders = dead.iter().map(|folder| format!("rm -r {}", folder.display()));
     let memory = orphans.iter().map(|orphan| format!("rm {SHARED_MEMORY}/{}*", orphan.prefix));
     let commands: Vec<_> = folders.chain(memory).collect();
-    format!(
-        "the next `stepvalve run` or `simulate` of this user removes its folders; now: {}",
-        commands.join("; ")
-    )
+    // A start finds what belongs to a folder; without its folder nothing does.
+    let who = if dead.is_empty() {
+        "nothing removes them by itself"
+    } else {
+        "the next start of such an instance removes what it left"
+    };
+    format!("{who}; now: {}", commands.join("; "))
 }
 
 /// The text of all memory maps that this user may read.

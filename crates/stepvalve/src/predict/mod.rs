@@ -1,6 +1,6 @@
 //! `stepvalve predict`: what the model has for measured runs.
 
-use crate::files::{self, name};
+use crate::files::{self, name, room_for};
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers;
@@ -40,9 +40,7 @@ pub struct Arguments {
 /// [`Failure::Failed`] where writing fails. No file is left then.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
-    if out.exists() && !arguments.force {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
-    }
+    room_for(out, arguments.force)?;
     if is_same_file(out, &arguments.log) {
         return Err(Failure::Input(anyhow!("{} is the log: give --out another name", name(out))));
     }

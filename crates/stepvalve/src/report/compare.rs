@@ -5,12 +5,12 @@ use super::common_time::{Laid, common};
 use super::differences::differences;
 use super::table::Table;
 use super::{events, figures, panels, set_points, strips, text, timing};
-use crate::files::{name, run_file};
+use crate::files::{name, room_for, run_file};
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers::{self, Limits};
 use ::report::{Block, Level, Line, Marker, Page, Panel, Section, Strip, TimeAxis, TimePlots};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, Outcome};
 
@@ -53,9 +53,7 @@ pub struct Limited {
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
-    if out.exists() && !arguments.force {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
-    }
+    room_for(out, arguments.force)?;
     let (a, b) = (run_file(&arguments.a)?, run_file(&arguments.b)?);
     let limits = |path: &Path| Limits::of_work(path).with_context(|| name(path)).map_err(Failure::Input);
     let limits = limits(&a)?.and(&limits(&b)?);
@@ -72,8 +70,8 @@ pub fn draw(arguments: &Limited) -> Result<Outcome, Failure> {
     let Limited { a, b, out, memory_bytes, cpu_s } = arguments;
     Limits { numbers: 0, memory_bytes: *memory_bytes, cpu_s: *cpu_s }.enforce()?;
     let page = page(a, b).map_err(Failure::Input)?;
-    say(format_args!("{}: {}", name(out), page.headline));
     page.write_html(out).map_err(anyhow::Error::from)?;
+    say(format_args!("{}: {}", name(out), page.headline));
     Ok(Outcome::Done)
 }
 
@@ -165,7 +163,7 @@ fn headline(a: &One, b: &One, apart: &[Apart]) -> String {
         if let Some(apart) = apart.first() {
             return apart.headline();
         }
-        let rows = |one: &One| text::grouped(one.table.time_s.len() as u64);
+        let rows = |one: &One| text::grouped(one.figures.rows as u64);
         return format!("{} samples of A and {} of B.", rows(a), rows(b));
     };
     format!(

@@ -46,7 +46,7 @@ pub struct Figures {
     /// Rows in which the controller followed.
     running_rows: usize,
     /// Rows that are cycles or samples.
-    rows: usize,
+    pub rows: usize,
     runs: usize,
     length_s: f64,
     period_s: Option<f64>,
@@ -125,7 +125,9 @@ impl Figures {
     pub fn details(&self, table: &Table) -> Vec<(f64, f64)> {
         let fault = self.first_fault.map(|row| table.at(row));
         let peak = self.true_error.or(self.error).map(|spread| table.at(spread.peak_row));
-        let mut windows = Vec::new();
+        // A reduced signal would go on across the row between two runs.
+        let between = table.file.spans().skip(1).map(|span| table.at(span.rows.start.saturating_sub(1)));
+        let mut windows: Vec<_> = between.map(|at| (at, at)).collect();
         windows.extend(fault.map(|at| (at - AROUND_FAULT_S.0, at + AROUND_FAULT_S.1)));
         windows.extend(peak.map(|at| (at - AROUND_PEAK_S, at + AROUND_PEAK_S)));
         windows

@@ -14,12 +14,12 @@ mod table;
 mod text;
 mod timing;
 
-use crate::files::{name, run_file};
+use crate::files::{name, room_for, run_file};
 use crate::pulse::Pulse;
 use crate::say::say;
 use crate::strangers::{self, Limits};
 use ::report::{RunData, TimeAxis, run_page};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use run_log::RunFile;
 use std::path::{Path, PathBuf};
 use supervisor::{Failure, Outcome};
@@ -55,9 +55,7 @@ pub struct Limited {
 /// where writing fails.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (run, out) = (&run_file(&arguments.run)?, &arguments.out);
-    if out.exists() && !arguments.force {
-        return Err(Failure::Input(anyhow!("{} exists: give --out another name, or --force", name(out))));
-    }
+    room_for(out, arguments.force)?;
     let limits = Limits::of_work(run).with_context(|| name(run)).map_err(Failure::Input)?;
     let _pulse = Pulse::new(|| "drawing the page".to_owned());
     strangers::watched(run, "draw-page", &[run, out], &limits)?;
@@ -72,8 +70,9 @@ pub fn draw(arguments: &Limited) -> Result<Outcome, Failure> {
     let Limited { run, out, memory_bytes, cpu_s } = arguments;
     Limits { numbers: 0, memory_bytes: *memory_bytes, cpu_s: *cpu_s }.enforce()?;
     let run = data(run).map_err(Failure::Input)?;
-    say(format_args!("{}: {}", name(out), run.headline));
+    let headline = run.headline.clone();
     run_page(run).write_html(out).map_err(anyhow::Error::from)?;
+    say(format_args!("{}: {headline}", name(out)));
     Ok(Outcome::Done)
 }
 

@@ -23,12 +23,21 @@ pub struct ProcessTiming {
     wake_up_ns: Vec<f32>,
     /// Time spent in the cycle, ns, alike.
     execution_ns: Vec<f32>,
+    /// Those of cycles without a row: the plant ends first. Histograms and largest values have them too.
+    beyond: Beyond,
     /// The rows whose work ran past the next deadline.
     pub overruns: Vec<usize>,
     /// Cycles that ran past the next deadline.
     pub overrun_count: u64,
     /// Cycles skipped.
     pub skipped_count: u64,
+}
+
+/// Wake-up and execution time of cycles without a row, ns.
+#[derive(Default)]
+struct Beyond {
+    wake_up_ns: Vec<f32>,
+    execution_ns: Vec<f32>,
 }
 
 /// The timing of all processes that recorded it.
@@ -62,20 +71,22 @@ pub fn histograms(timing: &[ProcessTiming]) -> Result<Vec<Histogram>> {
     if timing.is_empty() {
         return Ok(Vec::new());
     }
-    let histogram = |title: &str, values: fn(&ProcessTiming) -> &[f32]| -> Result<Histogram> {
+    let histogram = |title: &str, values: fn(&ProcessTiming) -> [&[f32]; 2]| -> Result<Histogram> {
         let distributions = timing.iter().map(|process| distribution(&process.name, values(process)));
         let distributions = distributions.collect::<Result<_>>()?;
         Ok(Histogram { title: title.to_owned(), x: Axis::log("time", "µs"), distributions })
     };
     Ok(vec![
-        histogram("Wake-up latency", |process| &process.wake_up_ns)?,
-        histogram("Time spent in the cycle", |process| &process.execution_ns)?,
+        histogram("Wake-up latency", |process| [&process.wake_up_ns, &process.beyond.wake_up_ns])?,
+        histogram("Time spent in the cycle", |process| {
+            [&process.execution_ns, &process.beyond.execution_ns]
+        })?,
     ])
 }
 
-fn distribution(name: &str, values_ns: &[f32]) -> Result<Distribution> {
+fn distribution(name: &str, values_ns: [&[f32]; 2]) -> Result<Distribution> {
     let mut counts = hdrhistogram::Histogram::<u64>::new(3)?;
-    for value in values_ns.iter().filter(|value| value.is_finite()) {
+    for value in values_ns.into_iter().flatten().filter(|value| value.is_finite()) {
         counts.record(*value as u64)?;
     }
     let bins = counts
@@ -109,20 +120,8 @@ impl<'a> Reader<'a> {
     }
 
     fn process(&self, name: String) -> Result<ProcessTiming, RunLogError> {
-        let mut execution_ns = vec![f32::NAN; self.table.time_s.len()];
-        for field in ["read_ns", "step_ns", "write_ns"] {
-            self.each(field, |row, value| {
-                if let Some(sum) = execution_ns.get_mut(row) {
-                    *sum = if sum.is_nan() { value as f32 } else { *sum + value as f32 };
-                }
-            })?;
-        }
-        let mut wake_up_ns = vec![f32::NAN; self.table.time_s.len()];
-        self.each("wake_up_latency_ns", |row, value| {
-            if let Some(place) = wake_up_ns.get_mut(row) {
-                *place = value as f32;
-            }
-        })?;
+        let (execution_ns, executions_beyond) = self.sums(&["read_ns", "step_ns", "write_ns"])?;
+        let (wake_up_ns, wake_ups_beyond) = self.sums(&["wake_up_latency_ns"])?;
         let mut overruns = Vec::new();
         let overrun_count = self.rises("overruns", |row| overruns.push(row))?;
         let skipped_count = self.rises("skipped_cycles", |_| ())?;
@@ -131,6 +130,7 @@ impl<'a> Reader<'a> {
             scheduling: self.scheduling()?,
             wake_up_ns,
             execution_ns,
+            beyond: Beyond { wake_up_ns: wake_ups_beyond, execution_ns: executions_beyond },
             overruns,
             overrun_count,
             skipped_count,
@@ -162,14 +162,25 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn each(&self, field: &str, mut note: impl FnMut(usize, f64)) -> Result<(), RunLogError> {
-        self.column(field, |values| {
-            for (row, value) in self.rows.iter().zip(values) {
-                if let Some(row) = row {
-                    note(*row as usize, value);
+    /// The sum of some fields in each row, NaN where there is none, and in each cycle without a row.
+    fn sums(&self, fields: &[&str]) -> Result<(Vec<f32>, Vec<f32>), RunLogError> {
+        let mut in_rows = vec![f32::NAN; self.table.time_s.len()];
+        let mut beyond = vec![f32::NAN; self.rows.iter().filter(|row| row.is_none()).count()];
+        for field in fields {
+            self.column(field, |values| {
+                let mut without_row = beyond.iter_mut();
+                for (row, value) in self.rows.iter().zip(values) {
+                    let place = match row {
+                        Some(row) => in_rows.get_mut(*row as usize),
+                        None => without_row.next(),
+                    };
+                    if let Some(sum) = place {
+                        *sum = if sum.is_nan() { value as f32 } else { *sum + value as f32 };
+                    }
                 }
-            }
-        })
+            })?;
+        }
+        Ok((in_rows, beyond))
     }
 
     fn column<T: Default>(

@@ -27,9 +27,7 @@ fn shown(command: &Command, suggested: Option<&ContextValue>) -> Vec<String> {
         Some(ContextValue::Strings(several)) => several.clone(),
         _ => Vec::new(),
     };
-    all.into_iter()
-        .filter(|name| !command.find_subcommand(name).is_some_and(Command::is_hide_set))
-        .collect()
+    all.into_iter().filter(|name| !command.find_subcommand(name).is_some_and(Command::is_hide_set)).collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,76 @@
+//! Causes that stood in for a law: beside it they have nothing left to do.
+
+use crate::DiagnosisError;
+use crate::error::if_possible;
+use crate::extend::hypothesis::Member;
+use crate::fit::equations::{Point, Setting};
+use crate::measure::judgement::Judgement;
+use crate::name::tried::{STEPS, Tried};
+use crate::outcome::Cause;
+use crate::show::residual::PieceResidual;
+use crate::unnamed::kept::Kept;
+use crate::unnamed::search::{part_cut, without};
+use valve_model::EffectId;
+
+/// A cause stood in for a law if beside it it cuts less than this part of the mean square that it cut without, and less than this part of
+/// the mean square.
+const IDLE: f64 = 0.25;
+const MOST_OF_IDLE: f64 = 0.1;
+
+/// The same without causes that the laws make idle: they stood in for them. Beside the laws such a cause cuts a small part of what it cut
+/// without them.
+pub(crate) fn without_stand_ins(
+    judged: &Judgement<'_>,
+    bare: &[PieceResidual],
+    causes: &[Cause],
+    kept: Kept,
+) -> Result<Kept, DiagnosisError> {
+    let least = kept.laws.tried.rms;
+    let mut laws = kept.laws.clone();
+    for place in (0..kept.point.hypothesis.members.len() - laws.terms.len()).rev() {
+        let members = &laws.tried.fitted.point.hypothesis.members;
+        let Some(id) = members.get(place).map(|of| of.candidate.id) else { continue };
+        let Some(cause) = causes.iter().find(|cause| cause.id == id) else { continue };
+        if id == EffectId::SensorDelay || judged.setting.is_over() {
+            continue;
+        }
+        let instead = judged.corrections.iter().find(|of| of.id == id);
+        let Some(tried) = without(&judged.setting, &laws.tried, place, instead)? else { continue };
+        let alone = 1.0 - (1.0 - cause.rms_gain).powi(2);
+        if is_idle(part_cut(&tried, least), alone) {
+            laws.tried = tried;
+        }
+    }
+    if laws.tried.fitted.point.hypothesis.members.len() == kept.point.hypothesis.members.len() {
+        return Ok(kept);
+    }
+    let fewer = Kept::of(judged, bare, laws)?;
+    Ok(kept.or(fewer))
+}
+
+/// Whether a cause that is part of neither fit has little left to do beside the laws, of what it does without them, and the laws leave
+/// less than it.
+pub(crate) fn makes_idle(
+    setting: &Setting<'_>,
+    without_laws: &Tried,
+    with_laws: &Tried,
+    cause: Member,
+) -> Result<bool, DiagnosisError> {
+    let and_cause = |tried: &Tried| {
+        let Point { mut hypothesis, starts } = tried.fitted.point.clone();
+        // A number that is off by more than its tolerance takes the place of its correction.
+        hypothesis.corrections.retain(|of| of.id != cause.candidate.id);
+        let begin = Point { hypothesis: hypothesis.with(cause.clone()), starts };
+        if_possible(Tried::from(setting, begin, STEPS))
+    };
+    let (Some(alone), Some(beside)) = (and_cause(without_laws)?, and_cause(with_laws)?) else {
+        return Ok(false);
+    };
+    let idle = is_idle(part_cut(with_laws, beside.rms), part_cut(without_laws, alone.rms));
+    Ok(idle && with_laws.rms < alone.rms)
+}
+
+/// Whether a cause cuts little of the mean square beside laws, and little of the part that it cuts without them.
+fn is_idle(beside: f64, alone: f64) -> bool {
+    beside < (IDLE * alone).min(MOST_OF_IDLE)
+}
