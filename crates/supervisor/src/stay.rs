@@ -1,9 +1,8 @@
 //! A mission from its first generation to its end.
 
-use crate::angle_doubt::AngleDoubt;
 use crate::control::serve;
 use crate::exit::{DiedAtStart, Failure};
-use crate::generation::{Generation, Setup};
+use crate::generation::{Generation, Left, Setup};
 use crate::instance::Instance;
 use crate::interruption::Interruption;
 use crate::journal::{At, EventKind, Journal};
@@ -11,7 +10,6 @@ use crate::mission::{Ending, Mission};
 use crate::news::Channel;
 use crate::notify;
 use anyhow::{Context, Result};
-use signals::{Feedback, PlantTruth};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -43,8 +41,7 @@ pub fn supervise(mission: &Mission) -> Result<Ending, Failure> {
         instance: &instance,
         generation: mission.info.generation,
         interruption: &interruption,
-        left: None,
-        angle_doubt: AngleDoubt::default(),
+        left: Left::default(),
     };
     let mut ending = if mission.stays {
         serve(instance.folder(), channel.sender())?;
@@ -70,9 +67,8 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
     let mut deaths = VecDeque::new();
     let mut started = 0;
     loop {
-        let (ending, left, doubt) = generation(&setup, channel, &mut started)?;
-        setup.left = left.or(setup.left);
-        setup.angle_doubt = doubt;
+        let (ending, left) = generation(&setup, channel, &mut started)?;
+        setup.left = Left { valve: left.valve.or(setup.left.valve), angle_doubt: left.angle_doubt };
         // What a killed process left in shared memory goes now, not at the instance's end.
         setup.instance.wipe_generation(setup.generation)?;
         let Some(failure) = ending.failure.clone() else { return Ok(ending) };
@@ -96,11 +92,7 @@ fn stay(mut setup: Setup, channel: &Channel) -> Result<Ending> {
 }
 
 /// One generation of those that follow each other; `started` counts the processes of all of them.
-fn generation(
-    setup: &Setup,
-    channel: &Channel,
-    started: &mut u32,
-) -> Result<(Ending, Option<(Feedback, PlantTruth)>, AngleDoubt)> {
+fn generation(setup: &Setup, channel: &Channel, started: &mut u32) -> Result<(Ending, Left)> {
     let mut generation = match Generation::start(setup, channel, *started) {
         Ok(generation) => generation,
         Err(error) if error.is::<DiedAtStart>() => {
@@ -108,7 +100,7 @@ fn generation(
             *started += PROCESSES;
             let failure = Some(format!("{error:#}"));
             let ending = Ending { generations: setup.starts(), failure, ..Ending::default() };
-            return Ok((ending, None, setup.angle_doubt));
+            return Ok((ending, Left { valve: None, ..setup.left }));
         }
         Err(error) => return Err(error),
     };

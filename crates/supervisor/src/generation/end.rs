@@ -1,21 +1,20 @@
 //! The end of a generation, in the right order: the valve, the loop, the recorder, the rest.
 
-use super::{END_PATIENCE, Generation, LOOP};
+use super::{END_PATIENCE, Generation, LOOP, Left};
 use crate::angle_doubt::AngleDoubt;
 use crate::journal::EventKind;
 use crate::mission::{Ending, ProcessEnding};
 use processes::{Pace, ToChild};
 use recording::INTERRUPTED;
-use signals::{Feedback, OperatorCommand, OperatorKind, PlantTruth, Source};
+use signals::{OperatorCommand, OperatorKind, Source};
 use std::time::{Duration, Instant};
 
 /// Beyond the time that the ramp takes, how long the plant may take to stop.
 const STOP_MARGIN: Duration = Duration::from_secs(1);
 
 impl Generation<'_> {
-    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest. How it ended, how it left the
-    /// valve, and whether its angle is in doubt.
-    pub fn end(mut self) -> (Ending, Option<(Feedback, PlantTruth)>, AngleDoubt) {
+    /// Ends the generation in the right order: the valve, the loop, the recorder, the rest. How it ended, and what it left.
+    pub fn end(mut self) -> (Ending, Left) {
         if self.failure.is_none() && self.setup.interruption.wanted() {
             self.interrupted = true;
             self.interrupt();
@@ -30,10 +29,10 @@ impl Generation<'_> {
             let _ = self.tell(Source::Recorder, &ToChild::Mark(INTERRUPTED.to_owned()));
         }
         self.finish_recorder();
-        let left = self.watch.valve_left();
-        let doubt = AngleDoubt::left(self.watch.angle_doubt().is_doubted());
+        let angle_doubt = AngleDoubt::left(self.watch.angle_doubt().is_doubted());
+        let left = Left { valve: self.watch.valve_left(), angle_doubt };
         self.end_all();
-        (self.ending(), left, doubt)
+        (self.ending(), left)
     }
 
     /// The user wants an end: the valve is stopped first.

@@ -41,6 +41,15 @@ pub(crate) const SEEN_WITHIN: Duration = Duration::from_millis(10);
 
 const LOOP: [Source; 3] = [Source::Plant, Source::Trajectory, Source::Controller];
 
+/// What a generation leaves to the next.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Left {
+    /// The valve as it was last seen.
+    pub valve: Option<(Feedback, PlantTruth)>,
+    /// Whether its angle is in doubt.
+    pub angle_doubt: AngleDoubt,
+}
+
 /// What a generation is started from.
 pub struct Setup<'a> {
     /// The run.
@@ -53,10 +62,8 @@ pub struct Setup<'a> {
     pub generation: u64,
     /// Whether the user wants it to end.
     pub interruption: &'a Interruption,
-    /// How the generation before left the valve.
-    pub left: Option<(Feedback, PlantTruth)>,
-    /// Whether its angle was in doubt then.
-    pub angle_doubt: AngleDoubt,
+    /// What the generation before left.
+    pub left: Left,
 }
 
 /// Which order the loop's changes of state may come from.
@@ -89,7 +96,7 @@ impl Setup<'_> {
     /// What each process is told. A generation begins where the one before left the valve.
     fn parts(&self) -> Parts {
         let mut parts = self.mission.parts.clone();
-        if let Some((feedback, truth)) = &self.left {
+        if let Some((feedback, truth)) = &self.left.valve {
             let (microstep_rad, absolute) =
                 (parts.plant.drive.microstep_angle_rad, self.mission.absolute_encoder);
             let start = PlantStart::left_by(feedback, truth, microstep_rad, absolute);
@@ -170,7 +177,7 @@ impl<'a> Generation<'a> {
                 setup.mission.pace,
                 setup.mission.stays,
                 silence(setup.mission),
-                setup.angle_doubt,
+                setup.left.angle_doubt,
             )?,
             orders: bus.writer(Source::Supervisor)?,
             set_points: bus.writer(Source::Supervisor)?,
