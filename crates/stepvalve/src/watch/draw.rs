@@ -192,7 +192,7 @@ mod tests {
         assert!(screen(&view).contains("waiting for the instance"));
         view.take(status());
         let shown = screen(&view);
-        for expected in ["bench, generation", "running", "17.189°", "step-controller", "57 of     57 µs"] {
+        for expected in ["bench, generation", "running", "17.189°", "step-controller", "57/   57 µs"] {
             assert!(shown.contains(expected), "{expected} is missing:\n{shown}");
         }
     }
