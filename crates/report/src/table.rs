@@ -7,8 +7,11 @@ const NUMBER_CHARS: usize = 40;
 /// A cell that is longer holds a sentence.
 const SENTENCE_CHARS: usize = 45;
 
-/// A table; columns of cells that begin with a number stand to the right. On a narrow screen a table with sentences in it becomes a list of its
-/// rows, each cell behind its column's name.
+/// More columns don't stand beside each other on a narrow screen.
+const MANY_COLUMNS: usize = 5;
+
+/// A table; columns of cells that begin with a number stand to the right. On a narrow screen a table with sentences in it, or with many
+/// columns, becomes a list of its rows, each cell behind its column's name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// The columns' names; empty for none.
@@ -20,7 +23,7 @@ pub struct Table {
 impl Table {
     pub(crate) fn to_html(&self) -> String {
         let sentences = self.rows.iter().flatten().any(|text| text.chars().count() > SENTENCE_CHARS);
-        let list = sentences && !self.header.is_empty();
+        let list = (sentences || self.header.len() > MANY_COLUMNS) && !self.header.is_empty();
         let mut html =
             format!("<div class=\"scroll\"><table{}>", if list { " class=\"as-list\"" } else { "" });
         if !self.header.is_empty() {
