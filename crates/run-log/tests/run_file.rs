@@ -39,6 +39,7 @@ fn runs_stand_in_the_order_of_time_with_a_gap_between() {
     let times = file.times_s().unwrap();
     assert_eq!(times.len(), ROWS + 11);
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+    assert!((times[ROWS] - times[ROWS - 1] - 1e-3).abs() < 1e-9, "nothing goes on until the late run");
     let angle = column(&file, "angle").unwrap();
     assert_eq!(angle[..ROWS], log.runs[1].angle_rad);
     assert!(angle[ROWS].is_nan());

@@ -84,6 +84,17 @@ fn a_window_larger_than_the_room_keeps_its_middle() {
 }
 
 #[test]
+fn a_window_of_one_sample_keeps_a_gap_that_its_bucket_would_lose() {
+    let time: Vec<f64> = (0..4000).map(f64::from).collect();
+    let gaps = |details: &[(f64, f64)]| {
+        let axis = TimeAxis::with_points(&time, 1000, details).unwrap();
+        let signal = time.iter().map(|&time| if time == 2001.0 { f64::NAN } else { time });
+        values(&axis.trace(signal).unwrap()).iter().filter(|value| value.is_nan()).count()
+    };
+    assert_eq!((gaps(&[]), gaps(&[(2001.0, 2001.0)])), (0, 1));
+}
+
+#[test]
 fn the_order_of_extremes_is_that_of_the_samples() {
     let time: Vec<f64> = (0..4000).map(f64::from).collect();
     let axis = TimeAxis::with_points(&time, 1000, &[]).unwrap();
