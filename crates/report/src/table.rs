@@ -24,21 +24,23 @@ impl Table {
     pub(crate) fn to_html(&self) -> String {
         let sentences = self.rows.iter().flatten().any(|text| text.chars().count() > SENTENCE_CHARS);
         let list = (sentences || self.header.len() > MANY_COLUMNS) && !self.header.is_empty();
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(self.header.len());
+        let numeric: Vec<bool> = (0..columns).map(|column| self.is_numeric(column)).collect();
         let mut html =
             format!("<div class=\"scroll\"><table{}>", if list { " class=\"as-list\"" } else { "" });
         if !self.header.is_empty() {
             html.push_str("<thead><tr>");
-            for (column, name) in self.header.iter().enumerate() {
-                cell(&mut html, "th", name, self.is_numeric(column));
+            for (name, number) in self.header.iter().zip(&numeric) {
+                cell(&mut html, "th", name, *number);
             }
             html.push_str("</tr></thead>");
         }
         html.push_str("<tbody>");
         for row in &self.rows {
             html.push_str("<tr>");
-            for (column, text) in row.iter().enumerate() {
+            for (column, (text, number)) in row.iter().zip(&numeric).enumerate() {
                 let name = self.header.get(column).filter(|_| list);
-                labelled(&mut html, text, name, self.is_numeric(column));
+                labelled(&mut html, text, name, *number);
             }
             html.push_str("</tr>");
         }

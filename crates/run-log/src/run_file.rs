@@ -242,18 +242,20 @@ impl RunFile {
         let column = |name| self.table_column("noted", name, |values| values.collect::<Vec<f64>>());
         let generations = column("generation")?.unwrap_or_default();
         let cycles = column("cycle")?.unwrap_or_default();
-        let after =
-            generations.into_iter().zip(cycles).map(|(generation, cycle)| self.row_of(generation, cycle));
+        // -1 stands where nothing is known.
+        let row_of = |(generation, cycle): (f64, f64)| {
+            (cycle >= 0.0).then(|| self.row_of(generation as u64, cycle as u64)).flatten()
+        };
+        let after = generations.into_iter().zip(cycles).map(row_of);
         let rows = after.chain(std::iter::repeat(None));
         Ok(texts.into_iter().zip(rows).map(|(text, row)| NoteInLog { text, row }).collect())
     }
 
-    /// The row of a generation's cycle.
-    fn row_of(&self, generation: f64, cycle: f64) -> Option<usize> {
-        let mut spans = self.runs.iter().map(|(span, _)| span);
-        let span = spans.find(|span| span.generation.is_some_and(|number| number as f64 == generation))?;
-        let row = span.rows.start + (cycle - span.first_cycle? as f64).max(0.0) as usize;
-        (cycle >= 0.0 && span.rows.contains(&row)).then_some(row)
+    /// The row of a generation's cycle; `None` of one that has none.
+    pub fn row_of(&self, generation: u64, cycle: u64) -> Option<usize> {
+        let span = self.spans().find(|span| span.generation == Some(generation))?;
+        let row = usize::try_from(cycle.checked_sub(span.first_cycle?)?).ok()? + span.rows.start;
+        span.rows.contains(&row).then_some(row)
     }
 
     /// What is known to be missing, by topic and origin.

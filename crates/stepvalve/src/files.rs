@@ -35,7 +35,7 @@ pub fn read(path: &Path) -> Result<String, Failure> {
         .map_err(|error| no_text(&format!("no UTF-8 in byte {}", error.utf8_error().valid_up_to() + 1)))
 }
 
-/// Whether a page can be written: nothing is there, or may be replaced, and its folder is.
+/// Whether a file can be written: nothing is there, or may be replaced, and its folder is.
 ///
 /// # Errors
 /// [`Failure::Input`].

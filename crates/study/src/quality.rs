@@ -4,10 +4,13 @@ use anyhow::Context;
 use diagnosis::Diagnosis;
 use log_quality::{Finding, Severity};
 
+fn mistakes(found: &[Finding]) -> impl Iterator<Item = &Finding> {
+    found.iter().filter(|finding| finding.severity == Severity::Mistake)
+}
+
 /// The sentence that comes before any answer from a log with mistakes in it.
 pub fn mistaken(found: &[Finding]) -> Option<String> {
-    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);
-    let kinds: Vec<&str> = mistakes.map(|finding| finding.kind.name()).collect();
+    let kinds: Vec<&str> = mistakes(found).map(|finding| finding.kind.name()).collect();
     (!kinds.is_empty()).then(|| {
         format!(
             "The log itself is wrong ({}): mend it first, and believe none of the rest before.",
@@ -18,8 +21,7 @@ pub fn mistaken(found: &[Finding]) -> Option<String> {
 
 /// What to mend in the log before anything that was found in it is believed.
 pub fn mend_first(found: &[Finding]) -> Vec<String> {
-    let mistakes = found.iter().filter(|finding| finding.severity == Severity::Mistake);
-    mistakes.map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
+    mistakes(found).map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
 }
 
 /// diagnosis.json, with `data_quality`; where the log itself is wrong, what comes next is to mend it.

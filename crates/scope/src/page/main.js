@@ -219,7 +219,6 @@ class Scope {
     // uPlot paints in a microtask of its own: behind it the samples are on the canvas.
     const newest = this.undrawn;
     this.undrawn = null;
-    this.alone = false;
     queueMicrotask(() => queueMicrotask(() => this.painted(newest)));
   }
 

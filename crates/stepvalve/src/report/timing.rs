@@ -107,12 +107,7 @@ impl<'a> Reader<'a> {
         let mut reader = Self { table, place: format!("timing/{process}"), rows: Vec::new() };
         let generations: Vec<u64> =
             reader.column("generation", |values| values.map(|value| value as u64).collect())?;
-        let spans: Vec<_> = table.file.spans().collect();
-        let row = |generation: u64, cycle: u64| {
-            let span = spans.iter().find(|span| span.generation == Some(generation))?;
-            let row = cycle.checked_sub(span.first_cycle?)? as usize + span.rows.start;
-            if span.rows.contains(&row) { u32::try_from(row).ok() } else { None }
-        };
+        let row = |generation: u64, cycle: u64| u32::try_from(table.file.row_of(generation, cycle)?).ok();
         reader.rows = reader.column("cycle", |cycles| {
             generations.iter().zip(cycles).map(|(generation, cycle)| row(*generation, cycle as u64)).collect()
         })?;
