@@ -100,12 +100,13 @@ fn a_valve_that_can_not_be_homed_says_so() {
 }
 
 #[test]
-fn an_angle_is_in_doubt_from_lost_steps_on_over_reset_and_restart() {
+fn lost_steps_take_the_zero_over_reset_and_restart() {
     let place = TestPlace::new();
     let out = place.path("out");
     let arguments = ["--record", "none", "--allow-injection"];
     let run = place.start_instance(NAME, &arguments, &scenario(&place, ""), &out);
-    assert_eq!(generation(&place, 1)["angle_doubted"], false);
+    let begun = generation(&place, 1);
+    assert_eq!((&begun["homed"], &begun["angle_doubted"]), (&Value::Bool(true), &Value::Bool(false)));
     place.stepvalve(&["arm"]).expect_code(0);
     // Two teeth: by less, arming pulls the rotor to another place than the encoder says.
     place.stepvalve(&["inject", "encoder-jump", "by_rad=0.251327"]).expect_code(0);
@@ -113,12 +114,12 @@ fn an_angle_is_in_doubt_from_lost_steps_on_over_reset_and_restart() {
     assert_eq!(fault["fault"], "lost steps", "{fault}");
     place.stepvalve(&["reset"]).expect_code(0);
     let told = place.stepvalve(&["status"]).expect_code(0).stdout;
-    assert!(told.contains("IN DOUBT: steps were lost") && told.contains("torque reserve   –"), "{told}");
+    assert!(told.contains("NOT HOMED: steps were lost") && told.contains("torque reserve   –"), "{told}");
     let refused = place.stepvalve(&["home"]).expect_code(1).stderr;
     assert!(refused.contains("end the instance and start it anew"), "{refused}");
     // What needs the zero is refused, whatever state the controller is in.
     let armed = place.stepvalve(&["arm"]).expect_code(0).stdout;
-    assert!(armed.contains("the zero is in doubt"), "{armed}");
+    assert!(armed.contains("steps were lost since the zero was found"), "{armed}");
     for set in [["set", "angle", "5deg"], ["set", "opening", "0.5"], ["set", "flow", "10L/min"]] {
         let refused = place.stepvalve(&set).expect_code(1).stderr;
         assert!(refused.contains("steps were lost since the zero was found"), "{refused}");
@@ -127,6 +128,39 @@ fn an_angle_is_in_doubt_from_lost_steps_on_over_reset_and_restart() {
     place.stepvalve(&["disarm"]).expect_code(0);
 
     kill(place.child_of(run.id(), "step-controller").unwrap(), Signal::SIGKILL).unwrap();
-    assert_eq!(generation(&place, 2)["angle_doubted"], true);
+    let again = generation(&place, 2);
+    assert_eq!((&again["homed"], &again["angle_doubted"]), (&Value::Bool(false), &Value::Bool(true)));
+    end(&place, run);
+}
+
+#[test]
+fn homing_finds_the_zero_again_that_lost_steps_took() {
+    let place = TestPlace::new();
+    let homing = "[homing]\nmethod = \"switch\"\nspeed = \"-20deg/s\"\nangle = \"-5deg\"\nlongest = \"200deg\"\n\
+                  [homing.simulated]\nswitch = \"-5deg\"\n";
+    let arguments = ["--record", "none", "--allow-injection"];
+    let run = place.start_instance(NAME, &arguments, &scenario(&place, homing), &place.path("out"));
+    generation(&place, 1);
+    place.stepvalve(&["arm"]).expect_code(0);
+    // Ten teeth down: the way to the switch leads beyond the limits of the zero that was lost.
+    place.stepvalve(&["inject", "encoder-jump", "by_rad=-1.256637"]).expect_code(0);
+    let fault = place.wait_for("the fault", || place.status().filter(|status| status["state"] == "fault"));
+    assert_eq!(fault["fault"], "lost steps", "{fault}");
+    place.stepvalve(&["reset"]).expect_code(0);
+    place.stepvalve(&["arm"]).expect_code(0);
+    let refused = place.stepvalve(&["set", "angle", "5deg"]).expect_code(1).stderr;
+    assert!(refused.contains("first, disarmed: stepvalve home"), "{refused}");
+    place.stepvalve(&["disarm"]).expect_code(0);
+    place.stepvalve(&["home"]).expect_code(0);
+    let after = place.status().unwrap();
+    assert_eq!(
+        (&after["homed"], &after["angle_doubted"]),
+        (&Value::Bool(true), &Value::Bool(false)),
+        "{after}"
+    );
+    place.stepvalve(&["disarm"]);
+    place.stepvalve(&["arm"]).expect_code(0);
+    place.stepvalve(&["set", "angle", "5deg"]).expect_code(0);
+    place.wait_for("the angle", || place.status().filter(|status| (degrees(status) - 5.0).abs() < 0.1));
     end(&place, run);
 }

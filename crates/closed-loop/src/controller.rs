@@ -12,6 +12,8 @@ pub struct ControllerPart {
     pub params: step_control::Params,
     /// Where the command stands at the start, micro-steps.
     pub initial_microsteps: i64,
+    /// Whether steps were lost before the start, and no zero was found since.
+    pub zero_in_doubt: bool,
 }
 
 /// The controller between two cycles.
@@ -24,7 +26,8 @@ pub struct ControllerRole {
 impl ControllerRole {
     /// A disarmed controller.
     pub fn new(part: &ControllerPart) -> Self {
-        Self { params: part.params.clone(), state: step_control::State::new(part.initial_microsteps) }
+        let state = step_control::State::new(part.initial_microsteps).with_zero_in_doubt(part.zero_in_doubt);
+        Self { params: part.params.clone(), state }
     }
 
     /// One that goes on from a snapshot.

@@ -159,8 +159,8 @@ impl PlantRole {
         std::hint::black_box(valve_model::step(&self.part.valve, &mut valve, &input, period_s));
     }
 
-    /// Runs the guard's cycle. A new zero shifts the encoder's zero and homes the valve; without an encoder,
-    /// switching the current off un-homes it.
+    /// Runs the guard's cycle. A new zero shifts the encoder's zero and homes the valve; the controller's doubt un-homes it, and
+    /// without an encoder so does switching the current off.
     fn drive_step(&mut self, cycle: u64, command: Option<&StepCommand>) -> drive::Output {
         let (zero_id, had_current) = (self.drive.zero_id(), self.drive.energised());
         let encoder_rad = self.encoder.as_ref().map(|encoder| encoder.reading().1 + self.encoder_zero_rad);
@@ -169,6 +169,9 @@ impl PlantRole {
         if let Some(command) = command.filter(|_| self.drive.zero_id() != zero_id) {
             self.encoder_zero_rad += command.zero_shift_rad;
             self.homed = true;
+        }
+        if command.is_some_and(|command| command.zero_in_doubt == 1) {
+            self.homed = false;
         }
         // Nobody sees where the rotor goes.
         if self.encoder.is_none() && had_current && !self.drive.energised() {

@@ -93,7 +93,8 @@ pub fn wire(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Parts,
     trajectory.params.validate()?;
     let plant = plant_part(scenario, valve, truth_motor, drive, timeline);
     let initial_microsteps = plant.start.count_microsteps;
-    Ok(Parts { timeline, plant, trajectory, controller: ControllerPart { params, initial_microsteps } })
+    let controller = ControllerPart { params, initial_microsteps, zero_in_doubt: false };
+    Ok(Parts { timeline, plant, trajectory, controller })
 }
 
 /// Wires a scenario with another truth than `like` was wired with, and the same belief: what the controller is told stays, and its

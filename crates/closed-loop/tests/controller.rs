@@ -6,7 +6,7 @@ mod common;
 use closed_loop::{CycleMessages, InProcess, Wire, wire};
 use common::{Valve, scenario};
 use config::{Damping, LostSteps, Scenario, ScheduledSetPoint, SetPoint};
-use signals::{ControllerState, FaultCode, Reference, limiting};
+use signals::{ControllerState, FaultCode, Reference, limiting, validity};
 
 fn at(time_s: f64, set_point: SetPoint) -> ScheduledSetPoint {
     ScheduledSetPoint { time_s, set_point, line: 0 }
@@ -90,10 +90,14 @@ fn lost_steps_are_a_fault_or_caught_up_without_a_jerk() {
     assert_eq!(faulted.last().unwrap().status.fault, FaultCode::LostSteps.code());
     let found = faulted.iter().find(|m| m.status.fault != 0).unwrap();
     assert!(found.cycle <= 502, "found in cycle {}", found.cycle);
+    let homed = |m: &CycleMessages| m.plant.feedback.validity & validity::HOMED != 0;
+    let doubted = faulted.iter().find(|m| !homed(m)).map(|m| m.cycle);
+    assert!(doubted.is_some_and(|cycle| cycle <= found.cycle + 2), "not homed from cycle {doubted:?} on");
+    assert!(!homed(faulted.last().unwrap()));
 
     scenario.safety.lost_steps = LostSteps::Resynchronise;
     let messages = run(&scenario, &truth, &Valve::default());
-    assert!(messages.iter().all(|m| m.status.fault == 0));
+    assert!(messages.iter().all(|m| m.status.fault == 0 && homed(m)));
     assert_eq!(messages.last().unwrap().status.lost_teeth, 1);
     let angles: Vec<f64> = messages.iter().map(|m| m.plant.truth.angle_rad).collect();
     let speeds: Vec<f64> = angles[503..].windows(2).map(|pair| (pair[1] - pair[0]) / 1e-3).collect();

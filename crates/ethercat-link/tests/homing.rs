@@ -152,3 +152,32 @@ fn a_zero_of_the_controllers_moves_nothing() {
         assert_eq!(ways, 100, "the drive itself moved by what was asked for");
     }
 }
+
+/// What the controller doubts is no zero before the next one, over a lost bus as well.
+#[test]
+fn a_zero_in_doubt_is_none_until_the_next() {
+    let doubt = StepCommand { zero_in_doubt: 1, ..off() };
+    for homing in [Homing::Drive { method: 37 }, Homing::Absolute { offset: 12_345 }] {
+        let mut rig = Rig::new(settings(), DriveFile { homing, ..drive_file() });
+        rig.operate(Some(&off()));
+        rig.bridge.home();
+        until(&mut rig, &arming(), |_, feedback| has(feedback, validity::ENERGISED | validity::HOMED));
+        let doubted = until(&mut rig, &doubt, |_, feedback| !has(feedback, validity::HOMED));
+        assert!(has(&doubted, validity::ENCODER), "{homing:?}");
+        (0..10).for_each(|_| _ = rig.step(Some(&off()), false));
+        assert!(
+            !has(&rig.step(Some(&off()), false).unwrap(), validity::HOMED),
+            "{homing:?}: the doubt ended"
+        );
+        rig.hurt(Hurt::Power(50_000_000));
+        until(&mut rig, &off(), |_, feedback| feedback.drive_fault != 0);
+        rig.operate(Some(&off()));
+        let back =
+            |_: &Rig, feedback: &Feedback| has(feedback, validity::ENCODER) && feedback.drive_fault == 0;
+        let feedback = until(&mut rig, &off(), back);
+        assert!(!has(&feedback, validity::HOMED), "{homing:?}: homed by a lost bus");
+        let energised = until(&mut rig, &arming(), |_, feedback| has(feedback, validity::ENERGISED));
+        let zero = StepCommand { zero_id: energised.zero_id + 1, ..arming() };
+        until(&mut rig, &zero, |_, feedback| has(feedback, validity::HOMED));
+    }
+}

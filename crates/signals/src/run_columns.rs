@@ -41,6 +41,7 @@ pub const RUN_COLUMNS: &[RunColumn] = &[
     column("command_zero_id", StepCommand::TOPIC, "zero_id"),
     column("zero_shift", StepCommand::TOPIC, "zero_shift_rad"),
     column("zero_shift_microsteps", StepCommand::TOPIC, "zero_shift_microsteps"),
+    column("zero_in_doubt", StepCommand::TOPIC, "zero_in_doubt"),
     column("encoder_counts", Feedback::TOPIC, "encoder_counts"),
     column("measured_angle", Feedback::TOPIC, "angle_rad"),
     column("accepted_microsteps", Feedback::TOPIC, "accepted_microsteps"),

@@ -26,5 +26,7 @@ message! {
         zero_shift_rad: f64 ["rad", Within(-MAX_ANGLE_RAD, MAX_ANGLE_RAD)],
         /// What it adds to the count of micro-steps; the current's phase stays.
         zero_shift_microsteps: i64 ["1", Within(-MAX_MICROSTEPS, MAX_MICROSTEPS)],
+        /// 1 from the loss of steps until the drive says that it is not homed: its zero is not to be trusted before the next one.
+        zero_in_doubt: u64 ["1", Below(2)],
     }
 }

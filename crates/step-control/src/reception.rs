@@ -43,6 +43,7 @@ pub(crate) fn listen(params: &Params, state: &mut State, input: &Input) {
     }
     if let Some(feedback) = input.feedback {
         reception.homed = feedback.validity & validity::HOMED != 0;
+        state.supervision.zero_in_doubt &= reception.homed;
         note_surroundings(&mut state.observation.surroundings, feedback);
     }
 }

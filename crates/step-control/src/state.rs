@@ -44,6 +44,13 @@ impl State {
         }
     }
 
+    /// The same, where steps were lost before and no zero was found since: the drive is told so.
+    #[must_use]
+    pub fn with_zero_in_doubt(mut self, zero_in_doubt: bool) -> Self {
+        self.supervision.zero_in_doubt = zero_in_doubt;
+        self
+    }
+
     /// The state of the state machine.
     pub fn machine(&self) -> ControllerState {
         self.supervision.machine
@@ -71,6 +78,8 @@ pub(crate) struct Supervision {
     pub fault: FaultCode,
     /// The cycle in which the fault was found.
     pub fault_cycle: u64,
+    /// Steps were lost, and the drive still says that it is homed.
+    pub zero_in_doubt: bool,
     /// The last order handled, by its id, and its result.
     pub operator_id: u64,
     pub operator_result: OperatorResult,
@@ -84,6 +93,7 @@ impl Default for Supervision {
             arms_to_home: false,
             fault: FaultCode::None,
             fault_cycle: 0,
+            zero_in_doubt: false,
             operator_id: 0,
             operator_result: OperatorResult::None,
         }

@@ -88,6 +88,7 @@ fn command(params: &Params, state: &State) -> StepCommand {
         zero_id: shift.id,
         zero_shift_rad: shift.angle_rad,
         zero_shift_microsteps: shift.microsteps,
+        zero_in_doubt: u64::from(state.supervision.zero_in_doubt),
     }
 }
 

@@ -20,6 +20,8 @@ impl State {
     pub(crate) fn fail(&mut self, fault: FaultCode, cycle: u64) {
         self.supervision.fault = fault;
         self.supervision.fault_cycle = cycle;
+        // The encoder and the count contradict each other by whole teeth; which of them is right, nobody knows.
+        self.supervision.zero_in_doubt |= fault == FaultCode::LostSteps;
         self.conclude(OperatorResult::Failed);
         self.enter(ControllerState::QuickStop, cycle);
     }

@@ -286,6 +286,31 @@ fn a_rotor_in_another_tooth_is_a_fault_or_the_new_beginning() {
 }
 
 #[test]
+fn after_lost_steps_the_drive_is_told_until_it_says_that_it_is_not_homed() {
+    for (reaction, doubts) in [(LostSteps::Fault, 1), (LostSteps::Resynchronise, 0)] {
+        let mut bench = Bench::new(Params { lost_steps: reaction, max_following_error_rad: 1.0, ..params() });
+        bench.validity = ENCODER;
+        bench.step(Some(order(1, OperatorKind::Arm)));
+        assert_eq!(bench.step(None).command.zero_in_doubt, 0, "{reaction:?}");
+        bench.rotor_rad = -std::f64::consts::TAU / 50.0;
+        assert_eq!(bench.step(None).command.zero_in_doubt, doubts, "{reaction:?}");
+        // Neither silence nor a reset ends it.
+        bench.silent = true;
+        assert_eq!(bench.step(None).command.zero_in_doubt, doubts, "{reaction:?}: silent");
+        bench.silent = false;
+        (0..50).for_each(|_| _ = bench.step(None));
+        let reset = bench.step(Some(order(2, OperatorKind::Reset)));
+        assert_eq!(reset.command.zero_in_doubt, doubts, "{reaction:?}: reset");
+        bench.validity &= !validity::HOMED;
+        assert_eq!(bench.step(None).command.zero_in_doubt, 0, "{reaction:?}: the drive has heard it");
+    }
+    // Of a controller that was started anew.
+    let mut bench = Bench::new(params());
+    bench.state = bench.state.with_zero_in_doubt(true);
+    assert_eq!(bench.step(None).command.zero_in_doubt, 1);
+}
+
+#[test]
 fn current_flows_when_it_must_and_not_before() {
     for (holds, after_stop, disarmed, fault) in [
         (false, drive::AfterStop::Hold, 0, 1),

@@ -122,9 +122,9 @@ impl Generation<'_> {
         } else if answer.done && currentless {
             answer.text += "; the windings were without current: energising may have moved the rotor by up to half a tooth";
         }
-        if answer.done && self.watch.angle_doubt().is_doubted() {
-            answer.text += "; steps were lost and the zero is in doubt: set-points of angle, opening and flow are refused; ";
-            answer.text += &self.zero_again();
+        if answer.done && !self.is_homed() {
+            let (why, way) = (self.why_not_homed(), self.zero_again());
+            answer.text += &format!("; {why}: set-points of angle, opening and flow are refused; {way}");
         }
         answer
     }
@@ -139,13 +139,26 @@ impl Generation<'_> {
         answer
     }
 
-    /// How the zero is found again after steps were lost.
+    fn is_homed(&mut self) -> bool {
+        self.watch.feedback().is_some_and(|feedback| feedback.body.validity & validity::HOMED != 0)
+    }
+
+    /// Why a valve that is not homed is not.
+    pub(crate) fn why_not_homed(&self) -> &'static str {
+        if self.watch.angle_doubt().is_doubted() {
+            "steps were lost since the zero was found"
+        } else {
+            "the zero is not known"
+        }
+    }
+
+    /// How the zero is found, or found again.
     pub(crate) fn zero_again(&self) -> String {
         let name = &self.mission().name;
         if self.mission().parts.controller.params.homing.is_some() {
             format!("first, disarmed: stepvalve home --instance {name}")
         } else {
-            "the scenario has no section [homing] to find it again: bring the valve to its zero, end the instance and start it anew"
+            "the scenario has no section [homing] (docs/scenario.md): bring the valve to its zero, end the instance and start it anew"
                 .to_owned()
         }
     }
@@ -225,17 +238,16 @@ impl Generation<'_> {
         }
     }
 
-    /// A scenario that says nothing of homing, and what is left to do where the angle is in doubt.
-    fn why_not_home(&self) -> String {
-        let then = if self.watch.angle_doubt().is_doubted() {
-            "; to find the zero again, bring the valve there, end the instance and start it anew"
-        } else {
-            ""
-        };
+    /// A scenario that says nothing of homing, and what is left to do where the zero is not known.
+    fn why_not_home(&mut self) -> String {
         let none = OperatorResult::NoHoming;
-        format!(
-            "{none}: the scenario has no section [homing] (docs/scenario.md), so the valve counts as homed from the start{then}"
-        )
+        if self.is_homed() {
+            format!(
+                "{none}: the scenario has no section [homing] (docs/scenario.md), so the valve counts as homed from the start"
+            )
+        } else {
+            format!("{none}: {}; {}", self.why_not_homed(), self.zero_again())
+        }
     }
 
     /// What a disarmed controller waits for before it arms.

@@ -28,17 +28,6 @@ impl Generation<'_> {
         {
             return refusal;
         }
-        let needs_zero = !matches!(
-            SetPointKind::from_code(set_point.kind),
-            Some(SetPointKind::Speed | SetPointKind::Hold)
-        );
-        if needs_zero && self.watch.angle_doubt().is_doubted() {
-            let why = SetPointRefusal::NotHomed.name();
-            return Answer::refused(format!(
-                "{why}: steps were lost since the zero was found; {}",
-                self.zero_again()
-            ));
-        }
         let id = self.give_set_point(set_point);
         let mut outcome = None;
         self.wait(self.patience, |this| {
@@ -113,7 +102,9 @@ impl Generation<'_> {
                 FaultCode::None => format!("the controller is {}; first: stepvalve arm", seen.state),
                 fault => format!("stopped by a fault ({fault}); first: stepvalve reset, then arm"),
             }),
-            (SetPointRefusal::NotHomed, _) => Some("the zero is not known; first: stepvalve home".to_owned()),
+            (SetPointRefusal::NotHomed, _) => {
+                Some(format!("{}; {}", self.why_not_homed(), self.zero_again()))
+            }
             _ => None,
         };
         more.map_or(why.name().to_owned(), |more| format!("{}: {more}", why.name()))

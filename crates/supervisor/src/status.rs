@@ -244,9 +244,9 @@ impl Status {
     /// What has to be known of the angle's zero; empty where all is well.
     pub fn zero_words(&self) -> &'static str {
         match (self.homed, self.angle_doubted) {
-            (false, _) => ", NOT HOMED",
-            (true, true) => ", IN DOUBT: steps were lost since the zero was found",
-            (true, false) => "",
+            (false, true) => ", NOT HOMED: steps were lost since the zero was found",
+            (false, false) => ", NOT HOMED",
+            (true, _) => "",
         }
     }
 

@@ -105,6 +105,8 @@ pub struct Axis {
     zero: Zero,
     /// The drive found its zero since its last bring-up, or the controller one.
     found_zero: bool,
+    /// The controller doubts the zero, and none was found since.
+    zero_in_doubt: bool,
     /// Cycles for which an order to home still counts.
     home_order: u64,
     /// Motions under way: of the frame before, and of the one before that.
@@ -138,6 +140,7 @@ impl Axis {
             unconfirmed: None,
             zero: Zero::default(),
             found_zero: false,
+            zero_in_doubt: false,
             home_order: 0,
             moved: [Moved::at_rest(0, Zero::default()); 2],
             counter: None,
@@ -163,7 +166,8 @@ impl Axis {
         let zero = if lasts { self.zero } else { Zero { id: self.zero.id, ..Zero::default() } };
         let found_zero = lasts && self.found_zero;
         let guard = drive::State::at_rest(0).with_zero(zero.id, zero.microsteps);
-        *self = Self { judge: lost, moved: self.moved, zero, found_zero, guard, ..Self::new(self.params) };
+        let (moved, zero_in_doubt) = (self.moved, self.zero_in_doubt);
+        *self = Self { judge: lost, moved, zero, found_zero, zero_in_doubt, guard, ..Self::new(self.params) };
         self.judge.clear();
         if matches!(latched.0, Phase::Failed { .. }) {
             (self.phase, self.fault) = latched;
@@ -271,7 +275,7 @@ impl Axis {
             microsteps: self.zero.microsteps + command.zero_shift_microsteps,
             encoder_rad: self.zero.encoder_rad + command.zero_shift_rad,
         };
-        self.found_zero = true;
+        (self.found_zero, self.zero_in_doubt) = (true, false);
     }
 
     /// Cycles that did not run since the last one: to the drive they are frames that were lost.
@@ -297,6 +301,7 @@ impl Axis {
             Some(command) => {
                 self.silent_cycles = 0;
                 self.energise = command.energise == 1;
+                self.zero_in_doubt |= command.zero_in_doubt == 1;
             }
             None => self.silent_cycles = self.silent_cycles.saturating_add(1),
         }
@@ -425,7 +430,7 @@ impl Axis {
             // It counts from its new zero; so do we, and a zero of the controller's is of the past.
             self.zero = Zero { id: self.zero.id, ..Zero::default() };
             self.begin_to_count(self.bus_sign(position));
-            self.found_zero = true;
+            (self.found_zero, self.zero_in_doubt) = (true, false);
             self.phase = Phase::Enabling { cycles: 0 };
             return;
         }

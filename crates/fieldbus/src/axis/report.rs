@@ -72,7 +72,8 @@ impl Axis {
 
     fn homed(&self) -> bool {
         let absolute = matches!(self.params.homing, Homing::Absolute { .. });
-        self.counter.is_some() && !self.needs_bring_up() && (absolute || self.found_zero)
+        let known = absolute || self.found_zero;
+        self.counter.is_some() && !self.needs_bring_up() && known && !self.zero_in_doubt
     }
 
     /// What the encoder reads, from a zero.

@@ -96,6 +96,7 @@ impl Setup<'_> {
     /// What each process is told. A generation begins where the one before left the valve.
     fn parts(&self) -> Parts {
         let mut parts = self.mission.parts.clone();
+        parts.controller.zero_in_doubt = self.left.angle_doubt.is_doubted();
         if let Some((feedback, truth)) = &self.left.valve {
             let (microstep_rad, absolute) =
                 (parts.plant.drive.microstep_angle_rad, self.mission.absolute_encoder);
