@@ -43,6 +43,19 @@ fn faults_in_real_time() {
     });
 }
 
+/// Differences of it are beyond what a message may carry: a partner that refuses the status must not wait for it for ever.
+#[test]
+fn a_reading_that_is_wild_but_allowed_holds_nobody_up() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("sine-1hz.toml", 0.3, &[]);
+    let wild = "field feedback name=angle_rad value=0xc1f77825f0000000 count=1 at=193";
+    let mut command = place.within(std::process::Command::new("timeout"));
+    command.args(["60"]).arg(program("stepvalve")).args(["simulate", "--mode", "lockstep"]);
+    command.args(["--allow-injection", "--inject", wild, "--out"]).arg(place.path("out")).arg(&scenario);
+    let ended = command.output().unwrap();
+    assert_eq!(ended.status.code(), Some(3), "{}", String::from_utf8_lossy(&ended.stderr));
+}
+
 #[test]
 fn a_fault_needs_permission() {
     let place = TestPlace::new();

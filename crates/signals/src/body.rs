@@ -28,6 +28,16 @@ pub trait Body:
     /// Whether every field fulfils its rule.
     fn is_within_rules(&self) -> bool;
 
+    /// The same with each number within its rule: what a reader would refuse becomes the nearest that it takes.
+    #[must_use]
+    fn clamped(&self) -> Self {
+        let words = self.words();
+        let fields = words.as_ref().iter().zip(Self::FIELDS);
+        Self::from_words(
+            fields.map(|(word, field)| field.rule.nearest(field.kind, u64::from_le_bytes(*word))),
+        )
+    }
+
     /// Puts a body together from the bits of its fields, in order; missing ones count as zero.
     fn from_words(words: impl Iterator<Item = u64>) -> Self;
 }

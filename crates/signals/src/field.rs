@@ -54,6 +54,21 @@ impl Rule {
             Self::Below(limit) => word < limit,
         }
     }
+
+    /// The eight bytes of the nearest number that fulfils it, zero's for one that is none; codes and flags stay as they are.
+    pub(crate) fn nearest(self, kind: Kind, word: u64) -> u64 {
+        let Self::Within(low, high) = self else { return word };
+        if self.holds(kind, word) {
+            return word;
+        }
+        let value = kind.value(word);
+        let nearest = if value.is_nan() { 0.0_f64.clamp(low, high) } else { value.clamp(low, high) };
+        match kind {
+            Kind::U64 => nearest as u64,
+            Kind::I64 => (nearest as i64).cast_unsigned(),
+            Kind::F64 => nearest.to_bits(),
+        }
+    }
 }
 
 /// One field of a message.

@@ -93,6 +93,29 @@ proptest! {
     }
 }
 
+proptest! {
+    /// What was within its rules stays bit for bit; no number stays beyond them, not even NaN.
+    #[test]
+    fn a_clamped_body_has_no_number_that_a_reader_refuses(words in prop::collection::vec(any::<u64>(), ControlStatus::FIELDS.len())) {
+        let body = ControlStatus::from_words(words.iter().copied());
+        let clamped = body.clamped();
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        body.each_word(|word| before.push(word));
+        clamped.each_word(|word| after.push(word));
+        for ((field, before), after) in ControlStatus::FIELDS.iter().zip(before).zip(after) {
+            let value = field.kind.value(after);
+            match field.rule {
+                Rule::Within(low, high) => {
+                    prop_assert!(low <= value && value <= high, "{}: {}", field.name, value);
+                    let kept = field.kind.value(before);
+                    prop_assert!(!(low <= kept && kept <= high) || before == after, "{}", field.name);
+                }
+                _ => prop_assert_eq!(before, after, "{}", field.name),
+            }
+        }
+    }
+}
+
 /// The layout is a contract with recordings and with other builds: a change here must be meant.
 #[test]
 fn schema_hashes_differ_between_messages() {

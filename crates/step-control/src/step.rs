@@ -12,7 +12,7 @@ use crate::state::State;
 use crate::supervise::{settle, watch};
 use crate::track::track;
 use drive::MicrostepsPerCycle;
-use signals::{ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, StepCommand};
+use signals::{Body, ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, StepCommand};
 
 /// Takes the controller through cycle k.
 pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Output {
@@ -38,6 +38,9 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Ou
     }
     let command = command(params, state);
     let status = status(state);
+    // A reading that is wild but allowed makes differences that are not: without a clock a partner would wait for ever for a
+    // status that it refuses.
+    let status = if status.is_within_rules() { status } else { status.clamped() };
     settle(params, state, cycle, input.feedback);
     Output { command, status }
 }

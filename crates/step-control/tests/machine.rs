@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Bench, HOLDS, order, params};
-use signals::{ControllerState, FaultCode, OperatorKind, OperatorResult, Reference, validity};
+use signals::{Body, ControllerState, FaultCode, OperatorKind, OperatorResult, Reference, validity};
 use step_control::{LostSteps, Params};
 
 const ENCODER: u64 = HOLDS | validity::ENCODER;
@@ -348,5 +348,22 @@ fn a_position_that_no_drive_can_have_changes_nothing_that_is_sent() {
     let right = run(None);
     for wrong in [1 << 53, -(1 << 53), 1_000_000] {
         assert_eq!(run(Some(wrong)), right, "{wrong} micro-steps");
+    }
+}
+
+#[test]
+fn whatever_the_encoder_says_the_status_is_one_that_readers_accept() {
+    for reading_rad in [6.3e9, -6.3e9, 1.3e8, -1.3e8, 1e3] {
+        let mut bench = Bench::new(Params { max_following_error_rad: 1.0, ..params() });
+        bench.validity = ENCODER;
+        bench.refer(0.5, 1.0, 0.0);
+        bench.step(Some(order(1, OperatorKind::Arm)));
+        (0..20).for_each(|_| _ = bench.step(None));
+        bench.rotor_rad = reading_rad;
+        for _ in 0..200 {
+            let output = bench.step(None);
+            assert!(output.status.is_within_rules(), "{reading_rad}: {:?}", output.status);
+            assert!(output.command.is_within_rules(), "{reading_rad}: {:?}", output.command);
+        }
     }
 }
