@@ -31,6 +31,9 @@ pub trait Body:
     /// The same with each number within its rule: what a reader would refuse becomes the nearest that it takes.
     #[must_use]
     fn clamped(&self) -> Self {
+        if self.is_within_rules() {
+            return *self;
+        }
         let words = self.words();
         let fields = words.as_ref().iter().zip(Self::FIELDS);
         Self::from_words(

@@ -37,10 +37,9 @@ pub fn step(params: &Params, state: &mut State, cycle: u64, input: &Input) -> Ou
         }
     }
     let command = command(params, state);
-    let status = status(state);
     // A reading that is wild but allowed makes differences that are not: without a clock a partner would wait for ever for a
     // status that it refuses.
-    let status = if status.is_within_rules() { status } else { status.clamped() };
+    let status = status(state).clamped();
     settle(params, state, cycle, input.feedback);
     Output { command, status }
 }
