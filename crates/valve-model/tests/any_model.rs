@@ -137,6 +137,44 @@ fn numbers_that_are_none_end_a_cycle_all_the_same() {
     }
 }
 
+/// Speeds down to the smallest number there is, subnormal ones among them: their products and quotients leave the range
+/// of numbers, and 0/0 is none. A reference damaged on its way brought one into a controller.
+#[test]
+fn vanishing_speeds_give_numbers() {
+    let sizes = [0.0, 5e-324, 2e-320, 1e-311, 2.2e-308, 1e-300, 1e-200, 1e-160, 1e-100, 1e-20, 10.0];
+    let speeds: Vec<f64> = sizes.iter().flat_map(|size| [*size, -size]).collect();
+    for (name, params) in laws() {
+        let law = FrictionLaw::new(&params);
+        for (start, end) in speeds.iter().flat_map(|start| speeds.iter().map(move |end| (*start, *end))) {
+            for held in [0.0, 0.02, -10.0] {
+                let mut state = FrictionState::default();
+                state.step(&law, held, held, 1e-3);
+                for pair in [[start, end], [end, start], [0.0, 1.0]] {
+                    let torque = state.step(&law, pair[0], pair[1], 1e-3);
+                    assert!(torque.is_finite(), "{name}: {torque} N·m after {pair:?} from {held} rad/s");
+                }
+            }
+        }
+        let lagging =
+            Model { effects: vec![effect("friction-lag", &[("time_constant_s", 0.02)])], ..model(params) };
+        for rig in [model(params), lagging] {
+            let (valve, motion) = (ValveParams::new(&rig).unwrap(), MotionParams::new(&rig).unwrap());
+            for (start, end) in speeds.iter().flat_map(|start| speeds.iter().map(move |end| (*start, *end))) {
+                let at = |speed| MotionSample {
+                    angle_rad: 0.0,
+                    speed_rad_per_s: speed,
+                    acceleration_rad_per_s2: 0.0,
+                };
+                let given = along(&motion, &at(start), |k| at(if k == 0 { start } else { end }), 3);
+                assert!(given.iter().all(|out| out.friction_torque_nm.is_finite()), "{name}: {start}, {end}");
+                let mut state = ValveState { speed_rad_per_s: start, ..ValveState::at_rest(0.0) };
+                let out = step(&valve, &mut state, &input(0.0, end * 1e-3), 1e-3);
+                assert!(out.friction_torque_nm.is_finite(), "{name}: from {start} rad/s, pulled {end}");
+            }
+        }
+    }
+}
+
 #[test]
 fn without_current_the_valve_stays_where_it_is() {
     for (name, params) in laws() {

@@ -47,11 +47,20 @@ impl Sweep {
     }
 
     /// The parts before and after a change of sign; the second is `None` where there is none.
+    ///
+    /// A part too short to be told from no time is left out: the reciprocal of its length need not be a number.
     fn halves(self) -> (Self, Option<Self>) {
         if self.start * self.end >= 0.0 {
             return (self, None);
         }
         let turn_s = self.dt_s * self.start / (self.start - self.end);
+        let instant_s = self.dt_s * f64::EPSILON;
+        if turn_s <= instant_s {
+            return (Self { start: 0.0, ..self }, None);
+        }
+        if self.dt_s - turn_s <= instant_s {
+            return (Self { end: 0.0, ..self }, None);
+        }
         let before = Self { end: 0.0, ..self.part(0.0, turn_s) };
         let after = Self { start: 0.0, ..self.part(turn_s, self.dt_s) };
         (before, Some(after))
