@@ -39,6 +39,10 @@ impl<B: Service> StreamReader<B> {
                 Err(defect) => {
                     self.refused += 1;
                     self.last_defect = Some(defect);
+                    // The header is the publisher's own: this was its word on that cycle, and no other will come.
+                    if matches!(defect, Defect::OutOfRange { .. }) {
+                        return Some(Incoming::Absence(message.header.cycle));
+                    }
                     continue;
                 }
             }
@@ -77,7 +81,7 @@ impl<B: Service> StreamReader<B> {
 enum Incoming<B: Service> {
     /// A message, and how many were lost before it.
     Message(Message<B>, u64),
-    /// The publisher says that it has none for this cycle.
+    /// The publisher has none for this cycle that can be used.
     Absence(u64),
 }
 
@@ -86,7 +90,7 @@ enum Incoming<B: Service> {
 pub enum Found<B> {
     /// Its message.
     Message(B),
-    /// The publisher's word that there is none; in lockstep only.
+    /// None will come: the publisher said so (in lockstep alone), or sent one with a value outside its rules.
     Absence,
     /// Nothing yet.
     NotYet,

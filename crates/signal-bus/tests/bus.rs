@@ -118,3 +118,21 @@ fn absence_is_said_and_kept_for_its_cycle() {
     drop((writer, reader, plant, controller, supervisor));
     place.wipe().unwrap();
 }
+
+/// Without a clock a reader would wait for ever for another one.
+#[test]
+fn a_value_outside_its_rules_is_an_absence() {
+    let (_directory, place) = place("rules");
+    let bus = Bus::create(&place, 0).unwrap();
+    let mut writer = bus.writer::<Feedback>(Source::Plant).unwrap();
+    let mut reader = bus.cycle_reader::<Feedback>(Source::Plant).unwrap();
+    writer.connect();
+    writer.write(0, 0, feedback(f64::NAN));
+    writer.write(1, 0, feedback(1.0));
+    assert_eq!(reader.of_cycle(0), Found::Absence);
+    assert!(matches!(reader.last_defect(), Some(signals::Defect::OutOfRange { field: "angle_rad", .. })));
+    assert_eq!(reader.of_cycle(1).message().map(|f| f.angle_rad), Some(1.0));
+    assert_eq!(reader.missed(), 1);
+    drop((writer, reader, bus));
+    place.wipe().unwrap();
+}
