@@ -10,7 +10,6 @@ use anyhow::{Context, Result, anyhow};
 use closed_loop::{Level, Outcome};
 use config::{Scenario, parse_model, parse_scenario};
 use serde_json::{Value, json};
-use std::f64::consts::TAU;
 use std::path::Path;
 use valve_model::{Model, MotorParams};
 use variations::{Variation, variations};
@@ -208,8 +207,7 @@ const BY_VALVE: [&str; 13] = [
 
 fn valve_row(seed: u64, valve: &Model, cells: &[Cell]) -> Vec<String> {
     let motor = valve.motor.unwrap_or(MotorParams::BENCH_RIG);
-    let inertia = motor.rotor_inertia_kg_m2 + valve.load.map_or(0.0, |load| load.inertia_kg_m2);
-    let resonance_hz = (motor.holding_torque_nm * f64::from(motor.rotor_teeth) / inertia).sqrt() / TAU;
+    let resonance_hz = valve.resonance_hz().unwrap_or_default();
     let coulomb_nm = valve.friction.steady_torque(1.0);
     let count = |of: fn(&Pair) -> bool| cells.iter().filter(|cell| of(&cell.pair)).count().to_string();
     vec![

@@ -5,7 +5,7 @@ use valve_model::{Model, MotorParams};
 use crate::error::ConfigErrors;
 use crate::reachable::check_set_points;
 use crate::reader::{Section, parse_document};
-use crate::scenario::Scenario;
+use crate::scenario::{Compensation, Scenario};
 use crate::source::Source;
 use crate::units::Dimension;
 
@@ -39,21 +39,49 @@ pub fn check_against_models(
 /// The part of its holding torque that a motor is asked for: the sine of 70°, short of where it falls out of step.
 const MOST_TORQUE: f64 = 0.94;
 
+/// How near a cycle must be to whole periods of the resonance, in periods, for the kicks of one cycle and the next to add up: at a tenth
+/// two of them make 1.6 times one's ringing.
+const IN_STEP: f64 = 0.1;
+
 /// What a belief allows but may surprise: one sentence each.
 #[must_use]
 pub fn belief_warnings(scenario: &Scenario, belief: &Model) -> Vec<String> {
-    let Some(motor) = &belief.motor else { return Vec::new() };
+    [beyond_the_motor(scenario, belief), in_step_with_the_resonance(scenario, belief)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn beyond_the_motor(scenario: &Scenario, belief: &Model) -> Option<String> {
+    let motor = belief.motor.as_ref()?;
     let speed = scenario.limits.max_speed_rad_per_s;
     let (starting_nm, sliding_nm) =
         (belief.friction.steady_torque(f64::MIN_POSITIVE), belief.friction.steady_torque(speed));
     let (friction_nm, most_nm) = (starting_nm.max(sliding_nm), MOST_TORQUE * motor.holding_torque_nm);
-    if friction_nm <= most_nm {
-        return Vec::new();
+    (friction_nm > most_nm).then(|| {
+        format!(
+            "the belief's friction takes up to {friction_nm:.2} N·m, and the motor is asked for {most_nm:.2} N·m at most: \
+             compensation will be cut, and motion slowed down"
+        )
+    })
+}
+
+/// What friction changes in the command at each cycle makes the rotor ring, most of all if each finds it where the last one did;
+/// docs/robustness.md has the runs.
+fn in_step_with_the_resonance(scenario: &Scenario, belief: &Model) -> Option<String> {
+    if scenario.compensation == Compensation::None {
+        return None;
     }
-    vec![format!(
-        "the belief's friction takes up to {friction_nm:.2} N·m, and the motor is asked for {most_nm:.2} N·m at most: \
-         compensation will be cut, and motion slowed down"
-    )]
+    let resonance_hz = belief.resonance_hz()?;
+    let periods = scenario.period_s() * resonance_hz;
+    (periods > 0.5 && (periods - periods.round()).abs() < IN_STEP).then(|| {
+        format!(
+            "a cycle of {:.3} ms is {periods:.2} periods of the resonance at {resonance_hz:.0} Hz: without an encoder of many counts a \
+             peak of the following error may be larger than without compensation; a cycle of {:.3} ms is not in step with it",
+            1e3 * scenario.period_s(),
+            0.5e3 / resonance_hz
+        )
+    })
 }
 
 fn microsteps_per_turn(motor: &MotorParams) -> f64 {

@@ -182,3 +182,27 @@ fn a_belief_beyond_the_motor_is_warned_of() {
             .starts_with("the belief's friction takes up to 3.00 N·m, and the motor is asked for 2.91")
     );
 }
+
+#[test]
+fn a_cycle_in_step_with_the_resonance_is_warned_of() {
+    // 50 teeth, 6 N·m, 5e-4 kg·m²: 123.3 Hz, a period of 8.11 ms.
+    for (period, in_step) in [
+        ("1ms", false),
+        ("4ms", false),
+        ("7.2ms", false),
+        ("7.4ms", true),
+        ("8ms", true),
+        ("8.9ms", true),
+        ("9ms", false),
+        ("10ms", false),
+    ] {
+        let warnings = |compensation: &str| {
+            let text = SCENARIO.replace("duration", &format!("period = \"{period}\"\nduration"));
+            let text = format!("{text}[compensation]\nlevel = \"{compensation}\"\n");
+            let scenario = parse_scenario(&text, "x.toml").unwrap_or_else(|errors| panic!("{errors}"));
+            belief_warnings(&scenario, &rig())
+        };
+        assert_eq!(!warnings("full").is_empty(), in_step, "{period}: {:?}", warnings("full"));
+        assert_eq!(warnings("none"), Vec::<String>::new(), "{period}");
+    }
+}

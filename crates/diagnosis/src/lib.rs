@@ -39,7 +39,7 @@ pub use contest::{Choice, Contest, Trial, choose};
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
 pub use found::{Event, Found, Shown};
-pub use identify::{Identification, Identified, identify, resonance_hz};
+pub use identify::{Identification, Identified, identify};
 pub use log::gaps::bridged;
 pub use options::Options;
 pub use outcome::{

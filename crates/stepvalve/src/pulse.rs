@@ -1,4 +1,5 @@
-//! Signs of life where no terminal shows a bar: a line on stderr every few seconds, for files of jobs and for pipes.
+//! Signs of life where no terminal shows a bar: a line on stderr every few seconds, later every minute, for files of jobs and for
+//! pipes.
 
 use processes::complain;
 use std::io::{IsTerminal, stderr};
@@ -6,8 +7,9 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// From one line to the next.
+/// From the first line to the second, and at the most; in between each wait is half as long again as the one before.
 const APART: Duration = Duration::from_secs(3);
+const MOST_APART: Duration = Duration::from_secs(60);
 
 /// Tells until it is dropped.
 pub struct Pulse {
@@ -23,8 +25,10 @@ impl Pulse {
         let (sender, dropped) = channel();
         let begun = Instant::now();
         let thread = std::thread::spawn(move || {
-            while dropped.recv_timeout(APART) == Err(RecvTimeoutError::Timeout) {
+            let mut apart = APART;
+            while dropped.recv_timeout(apart) == Err(RecvTimeoutError::Timeout) {
                 complain(format_args!("{:7.1} s  {}", begun.elapsed().as_secs_f64(), what()));
+                apart = (apart * 3 / 2).min(MOST_APART);
             }
         });
         Self { running: Some((sender, thread)) }

@@ -144,13 +144,3 @@ fn left_by(
     let point = campaign.with_reserve(|| settled(&setting, &first, &|_: &Piece| true))?;
     left(&setting, &point)
 }
-
-/// The frequency at which a rotor and its load swing about their command, Hz: √(N_r·T_hold/(J_rotor + J_load))/2π.
-pub fn resonance_hz(model: &Model) -> Option<f64> {
-    let of = |motor: MotorParams| {
-        let load = model.load.map_or(0.0, |load| load.inertia_kg_m2);
-        let stiffness = f64::from(motor.rotor_teeth) * motor.holding_torque_nm;
-        (stiffness / (motor.rotor_inertia_kg_m2 + load)).sqrt() / std::f64::consts::TAU
-    };
-    model.motor.map(of)
-}

@@ -2,7 +2,7 @@
 
 use crate::say::say;
 use config::{ModelComments, write_model};
-use diagnosis::{Identification, Identified, resonance_hz};
+use diagnosis::{Identification, Identified};
 use study::words;
 use toml::Table;
 use valve_model::{EffectId, Model};
@@ -58,7 +58,7 @@ pub(super) fn report(found: &Identification, given: &Model, of: &str) {
         let Row { before, found, std_error, .. } = row;
         say(format_args!("{name:40} {before:>12.5} {found:>12.5} {std_error:>12.2e}{doubt}"));
     }
-    if let Some((before, after)) = resonance_hz(given).zip(resonance_hz(&found.model)) {
+    if let Some((before, after)) = given.resonance_hz().zip(found.model.resonance_hz()) {
         say(format_args!("rotor and load swing about their command at {after:.1} Hz ({before:.1} before)"));
     }
     let delay = found.model.effects.iter().find(|effect| effect.id() == EffectId::SensorDelay);

@@ -40,6 +40,17 @@ impl Model {
         self.oil.map_or(OilParams::DEFAULT_REFERENCE_TEMPERATURE_C, |oil| oil.reference_temperature_c)
     }
 
+    /// The frequency at which the rotor and its load swing about their command, Hz: √(N_r·T_hold/(J_rotor + J_load))/2π.
+    /// `None` without a motor.
+    pub fn resonance_hz(&self) -> Option<f64> {
+        let of = |motor: MotorParams| {
+            let load_kg_m2 = self.load.map_or(0.0, |load| load.inertia_kg_m2);
+            let stiffness_nm_per_rad = f64::from(motor.rotor_teeth) * motor.holding_torque_nm;
+            (stiffness_nm_per_rad / (motor.rotor_inertia_kg_m2 + load_kg_m2)).sqrt() / std::f64::consts::TAU
+        };
+        self.motor.map(of)
+    }
+
     /// Checks every section.
     ///
     /// # Errors
