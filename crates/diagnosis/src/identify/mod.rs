@@ -21,7 +21,7 @@ use crate::workers::Workers;
 use guesses::{Asked, Fit};
 use log_data::{Channel, Log};
 use motor_torque::as_torques;
-use valve_model::{Effect, EffectId, EffectValue, Model, MotorParams};
+use valve_model::{Effect, EffectId, EffectValue, Model};
 
 /// Fits, at most, each from the last one's numbers.
 const FITS: usize = 4;
