@@ -196,13 +196,18 @@ fn a_cycle_in_step_with_the_resonance_is_warned_of() {
         ("9ms", false),
         ("10ms", false),
     ] {
-        let warnings = |compensation: &str| {
+        let beside = |compensation: &str, encoder: &str| {
             let text = SCENARIO.replace("duration", &format!("period = \"{period}\"\nduration"));
-            let text = format!("{text}[compensation]\nlevel = \"{compensation}\"\n");
+            let text = format!("{text}[compensation]\nlevel = \"{compensation}\"\n[encoder]\n{encoder}\n");
             let scenario = parse_scenario(&text, "x.toml").unwrap_or_else(|errors| panic!("{errors}"));
             belief_warnings(&scenario, &rig())
         };
-        assert_eq!(!warnings("full").is_empty(), in_step, "{period}: {:?}", warnings("full"));
-        assert_eq!(warnings("none"), Vec::<String>::new(), "{period}");
+        let fitted = |counts: u32| format!("fitted = true\ncounts_per_turn = {counts}");
+        for encoder in ["fitted = false".to_owned(), fitted(4000)] {
+            let warnings = beside("full", &encoder);
+            assert_eq!(!warnings.is_empty(), in_step, "{period}, {encoder}: {warnings:?}");
+            assert_eq!(beside("none", &encoder), Vec::<String>::new(), "{period}, {encoder}");
+        }
+        assert_eq!(beside("full", &fitted(20_000)), Vec::<String>::new(), "{period}");
     }
 }
