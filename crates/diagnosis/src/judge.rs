@@ -64,7 +64,7 @@ pub(crate) fn judge<'a>(
     };
     let few = few(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
     if let Few::Not(few) = &few
-        && let Some((setting, first)) = with_zeros_by_run(&setting, asked, &seen)?
+        && let Some((setting, first)) = with_zeros_by_run(&setting, asked, (&seen, few.as_deref()))?
     {
         let (few, asked) = (few.as_deref(), Asked { first: &first, ..asked });
         let (given, corrected) = given_and_corrected(&setting, asked)?;
@@ -116,20 +116,22 @@ pub(crate) fn judge_few<'a>(
 }
 
 /// The setting and the beginning with a zero of its own for each run: only if the runs differ on average in the residual of the given
-/// model. Tried where one zero needs many causes. An encoder that was switched off between the runs, or a transducer that was
-/// loaded anew, is a smaller assumption than these.
+/// model, or in what few causes leave: beside what these do such differences are small. Tried where one zero needs many causes. An encoder that was
+/// switched off between the runs, or a transducer that was loaded anew, is a smaller assumption than these.
 fn with_zeros_by_run<'a>(
     setting: &Setting<'a>,
     asked: Asked<'_>,
-    seen: &[PieceResidual],
+    (seen, few): (&[PieceResidual], Option<&Selection>),
 ) -> Result<Option<(Setting<'a>, Point)>, DiagnosisError> {
     let by_run = |of: &Dependence| of.on == "run" && !of.as_friction;
     let clear = |of: &Dependence| by_run(of) && of.share > SHARE_LEFT && of.p_value < CHANCE;
+    let differ = |left: &[PieceResidual]| structure(setting, left).dependences.iter().any(clear);
     let nuisances = zeros_by_run(setting, asked.corrections);
-    if nuisances == setting.nuisances
-        || setting.is_over()
-        || !structure(setting, seen).dependences.iter().any(clear)
-    {
+    if nuisances == setting.nuisances || setting.is_over() {
+        return Ok(None);
+    }
+    let few_leave = || few.map(|few| left(setting, &few.fitted.point)).transpose();
+    if !differ(seen) && !few_leave()?.is_some_and(|left| differ(&left)) {
         return Ok(None);
     }
     let mut first = asked.first.clone();
@@ -139,23 +141,28 @@ fn with_zeros_by_run<'a>(
     Ok(Some((Setting { nuisances, ..*setting }, first)))
 }
 
-/// Whether offsets of each run stay where they leave more than noise, whose colour is judged last: either no more causes leave much less beside
-/// them, and not far from noise, or they take nearly all that few causes leave beyond it; and they are no larger than zeros are. A log that says
-/// that its angles have a common zero is believed.
+/// Whether offsets of each run stay where they leave more than noise, whose colour is judged last: they pay, and are no larger than zeros are. A log
+/// that says that its angles have a common zero is believed.
 fn zeros_belong(
     setting: &Setting<'_>,
     with_zeros: &Selection,
     without: Option<&Selection>,
 ) -> Result<bool, DiagnosisError> {
-    let beyond_noise = |of: &Selection| (of.rms.powi(2) - 1.0).max(0.0);
-    let less = |of: &Selection| {
-        let less = with_zeros.causes() <= of.causes() && with_zeros.rms < MUCH_LESS * of.rms;
-        less && with_zeros.rms < HOPELESS || beyond_noise(with_zeros) < NEARLY_ALL * beyond_noise(of)
-    };
+    let pay =
+        |of: &Selection| zeros_pay(Reached::of(with_zeros), Reached::of(of), with_zeros.ids() == of.ids());
     let zero_nm = setting.nuisances.zero_nm;
     Ok(zero_nm > 0.0
-        && without.is_some_and(less)
+        && without.is_some_and(pay)
         && own_zeros_rms(setting, &with_zeros.fitted.point)? < PLAUSIBLE * zero_nm)
+}
+
+/// Whether offsets of each run are worth what they cost: the same causes leave much less beside them, or no more causes do and not far from noise,
+/// or they take nearly all that few causes leave beyond it.
+fn zeros_pay(with_zeros: Reached, without: Reached, same_causes: bool) -> bool {
+    let beyond_noise = |of: Reached| (of.rms.powi(2) - 1.0).max(0.0);
+    let less = with_zeros.causes <= without.causes && with_zeros.rms < MUCH_LESS * without.rms;
+    less && (same_causes || with_zeros.rms < HOPELESS)
+        || beyond_noise(with_zeros) < NEARLY_ALL * beyond_noise(without)
 }
 
 /// True if offsets of each run, which leave only noise, are reported as the explanation. Either the same causes are found
@@ -164,8 +171,7 @@ fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, correction
     let Some(without) = without else { return true };
     let is_number = |id: EffectId| corrections.iter().any(|of| of.id == id);
     let of = |selection: &Selection| -> BTreeSet<EffectId> {
-        let ids = selection.fitted.point.hypothesis.members.iter().map(|member| member.candidate.id);
-        ids.filter(|id| !is_number(*id)).collect()
+        selection.ids().into_iter().filter(|id| !is_number(*id)).collect()
     };
     of(with_zeros) == of(without) || with_zeros.rms < MUCH_LESS * without.rms
 }
@@ -456,6 +462,25 @@ fn few_beside_corrections(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn offsets_of_each_run_must_pay() {
+        let reached = |(causes, rms)| Reached { causes, of_the_valve: causes, rms };
+        for (with_zeros, without, same_causes, pay) in [
+            ((1, 1.4), (1, 1.5), true, false),
+            ((1, 1.4), (1, 2.0), false, true),
+            ((1, 1.4), (2, 2.0), false, true),
+            ((2, 1.4), (1, 2.0), false, false),
+            // Far from noise other causes may be in their place, the same ones not.
+            ((1, 4.0), (1, 5.0), false, false),
+            ((1, 4.0), (1, 5.0), true, true),
+            ((1, 4.8), (1, 5.0), true, false),
+            ((2, 2.0), (1, 8.0), false, true),
+        ] {
+            let found = zeros_pay(reached(with_zeros), reached(without), same_causes);
+            assert_eq!(found, pay, "{with_zeros:?} beside {without:?}, the same: {same_causes}");
+        }
+    }
 
     #[test]
     fn few_causes_stay_where_others_are_no_better() {

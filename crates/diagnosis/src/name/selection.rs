@@ -54,9 +54,12 @@ impl Selection {
 
     /// Whether it has all of the other's causes and more: what a search had found when it was ended.
     pub fn has_more_than(&self, other: &Self) -> bool {
-        let causes =
-            |of: &Self| of.fitted.point.hypothesis.members.iter().map(|of| of.candidate.id).collect();
-        is_more(&causes(self), &causes(other))
+        is_more(&self.ids(), &other.ids())
+    }
+
+    /// The causes that are accepted.
+    pub fn ids(&self) -> BTreeSet<EffectId> {
+        self.fitted.point.hypothesis.members.iter().map(|of| of.candidate.id).collect()
     }
 
     /// How many causes are accepted.
