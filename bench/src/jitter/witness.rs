@@ -89,6 +89,8 @@ impl Seen {
 }
 
 fn watch(core: usize, stop: &AtomicBool) -> Result<Seen> {
+    // Before it steps behind everybody else: on a busy core it may wait for long until its first look.
+    let (begun_ns, begun_cpu_ns) = (now_ns(), cpu_ns()?);
     let (obtained, _) = obtain(&Wanted { priority: None, core: Some(core), lock_memory: false });
     anyhow::ensure!(obtained.complete(), "the witness: {}", obtained.refused.join("; "));
     set_thread_priority_and_policy(
@@ -98,9 +100,8 @@ fn watch(core: usize, stop: &AtomicBool) -> Result<Seen> {
     )
     .map_err(|error| anyhow::anyhow!("the witness, SCHED_IDLE: {error:?}"))?;
     let mut seen = Seen::nothing()?;
-    let (begun_ns, begun_cpu_ns) = (now_ns(), cpu_ns()?);
-    let (mut since_ns, mut since_cpu_ns) = (begun_ns, begun_cpu_ns);
-    let mut last_ns = begun_ns;
+    let (mut since_ns, mut since_cpu_ns) = (now_ns(), cpu_ns()?);
+    let mut last_ns = since_ns;
     while !stop.load(Ordering::Relaxed) {
         let now = now_ns();
         if now.saturating_sub(last_ns) < JUMP_NS {
