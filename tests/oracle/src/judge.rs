@@ -135,7 +135,6 @@ impl Judge {
             deadline: None,
             followed: None,
             follows: Some(false),
-            stood: false,
         };
         for (cycle, seen) in &self.cycles {
             walk.cycle(*cycle, seen, &mut verdict);
@@ -156,8 +155,6 @@ struct Walk {
     orders: Orders,
     /// Whether the newest command was to be followed; `None` where nobody knows.
     follows: Option<bool>,
-    /// Whether it has stood since it began to follow.
-    stood: bool,
 }
 
 impl Walk {
@@ -199,10 +196,6 @@ impl Walk {
         if begins && !self.orders.use_up(cycle, late) {
             verdict.findings.push(Unsafe::WithoutOrder { cycle });
         }
-        if seen.follow == Some(false) && self.follows == Some(true) && self.stood {
-            self.orders.give_back();
-        }
-        self.stood = (begins || self.stood) && seen.pulses.is_some_and(|(pulses, ..)| pulses == 0);
         if seen.unknown {
             self.follows = None;
         } else if seen.follow.is_some() {

@@ -20,25 +20,16 @@ pub struct Order {
     pub until_cycle: u64,
 }
 
-/// All orders of a run. Each allows the drive to be told once to begin to follow; what ended without a pulse counts for nothing, for the valve
-/// stood: a command altered on its way may be followed for a cycle while the controller still arms under that order.
+/// All orders of a run. Each allows the drive to be told once to begin to follow.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Orders {
     all: Vec<(Order, bool)>,
-    used_last: Option<usize>,
     pub(crate) unknown: bool,
 }
 
 impl Orders {
     pub(crate) fn add(&mut self, order: Order) {
         self.all.push((order, false));
-    }
-
-    /// Nothing moved under the order that was used up last.
-    pub(crate) fn give_back(&mut self) {
-        if let Some((_, used)) = self.used_last.and_then(|last| self.all.get_mut(last)) {
-            *used = false;
-        }
     }
 
     /// Uses up an order under which the drive may begin to follow in this cycle, `late` cycles after it was obeyed at the
@@ -48,9 +39,8 @@ impl Orders {
             order.wish == Wish::Move
                 && (order.from_cycle..=order.until_cycle.saturating_add(late)).contains(&cycle)
         };
-        self.used_last = self.all.iter().position(|(order, used)| !used && allows(order));
-        let used = self.used_last.and_then(|index| self.all.get_mut(index));
-        used.map(|(_, used)| *used = true).is_some() || self.unknown
+        let found = self.all.iter_mut().find(|(order, used)| !used && allows(order));
+        found.map(|(_, used)| *used = true).is_some() || self.unknown
     }
 
     /// The newest order before this cycle, if that is one to stop: the cycle in which it was given.

@@ -126,24 +126,6 @@ fn nothing_follows_without_an_order() {
 }
 
 #[test]
-fn an_order_is_used_up_by_what_moved_under_it() {
-    let holds = |until_cycle| Order { wish: Wish::Move, from_cycle: 0, until_cycle };
-    let twice = |first: &[(i64, Option<bool>)]| {
-        [&[(0, Some(false))], first, &[(0, Some(false)), (0, Some(true)), (0, Some(true)), (0, Some(false))]]
-            .concat()
-    };
-    let (stood, moved) = (&[(0, Some(true))][..], &[(40, Some(true)), (0, Some(true))][..]);
-    for (first, until, found) in [
-        (stood, 9, &[][..]),
-        // Past its time it allows nothing, whatever was before.
-        (stood, 1, &[Unsafe::WithoutOrder { cycle: 3 }]),
-        (moved, 9, &[Unsafe::WithoutOrder { cycle: 4 }]),
-    ] {
-        assert_eq!(findings_under(&[holds(until)], &twice(first)), found, "{first:?} until {until}");
-    }
-}
-
-#[test]
 fn pulses_after_a_disarm_are_found() {
     let on = [&ramp_up()[..], &[(120, Some(true)); 30], &[(20, Some(true)), (0, Some(false))]].concat();
     let found = findings_under(&[order(Wish::Move, 0), order(Wish::Stop, 3)], &on);
