@@ -36,7 +36,7 @@ fn trip_all(place: &Place, trips: u64, times: &mut Times) -> Result<()> {
     }
     for trip in 1..=trips {
         let begun = now_ns();
-        let command = StepCommand { follow: 1, ..StepCommand::default() };
+        let command = StepCommand { follow: 1, follow_id: 1, ..StepCommand::default() };
         there.write(trip, now_ns(), command);
         while back.of_cycle(trip).message().is_none() {
             std::hint::spin_loop();

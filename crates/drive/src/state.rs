@@ -48,7 +48,9 @@ pub struct State {
     pub(crate) course: Option<Continuation>,
     /// Cycle of the newest command accepted.
     pub(crate) command_cycle: u64,
-    /// Whether the newest command was refused because it jumped.
+    /// The arming under which the drive followed last; 0 before the first.
+    pub(crate) follow_id: u64,
+    /// Whether the newest command was refused because it jumped or contradicts itself.
     pub(crate) refused: bool,
     /// Reason of the last stop by itself.
     pub(crate) fault: FaultCode,
@@ -78,6 +80,7 @@ impl State {
             energise_wanted: false,
             course: None,
             command_cycle: 0,
+            follow_id: 0,
             refused: false,
             fault: FaultCode::None,
             energising_cycles: 0,
@@ -100,8 +103,9 @@ impl State {
             mode: self.mode,
             missed: self.missed,
             command_cycle: self.command_cycle,
-            // Each zero shift is applied once.
+            // Each zero shift is applied once, and each arming begins once.
             zero_id: self.zero_id,
+            follow_id: self.follow_id,
             energised,
             ..Self::at_rest(accepted_microsteps)
         };

@@ -60,6 +60,7 @@ pub struct Sensors {
 /// let follow = |position| StepCommand {
 ///     position_unrounded: position,
 ///     follow: 1,
+///     follow_id: 1,
 ///     energise: 1,
 ///     ..StepCommand::default()
 /// };
@@ -75,7 +76,7 @@ pub fn step(
     command: Option<&StepCommand>,
     sensors: &Sensors,
 ) -> Output {
-    let sensible = command.filter(|command| !jumps(params, state, command));
+    let sensible = command.filter(|command| !contradicts_itself(command) && !jumps(params, state, command));
     state.refused = command.is_some() && sensible.is_none();
     let command = sensible;
     match command {
@@ -104,6 +105,11 @@ pub fn step(
     report(params, state, start, travel.limited(), command.is_none())
 }
 
+/// Whether one of the two fields that say whether to follow was altered on the way.
+fn contradicts_itself(command: &StepCommand) -> bool {
+    (command.follow == 1) != (command.follow_id != 0)
+}
+
 /// Whether a command is further away than a healthy controller's can be: a jump.
 fn jumps(params: &Params, state: &State, command: &StepCommand) -> bool {
     let way = Microsteps(command.position_unrounded) - state.position;
@@ -122,21 +128,25 @@ fn note_command(params: &Params, state: &mut State, cycle: u64, command: &StepCo
     state.current_ratio = command.current_ratio;
     take_zero(state, command);
     let follow = command.follow == 1 && state.energise_wanted;
+    let new = command.follow_id != state.follow_id;
     // Distance of the command from where the drive would coast in this cycle.
     let apart = (Microsteps(command.position_unrounded) - (state.position + state.travel)).0.abs();
-    state.mode = match (state.mode, follow) {
+    let before = state.mode;
+    state.mode = match (before, follow) {
         (Mode::StoppedItself, false) if state.settled => Mode::Released,
         (Mode::StoppedItself, _) => Mode::StoppedItself,
-        (Mode::Released, true) if apart > 1.0 || !state.energised => Mode::Released,
+        (Mode::Released, true) if apart > 1.0 || !state.energised || !new => Mode::Released,
         (Mode::Released, false) => Mode::Released,
         (Mode::Idle | Mode::Following, true) if !state.energised => Mode::Idle,
-        // The sender believes the valve to be elsewhere.
-        (Mode::Idle, true) if apart > 1.0 + params.max_change() => Mode::Idle,
+        // The sender believes the valve to be elsewhere, or this arming has had its beginning.
+        (Mode::Idle, true) if apart > 1.0 + params.max_change() || !new => Mode::Idle,
         (_, true) => Mode::Following,
         (_, false) => Mode::Idle,
     };
     if state.mode != Mode::Following {
         state.course = None;
+    } else if before != Mode::Following {
+        state.follow_id = command.follow_id;
     }
 }
 

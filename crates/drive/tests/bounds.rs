@@ -37,7 +37,7 @@ fn the_ends_of_the_ranges() {
 #[test]
 fn a_position_told_anew_keeps_mode_silence_and_newest_command() {
     let mut state = State::at_rest_energised(0);
-    let command = StepCommand { follow: 1, energise: 1, ..StepCommand::default() };
+    let command = StepCommand { follow: 1, follow_id: 1, energise: 1, ..StepCommand::default() };
     for cycle in 5..8 {
         let heard = (cycle == 5).then_some(&command);
         step(&PARAMS, &mut state, cycle, heard, &Sensors::default());

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{PARAMS, PERIOD_S, follow, hold, step, way};
+use common::{PARAMS, PERIOD_S, follow, follow_anew, hold, step, way};
 use drive::{Microsteps, MicrostepsPerCycle, Mode, Output, Params, State, stop_cycles_bound};
 use proptest::prelude::*;
 use signals::{FaultCode, StepCommand, validity};
@@ -44,6 +44,8 @@ fn play(
     let params = PARAMS;
     let mut state = State::at_rest_energised(start);
     let (mut position, mut last_way, mut cycle) = (start as f64, 0.0, 0);
+    // As a controller counts: each time that it asks to be followed again is another arming.
+    let (mut armings, mut asks) = (0, false);
     for (event, times) in events {
         for _ in 0..*times {
             let command = match event {
@@ -65,6 +67,12 @@ fn play(
                 Event::NotFollowing => Some(hold()),
                 Event::WithoutCurrent => Some(StepCommand::default()),
             };
+            let command = command.map(|command| {
+                let follows = command.follow == 1;
+                armings += u64::from(follows && !asks);
+                asks = follows;
+                StepCommand { follow_id: if follows { armings } else { 0 }, ..command }
+            });
             let before = state.mode();
             let motion = step(&params, &mut state, cycle, command.as_ref());
             look(before, &motion, &state);
@@ -138,7 +146,7 @@ proptest! {
         let own = state.position_unrounded().0;
         for way in [0.0, last] {
             for _ in 0..200 {
-                step(&params, &mut state, cycle, Some(&follow(own + way, 0.0)));
+                step(&params, &mut state, cycle, Some(&follow_anew(own + way, 0.0)));
                 cycle += 1;
             }
         }
@@ -212,7 +220,7 @@ proptest! {
         let mut position = state.position_unrounded().0;
         for i in 0..30 {
             position += 10.0 * f64::from(i);
-            step(&params, &mut state, cycle, Some(&follow(position, 10.0 * f64::from(i))));
+            step(&params, &mut state, cycle, Some(&follow_anew(position, 10.0 * f64::from(i))));
             cycle += 1;
         }
         prop_assert_eq!(state.mode(), Mode::Following);

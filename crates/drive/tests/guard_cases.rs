@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{PARAMS, follow, hold, step, way};
+use common::{PARAMS, follow, follow_anew, hold, step, way};
 use drive::{AfterStop, Mode, Params, Sensors, State, stop_cycles_bound};
 use signals::{FaultCode, StepCommand, validity};
 
@@ -32,12 +32,12 @@ fn the_latch_opens_by_not_following_and_then_only_where_the_drive_stands() {
     let stood = state.accepted_microsteps();
     let motion = step(&params, &mut state, cycle, Some(&hold()));
     assert_eq!((state.mode(), motion.fault), (Mode::Released, FaultCode::None));
-    let motion = step(&params, &mut state, cycle + 1, Some(&follow(stood as f64 + 5.0, 0.0)));
+    let motion = step(&params, &mut state, cycle + 1, Some(&follow_anew(stood as f64 + 5.0, 0.0)));
     assert_eq!((state.mode(), state.accepted_microsteps()), (Mode::Released, stood));
     assert!(motion.flags & validity::LIMITED != 0, "a command that is not followed must show");
-    step(&params, &mut state, cycle + 2, Some(&follow(stood as f64, 0.0)));
+    step(&params, &mut state, cycle + 2, Some(&follow_anew(stood as f64, 0.0)));
     assert_eq!(state.mode(), Mode::Following);
-    step(&params, &mut state, cycle + 3, Some(&follow(stood as f64 + 5.0, 5.0)));
+    step(&params, &mut state, cycle + 3, Some(&follow_anew(stood as f64 + 5.0, 5.0)));
     assert_eq!(state.accepted_microsteps(), stood + 5);
 }
 
@@ -304,6 +304,7 @@ fn a_new_zero_shifts_the_count_once_at_rest_and_leaves_the_phase() {
         zero_id: id,
         zero_shift_microsteps: 500,
         follow,
+        follow_id: follow,
         position_unrounded: 1000.0,
         position_microsteps: 1000,
         ..hold()
@@ -321,4 +322,64 @@ fn a_new_zero_shifts_the_count_once_at_rest_and_leaves_the_phase() {
     let (mut state, _) = turning(&params);
     step(&params, &mut state, 0, Some(&zero(1, 0)));
     assert_eq!(state.zero_id(), 0, "not in motion");
+}
+
+#[test]
+fn it_begins_to_follow_once_under_each_arming() {
+    let under = |id: u64| StepCommand { follow: u64::from(id != 0), follow_id: id, ..hold() };
+    let params = PARAMS;
+    for (ids, expected) in [
+        (&[1][..], Mode::Following),
+        (&[1, 0, 1], Mode::Idle),
+        (&[1, 0, 2], Mode::Following),
+        (&[1, 0, 2, 0, 1], Mode::Following),
+        (&[2, 0, 2, 2], Mode::Idle),
+        // All commands between two armings were lost.
+        (&[1, 2], Mode::Following),
+    ] {
+        let mut state = State::at_rest_energised(0);
+        for id in ids {
+            step(&params, &mut state, 0, Some(&under(*id)));
+        }
+        assert_eq!(state.mode(), expected, "{ids:?}");
+    }
+    // Nor after a stop by itself.
+    for (id, expected) in [(1, Mode::Released), (2, Mode::Following)] {
+        let mut state = State::at_rest_energised(0);
+        step(&params, &mut state, 0, Some(&under(1)));
+        (0..=params.silence_cycles).for_each(|_| _ = step(&params, &mut state, 0, None));
+        assert_eq!(state.mode(), Mode::StoppedItself);
+        step(&params, &mut state, 0, Some(&under(0)));
+        assert_eq!(state.mode(), Mode::Released);
+        step(&params, &mut state, 0, Some(&under(id)));
+        assert_eq!(state.mode(), expected, "{id}");
+    }
+    // A bus that was lost in between makes no difference.
+    let mut state = State::at_rest_energised(0);
+    for id in [1, 0] {
+        step(&params, &mut state, 0, Some(&under(id)));
+    }
+    state.rebase(0, true);
+    step(&params, &mut state, 0, Some(&under(1)));
+    assert_eq!(state.mode(), Mode::Idle);
+}
+
+#[test]
+fn a_command_that_contradicts_itself_counts_as_missing() {
+    let params = PARAMS;
+    let mut state = State::at_rest_energised(0);
+    for command in [StepCommand { follow: 1, ..hold() }, StepCommand { follow_id: 1, ..hold() }] {
+        let output = step(&params, &mut state, 0, Some(&command));
+        assert!(output.flags & validity::COMMAND_MISSED != 0, "{command:?}");
+        assert_eq!(state.mode(), Mode::Idle);
+    }
+    let (mut state, position) = turning(&params);
+    let next = follow(position + 100.0, 100.0);
+    for command in [StepCommand { follow: 0, ..next }, StepCommand { follow_id: 0, ..next }] {
+        let mut state = state;
+        let output = step(&params, &mut state, 0, Some(&command));
+        assert_eq!((state.mode(), way(&output)), (Mode::Following, 100.0), "it goes on without");
+    }
+    step(&params, &mut state, 0, Some(&next));
+    assert_eq!(state.mode(), Mode::Following);
 }

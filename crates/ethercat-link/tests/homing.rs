@@ -142,6 +142,8 @@ fn a_zero_of_the_controllers_moves_nothing() {
             zero_id: 1,
             zero_shift_microsteps: -5000,
             zero_shift_rad: -0.25,
+            // Armed again: homing ends disarmed.
+            follow_id: 2,
             ..go(end as f64, 0.0)
         };
         for end in [here - 5000, here - 5000 + 100] {

@@ -36,6 +36,7 @@ pub const RUN_COLUMNS: &[RunColumn] = &[
     column("commanded_pulse_rate", StepCommand::TOPIC, "pulse_rate_hz"),
     column("torque_feed_forward", StepCommand::TOPIC, "torque_feed_forward_nm"),
     column("command_follow", StepCommand::TOPIC, "follow"),
+    column("command_follow_id", StepCommand::TOPIC, "follow_id"),
     column("command_energise", StepCommand::TOPIC, "energise"),
     column("command_current_ratio", StepCommand::TOPIC, "current_ratio"),
     column("command_zero_id", StepCommand::TOPIC, "zero_id"),

@@ -15,6 +15,9 @@ message! {
         torque_feed_forward_nm: f64 ["N*m", Within(-1e6, 1e6)],
         /// 1 while the drive shall follow; 0 asks it to ramp to a stop by itself.
         follow: u64 ["1", Below(2)],
+        /// Under which arming the drive shall follow, counted from 1; 0 exactly where `follow` is. A drive begins to follow under a new one
+        /// alone, once, and takes a command whose two fields contradict each other for none.
+        follow_id: u64 ["1", Any],
         /// 1 while the windings shall carry current.
         energise: u64 ["1", Below(2)],
         /// The part of the rated current that they shall carry: less on the way to a hard stop.

@@ -75,6 +75,8 @@ pub(crate) struct Supervision {
     pub since_cycle: u64,
     /// Whether arming leads to homing instead of running.
     pub arms_to_home: bool,
+    /// How often arming has ended with the drive holding: each time it is told once to begin to follow.
+    pub armings: u64,
     pub fault: FaultCode,
     /// The cycle in which the fault was found.
     pub fault_cycle: u64,
@@ -91,6 +93,7 @@ impl Default for Supervision {
             machine: ControllerState::Disarmed,
             since_cycle: 0,
             arms_to_home: false,
+            armings: 0,
             fault: FaultCode::None,
             fault_cycle: 0,
             zero_in_doubt: false,

@@ -78,13 +78,15 @@ fn command(params: &Params, state: &State) -> StepCommand {
     };
     // While the drive moves its zero, it shall hold and not follow a count from the old zero.
     let homes = machine == Homing && state.homing.phase != HomingPhase::SetZero;
+    let follows = machine == Running || homes;
     StepCommand {
         // The one place where micro-steps are rounded.
         position_microsteps: steering.position.round(),
         position_unrounded: steering.position.0,
         pulse_rate_hz: steering.travel.rate_hz(params.period_s),
         torque_feed_forward_nm: steering.wanted.torque_nm,
-        follow: u64::from(machine == Running || homes),
+        follow: u64::from(follows),
+        follow_id: if follows { state.supervision.armings } else { 0 },
         energise: u64::from(energise),
         current_ratio: if machine == Homing { current_ratio(params, state) } else { 1.0 },
         zero_id: shift.id,

@@ -112,6 +112,7 @@ fn following_fault(params: &Params, state: &State) -> FaultCode {
 
 /// Begins at rest where the drive holds the motor. Steering and observation start anew; only the surroundings are kept.
 fn begin(params: &Params, state: &mut State, cycle: u64, feedback: &Feedback) {
+    state.supervision.armings = state.supervision.armings.saturating_add(1);
     let now = state.reception.window.now();
     let reference = Kinematics { speed_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, ..*now };
     state.reception = state.reception.begun();

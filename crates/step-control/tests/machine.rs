@@ -134,6 +134,21 @@ fn only_reset_leaves_a_fault_and_only_once_the_valve_stands() {
 }
 
 #[test]
+fn each_arming_has_a_number_and_what_follows_bears_it() {
+    let mut bench = Bench::new(params());
+    for arming in 1..4 {
+        let idle = bench.step(None).command;
+        assert_eq!((idle.follow, idle.follow_id), (0, 0));
+        let armed = bench.step(Some(order(2 * arming, OperatorKind::Arm))).command;
+        assert_eq!((armed.follow, armed.follow_id), (1, arming));
+        let goes_on = bench.step(None).command;
+        assert_eq!((goes_on.follow, goes_on.follow_id), (1, arming));
+        let stops = bench.step(Some(order(2 * arming + 1, OperatorKind::Disarm))).command;
+        assert_eq!((stops.follow, stops.follow_id), (0, 0));
+    }
+}
+
+#[test]
 fn a_quick_stop_ramps_down_and_ends_when_the_drive_stands() {
     let mut bench = Bench::running(params());
     for cycle in 0..100 {

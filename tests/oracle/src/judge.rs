@@ -3,7 +3,7 @@
 use crate::Limits;
 use crate::orders::{Order, Orders};
 use signals::{PlantTruth, StepCommand};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Something that must not be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,8 +74,8 @@ pub struct Verdict {
 #[derive(Debug, Clone, Copy, Default)]
 struct Cycle {
     pulses: Option<(i64, u64, u64)>,
-    /// Whether there was a command, and whether it was to be followed.
-    follow: Option<bool>,
+    /// Whether there was a command, and the arming under which it was to be followed; 0 for none.
+    follow: Option<u64>,
     /// Whether there may have been one that nobody recorded.
     unknown: bool,
 }
@@ -104,8 +104,11 @@ impl Judge {
 
     /// A StepCommand that was valid and there in time for its cycle.
     pub fn command(&mut self, cycle: u64, command: &StepCommand) {
-        let follow = command.follow == 1 && command.energise == 1;
-        self.cycles.entry(cycle).or_default().follow = Some(follow);
+        // One that contradicts itself was altered on the way: it counts for none.
+        if (command.follow == 1) == (command.follow_id != 0) {
+            let id = if command.energise == 1 { command.follow_id } else { 0 };
+            self.cycles.entry(cycle).or_default().follow = Some(id);
+        }
     }
 
     /// What an operator wanted.
@@ -134,7 +137,8 @@ impl Judge {
             before: None,
             deadline: None,
             followed: None,
-            follows: Some(false),
+            follows: Some(0),
+            ended: BTreeSet::new(),
         };
         for (cycle, seen) in &self.cycles {
             walk.cycle(*cycle, seen, &mut verdict);
@@ -153,21 +157,23 @@ struct Walk {
     /// The last command to follow (or one that may have been), and the pulses then.
     followed: Option<u64>,
     orders: Orders,
-    /// Whether the newest command was to be followed; `None` where nobody knows.
-    follows: Option<bool>,
+    /// The arming under which the newest command was to be followed, 0 for none; `None` where nobody knows.
+    follows: Option<u64>,
+    /// The armings that have ended: nothing is followed under them any more.
+    ended: BTreeSet<u64>,
 }
 
 impl Walk {
     fn cycle(&mut self, cycle: u64, seen: &Cycle, verdict: &mut Verdict) {
-        self.check_order(cycle, seen, verdict);
+        let follow = self.check_order(cycle, seen, verdict);
         let before = self.before.filter(|(last, _)| last + 1 == cycle).map(|(_, pulses)| pulses);
         let size = before.or(seen.pulses.map(|p| p.0)).unwrap_or(0).unsigned_abs();
         let delay = self.limits.command_delay_cycles;
-        if seen.unknown || seen.follow == Some(true) {
+        if seen.unknown || follow == Some(true) {
             self.followed = Some(cycle);
             // Pulses may be as many as the limits allow in the last cycles before the ramp.
             self.deadline = Some(cycle + self.limits.cycles_after_silence(self.grown(size)));
-        } else if seen.follow == Some(false)
+        } else if follow == Some(false)
             && let (Some(deadline), Some(followed)) = (self.deadline, self.followed)
             && followed + 1 == cycle
         {
@@ -188,19 +194,24 @@ impl Walk {
         self.before = Some((cycle, pulses));
     }
 
-    /// The drive begins to follow under an order alone.
-    fn check_order(&mut self, cycle: u64, seen: &Cycle, verdict: &mut Verdict) {
+    /// The drive begins to follow under an order alone, and once under each arming. Whether this cycle's command is to be followed.
+    fn check_order(&mut self, cycle: u64, seen: &Cycle, verdict: &mut Verdict) -> Option<bool> {
         // A command was made in the cycle before its own.
         let late = self.limits.arming_cycles + 1;
-        let begins = seen.follow == Some(true) && self.follows == Some(false);
+        let id = seen.follow.map(|id| if self.ended.contains(&id) { 0 } else { id });
+        let begins = id.is_some_and(|id| id != 0) && self.follows == Some(0);
         if begins && !self.orders.use_up(cycle, late) {
             verdict.findings.push(Unsafe::WithoutOrder { cycle });
         }
         if seen.unknown {
             self.follows = None;
-        } else if seen.follow.is_some() {
-            self.follows = seen.follow;
+        } else if id == Some(0) {
+            self.ended.extend(self.follows.take().filter(|id| *id != 0));
+            self.follows = id;
+        } else if id.is_some() && self.follows.is_none_or(|id| id == 0) {
+            self.follows = id;
         }
+        id.map(|id| id != 0)
     }
 
     /// What the rate may have become in the cycles that the drive still follows commands under way.

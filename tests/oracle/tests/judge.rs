@@ -41,16 +41,21 @@ fn findings(run: &[(i64, Option<bool>)]) -> Vec<Unsafe> {
 fn findings_under(orders: &[Order], run: &[(i64, Option<bool>)]) -> Vec<Unsafe> {
     let mut judge = Judge::new(LIMITS);
     orders.iter().for_each(|order| judge.order(*order));
+    let (mut armings, mut follows) = (0, false);
     for (cycle, (pulses, follow)) in run.iter().enumerate() {
         judge.truth(cycle as u64 + 1, &truth(*pulses));
-        if let Some(follow) = follow {
-            judge.command(
-                cycle as u64,
-                &StepCommand { follow: u64::from(*follow), energise: 1, ..StepCommand::default() },
-            );
+        if let Some(follow) = *follow {
+            armings += u64::from(follow && !follows);
+            follows = follow;
+            judge.command(cycle as u64, &command(if follow { armings } else { 0 }));
         }
     }
     judge.verdict().findings
+}
+
+/// A command under the arming of this number; 0 for one that asks for no motion.
+fn command(id: u64) -> StepCommand {
+    StepCommand { follow: u64::from(id != 0), follow_id: id, energise: 1, ..StepCommand::default() }
 }
 
 fn ramp_up() -> Vec<(i64, Option<bool>)> {
@@ -103,7 +108,7 @@ fn rate_and_acceleration_are_checked() {
 fn impossible_times_are_found() {
     let mut judge = Judge::new(LIMITS);
     judge.order(order(Wish::Move, 0));
-    judge.command(0, &StepCommand { follow: 1, energise: 1, ..StepCommand::default() });
+    judge.command(0, &command(1));
     judge.truth(1, &PlantTruth { first_pulse_ns: 10, last_pulse_ns: 300_000, ..truth(600) });
     judge.truth(3, &PlantTruth { last_pulse_ns: 5, ..truth(0) });
     let found = judge.verdict().findings;
@@ -123,6 +128,34 @@ fn nothing_follows_without_an_order() {
     let found = findings_under(&[order(Wish::Move, 0)], &again);
     assert_eq!(found, [Unsafe::WithoutOrder { cycle: 8 }]);
     assert_eq!(findings_under(&[order(Wish::Move, 0), order(Wish::Move, 7)], &again), []);
+}
+
+/// Commands and pulses of each cycle, under one order in cycle 0.
+fn findings_of(run: &[(i64, StepCommand)]) -> Vec<Unsafe> {
+    let mut judge = Judge::new(LIMITS);
+    judge.order(order(Wish::Move, 0));
+    for (cycle, (pulses, command)) in run.iter().enumerate() {
+        judge.truth(cycle as u64 + 1, &truth(*pulses));
+        judge.command(cycle as u64, command);
+    }
+    judge.verdict().findings
+}
+
+#[test]
+fn an_arming_that_has_ended_allows_no_pulse() {
+    let ended = [(0, command(0)), (40, command(1)), (0, command(0)), (0, command(0))];
+    assert_eq!(findings_of(&[&ended[..], &[(0, command(1)); 9]].concat()), []);
+    let found = findings_of(&[&ended[..], &[(30, command(1)); 9]].concat());
+    assert!(matches!(found[..], [Unsafe::AfterDeadline { .. }, ..]), "{found:?}");
+}
+
+#[test]
+fn a_command_that_contradicts_itself_is_none() {
+    let altered = StepCommand { follow: 1, ..command(0) };
+    let run = [(0, altered), (40, command(1)), (0, command(0))];
+    assert_eq!(findings_of(&run), []);
+    let found = findings_of(&[(0, command(0)), (5, altered)]);
+    assert_eq!(found, [Unsafe::BeforeArming { cycle: 1 }]);
 }
 
 #[test]

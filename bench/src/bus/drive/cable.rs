@@ -143,6 +143,7 @@ impl Ramp {
             position_unrounded: self.position,
             pulse_rate_hz: self.rate_hz,
             follow: 1,
+            follow_id: 1,
             energise: 1,
             ..StepCommand::default()
         }

@@ -34,9 +34,15 @@ pub fn follow(position: f64, way: f64) -> StepCommand {
         position_unrounded: position,
         pulse_rate_hz: way / PERIOD_S,
         follow: 1,
+        follow_id: 1,
         energise: 1,
         ..StepCommand::default()
     }
+}
+
+/// The same under a later arming than any other here.
+pub fn follow_anew(position: f64, way: f64) -> StepCommand {
+    StepCommand { follow_id: u64::MAX, ..follow(position, way) }
 }
 
 pub fn hold() -> StepCommand {

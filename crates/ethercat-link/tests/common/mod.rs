@@ -212,6 +212,7 @@ pub fn go(position: f64, rate_hz: f64) -> StepCommand {
         position_unrounded: position,
         pulse_rate_hz: rate_hz,
         follow: 1,
+        follow_id: 1,
         energise: 1,
         ..StepCommand::default()
     }

@@ -207,7 +207,8 @@ impl Axis {
             drive::step(&self.params.drive, &mut self.guard, cycle + 1, command, &sensors)
         } else {
             // It moves nothing, but it goes on hearing commands, and stands where the drive stands.
-            let idle = command.map(|command| StepCommand { follow: 0, energise: 0, ..*command });
+            let idle =
+                command.map(|command| StepCommand { follow: 0, follow_id: 0, energise: 0, ..*command });
             self.guard.rebase(self.command_count(), false);
             drive::step(&self.params.drive, &mut self.guard, cycle + 1, idle.as_ref(), &sensors)
         };
