@@ -62,20 +62,22 @@ pub(crate) fn judge<'a>(
         let (simulated, at_most) = setting.campaign.simulated();
         tell(Event::Bound { simulated, at_most });
     };
-    let few = few(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
-    if let Few::Not(few) = &few
-        && let Some((setting, first)) = with_zeros_by_run(&setting, asked, (&seen, few.as_deref()))?
+    let mut few = few(&setting, asked, (&given, corrected.as_ref()), earlier, &mut ranked)?;
+    let (mut setting, mut given, mut corrected) = (setting, given, corrected);
+    if let Few::Not(without) = &few
+        && let Some((with_zeros, first)) = with_zeros_by_run(&setting, asked, (&seen, without.as_deref()))?
     {
-        let (few, asked) = (few.as_deref(), Asked { first: &first, ..asked });
-        let (given, corrected) = given_and_corrected(&setting, asked)?;
-        match self::few(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})? {
-            Few::Found(with_zeros) if zeros_explain(&with_zeros, few, asked.corrections) => {
-                return judgement(setting, noise, (*with_zeros, corrected), &given.point, asked);
-            }
-            Few::Not(Some(with_zeros)) if zeros_belong(&setting, &with_zeros, few)? => {
-                return judge(setting, noise, asked, earlier, tell);
-            }
-            _ => (),
+        let (without, asked) = (without.as_deref(), Asked { first: &first, ..asked });
+        let fitted = given_and_corrected(&with_zeros, asked)?;
+        let found = self::few(&with_zeros, asked, (&fitted.0, fitted.1.as_ref()), None, &mut |_| {})?;
+        let belong = match &found {
+            Few::Found(found) => zeros_explain(found, without, asked.corrections),
+            Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
+            Few::Not(None) => false,
+        };
+        if belong {
+            (setting, few) = (with_zeros, found);
+            (given, corrected) = fitted;
         }
     }
     let begun = given.point.clone();

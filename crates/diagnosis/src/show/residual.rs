@@ -1,7 +1,7 @@
 //! The residual of every piece at one hypothesis, and its RMS over the pieces wanted.
 
 use crate::DiagnosisError;
-use crate::fit::equations::{Nuisances, Point, Setting};
+use crate::fit::equations::{Additive, Column, Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{fit, with_best_starts};
 use crate::log::piece::Piece;
 use crate::workers::map;
@@ -92,14 +92,21 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
     if weights > 0.0 { sum / (weights + ridge) } else { 0.0 }
 }
 
-/// RMS of the runs' own zeros as the fit estimates them, N·m or rad.
+/// RMS of the runs' own zeros, N·m or rad, each piece by what it tells of its zero beside its initial state: a spool that rests keeps the torque that
+/// it began with, and that is no zero.
 pub(crate) fn own_zeros_rms(setting: &Setting<'_>, point: &Point) -> Result<f64, DiagnosisError> {
+    let Nuisances { zero_nm, angle_zero } = setting.nuisances;
     let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
-    let left = left_with(&plain, point, Jumps::Seen)?;
-    let pieces = setting.campaign.pieces.iter().zip(&left);
-    let squares: Vec<f64> =
-        pieces.map(|(piece, left)| own_zero(setting, piece, &left.residual).powi(2)).collect();
-    Ok((squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt())
+    let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
+    let ridge = if angle_zero { 0.0 } else { 1.0 / (zero_nm * zero_nm) };
+    let (mut squares, mut told) = (0.0, 0.0);
+    for piece in equations.into_iter().flatten() {
+        let (data, cross) = (piece.gram.matrix[(0, 0)], piece.gram.matrix[(0, 1)]);
+        let share = data / (data + ridge).max(f64::MIN_POSITIVE);
+        squares += share * (cross / (data + ridge).max(f64::MIN_POSITIVE)).powi(2);
+        told += share;
+    }
+    Ok((squares / f64::max(told, f64::MIN_POSITIVE)).sqrt())
 }
 
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
@@ -160,4 +167,60 @@ pub(crate) fn squares_as_fitted(
         *count += piece.count();
     }
     groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::extend::hypothesis::Hypothesis;
+    use crate::fixtures;
+    use crate::log::campaign::Campaign;
+    use crate::workers::OneAfterTheOther;
+    use log_data::{Log, Run};
+    use prediction::{Past, predict};
+    use valve_model::Model;
+
+    const ZERO_NM: f64 = 0.02;
+
+    /// A run of 2 s whose torque is the model's and `more_nm`.
+    fn run(model: &Model, number: usize, angle: impl Fn(f64) -> f64, more_nm: f64) -> Run {
+        let times: Vec<f64> = (0..1000).map(|k| 2e-3 * f64::from(k)).collect();
+        let mut run = Run {
+            name: format!("{number}"),
+            angle_rad: times.iter().map(|at| angle(*at)).collect(),
+            time_s: times.iter().map(|at| at + 10.0 * number as f64).collect(),
+            torque_nm: Some(vec![0.0; times.len()]),
+            ..Run::default()
+        };
+        predict(&mut run, model, &Past::default()).unwrap();
+        run.torque_nm.iter_mut().flatten().for_each(|torque| *torque += more_nm);
+        run
+    }
+
+    /// A torque from before the run is no zero of a spool that rests through it.
+    #[test]
+    fn what_a_resting_spool_keeps_is_no_zero_of_its_run() {
+        let given = fixtures::model(Vec::new());
+        let swing = |at: f64| 0.3 * (4.0 * at).sin();
+        let zeros = [ZERO_NM, -ZERO_NM, ZERO_NM, -ZERO_NM];
+        let mut runs: Vec<Run> =
+            zeros.iter().enumerate().map(|(number, zero)| run(&given, number, swing, *zero)).collect();
+        runs.extend((4..8).map(|number| run(&given, number, |_| 0.1, 0.7)));
+        let mut campaign =
+            Campaign::new(&Log { runs, ..Log::default() }, &given, 0, &OneAfterTheOther).unwrap();
+        campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1e3));
+        let nuisances = Nuisances { zero_nm: ZERO_NM, angle_zero: false };
+        let setting = Setting::new(&campaign, &given, nuisances, &OneAfterTheOther);
+        let hypothesis = Hypothesis::default();
+        let ready = setting.ready(&hypothesis).unwrap();
+        // A search leaves starts where they were found under other levels.
+        let start = |piece: &Piece| {
+            let first = piece.first_start(&ready);
+            if piece.run < zeros.len() { first } else { first.shifted(0.4) }
+        };
+        let starts = campaign.pieces.iter().map(start).collect();
+        let found = own_zeros_rms(&setting, &Point { hypothesis, starts }).unwrap();
+        assert!((0.8 * ZERO_NM..1.2 * ZERO_NM).contains(&found), "{found} N·m");
+    }
 }
