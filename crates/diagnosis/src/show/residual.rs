@@ -101,7 +101,8 @@ pub(crate) fn own_zeros_rms(setting: &Setting<'_>, point: &Point) -> Result<f64,
     let ridge = if angle_zero { 0.0 } else { 1.0 / (zero_nm * zero_nm) };
     let (mut squares, mut told) = (0.0, 0.0);
     for piece in equations.into_iter().flatten() {
-        let (data, cross) = (piece.gram.matrix[(0, 0)], piece.gram.matrix[(0, 1)]);
+        let at = |column: usize| piece.gram.matrix.get((0, column)).copied().unwrap_or(0.0);
+        let (data, cross) = (at(0), at(1));
         let share = data / (data + ridge).max(f64::MIN_POSITIVE);
         squares += share * (cross / (data + ridge).max(f64::MIN_POSITIVE)).powi(2);
         told += share;
