@@ -1,7 +1,8 @@
 //! What was found, in the words of somebody who knows valves and no statistics.
 
 use diagnosis::{
-    BestOfGroup, Cause, Corrected, Diagnosis, Found, Gain, Nearest, ParameterFound, Parameters, Verdict,
+    BestOfGroup, Cause, Corrected, Diagnosis, Evidence, Found, Gain, Nearest, ParameterFound, Parameters,
+    Verdict,
 };
 use log_data::Channel;
 use valve_model::EffectId;
@@ -322,6 +323,24 @@ fn sentence_beside(cause: &Cause, found: &Found) -> String {
     sentence(&whole, found.channel)
 }
 
+/// How far friction grows in the longest rest of the log, and when. The gain itself is what an endless rest would do, which a log of short rests does
+/// not show.
+fn growth_at_rest(cause: &Cause) -> (f64, String) {
+    let value = |key: &str| cause.parameters.get(key).map(|of| of.value);
+    let gain = value("gain").unwrap_or(f64::NAN);
+    let rest = match cause.evidence.get("longest_rest_s") {
+        Some(Evidence::Number(rest_s)) => Some(*rest_s),
+        _ => None,
+    };
+    match value("time_constant_s").zip(rest) {
+        Some((constant_s, rest_s)) => {
+            let reached = -(-(rest_s / constant_s).powf(value("exponent").unwrap_or(1.0))).exp_m1();
+            (gain * reached, format!("in the longest rest, of {} s", short(rest_s)))
+        }
+        None => (gain, "while it rests".to_owned()),
+    }
+}
+
 /// A cause in words, in a log of which this channel is predicted.
 pub fn sentence(cause: &Cause, predicted: Channel) -> String {
     let value = |key: &str| cause.parameters.get(key).map_or(f64::NAN, |of| of.value);
@@ -356,13 +375,12 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
         }
         EffectId::DirectionAsymmetry => direction(cause),
         EffectId::DwellStiction => {
-            format!("The rig's static friction grows by {} % while it rests", short(100.0 * value("gain")))
+            let (growth, rest) = growth_at_rest(cause);
+            format!("The rig's static friction grows by {} % {rest}", short(100.0 * growth))
         }
         EffectId::HydraulicLock => {
-            format!(
-                "The rig's friction grows while it rests under pressure, by {} % per MPa",
-                short(100.0 * value("gain"))
-            )
+            let (growth, rest) = growth_at_rest(cause);
+            format!("The rig's friction grows under pressure by {} % per MPa {rest}", short(100.0 * growth))
         }
         EffectId::FrictionLag => {
             format!("The rig's friction follows the speed {} ms late", short(1e3 * value("time_constant_s")))
@@ -458,6 +476,25 @@ mod tests {
 
     fn of(value: f64, from: f64, to: f64) -> ParameterFound {
         ParameterFound { value, std_error: 0.0, ci95: [from, to], unit: "1".to_owned() }
+    }
+
+    #[test]
+    fn a_growth_is_told_by_what_the_longest_rest_showed() {
+        let number = |key: &str, value| (key.to_owned(), of(value, value, value));
+        let mut cause = Cause {
+            id: EffectId::DwellStiction,
+            parameters: [number("gain", 13.3), number("time_constant_s", 236.0), number("exponent", 0.65)]
+                .into(),
+            evidence: [("longest_rest_s".to_owned(), Evidence::Number(7.87))].into(),
+            rms_gain: 0.2,
+        };
+        let said = |cause: &Cause| sentence(cause, Channel::Torque);
+        assert_eq!(said(&cause), "The rig's static friction grows by 138 % in the longest rest, of 7.87 s");
+        cause.id = EffectId::HydraulicLock;
+        let lock = "The rig's friction grows under pressure by 138 % per MPa in the longest rest, of 7.87 s";
+        assert_eq!(said(&cause), lock);
+        cause.evidence.clear();
+        assert_eq!(said(&cause), "The rig's friction grows under pressure by 1330 % per MPa while it rests");
     }
 
     #[test]

@@ -21,13 +21,14 @@ pub(crate) struct Spread {
     own_shape: Vec<f64>,
 }
 
-/// How many times the motion is measured again.
-const AGAIN: u64 = 2;
+/// How many times the motion is measured again: as often as a cause that compensates within itself has numbers.
+const AGAIN: u64 = 3;
 
 impl Spread {
     /// Adds the effect of errors in the measured motion. If the motion is sampled and smoothed again, it differs from the
     /// measured one about as much as that differs from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat.
-    /// Assoc. 89, 1994), and the numbers change accordingly. Angle logs predict from the command, which has no such errors.
+    /// Assoc. 89, 1994), and the numbers change accordingly. Those of one cause change together: an amplitude and a time constant that make up for
+    /// each other are uncertain, what they do is not. Angle logs predict from the command, which has no such errors.
     pub fn with_motion(
         mut self,
         setting: &Setting<'_>,
@@ -37,13 +38,19 @@ impl Spread {
         if !setting.campaign.kind.motion_errs {
             return Ok(self);
         }
+        let of: Vec<_> = fitted.point.hypothesis.free().iter().map(|free| free.member()).collect();
+        let of = |place: usize| of.get(place).copied().flatten();
         // Other draws than the one that the weights were estimated from.
         for turn in 1..=AGAIN {
             let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
                 continue;
             };
-            for (place, change) in change.iter().enumerate() {
-                self.covariance[(place, place)] += change * change / AGAIN as f64;
+            for (row, one) in change.iter().enumerate() {
+                for (column, other) in change.iter().enumerate() {
+                    if row == column || of(row).is_some() && of(row) == of(column) {
+                        self.covariance[(row, column)] += one * other / AGAIN as f64;
+                    }
+                }
             }
         }
         Ok(self)

@@ -243,6 +243,10 @@ fn weigh_one(
     let (rms, as_fitted) = left_held_out(judged, &judged.everywhere(&without)?.1);
     let mut evidence = BTreeMap::new();
     evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
+    if [EffectId::DwellStiction, EffectId::HydraulicLock].contains(&member.candidate.id) {
+        let longest_s = judged.setting.campaign.facts.longest_rest_s;
+        evidence.insert("longest_rest_s".to_owned(), Evidence::Number(longest_s));
+    }
     if let Some(text) = taken(member) {
         evidence.insert("taken".to_owned(), Evidence::Text(text));
     }
