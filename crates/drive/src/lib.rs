@@ -14,9 +14,9 @@
 //!   └── (start)
 //! ```
 //! In every mode but Following the rate ramps to zero at the quick-stop deceleration, and stays there. Nothing is followed
-//! without current. A drive begins to follow once under each arming (`follow_id`): what stopped it, or altered a single field on
-//! the way, is not followed by motion that nobody asked for. A command that contradicts itself, or jumps further than a healthy
-//! controller's can, is refused, and counts as missing.
+//! without current. A drive begins to follow once under each arming (`follow_id`): after a stop it needs a new one. A command that
+//! contradicts itself, since one field was altered on the way, or that jumps further than a healthy controller's can, is
+//! refused, and counts as missing.
 #![forbid(unsafe_code)]
 
 mod approach;

@@ -5,7 +5,7 @@ use diagnosis::{
     Verdict,
 };
 use log_data::Channel;
-use valve_model::EffectId;
+use valve_model::{EffectId, growth_reached};
 
 /// What the models are called in legends and tables.
 pub const GIVEN: &str = "model as given";
@@ -334,7 +334,7 @@ fn growth_at_rest(cause: &Cause) -> (f64, String) {
     };
     match value("time_constant_s").zip(rest) {
         Some((constant_s, rest_s)) => {
-            let reached = -(-(rest_s / constant_s).powf(value("exponent").unwrap_or(1.0))).exp_m1();
+            let reached = growth_reached(rest_s / constant_s, value("exponent").unwrap_or(1.0));
             (gain * reached, format!("in the longest rest, of {} s", short(rest_s)))
         }
         None => (gain, "while it rests".to_owned()),

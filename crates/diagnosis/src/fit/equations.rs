@@ -29,6 +29,11 @@ impl Nuisances {
     pub fn of(campaign: &Campaign) -> Self {
         Self { zero_nm: 0.0, angle_zero: campaign.angle_zero == Some(AngleZero::PerRun) }
     }
+
+    /// 1/variance of the prior of a run's zero; 0 where an angle's may be anything.
+    pub fn zero_ridge(self) -> f64 {
+        if self.angle_zero { 0.0 } else { 1.0 / (self.zero_nm * self.zero_nm) }
+    }
 }
 
 /// A torque added to the others independent of friction: its sensitivity needs no simulation.

@@ -38,8 +38,7 @@ impl Spread {
         if !setting.campaign.kind.motion_errs {
             return Ok(self);
         }
-        let of: Vec<_> = fitted.point.hypothesis.free().iter().map(|free| free.member()).collect();
-        let of = |place: usize| of.get(place).copied().flatten();
+        let causes: Vec<_> = fitted.point.hypothesis.free().iter().map(|free| free.member()).collect();
         // Other draws than the one that the weights were estimated from.
         for turn in 1..=AGAIN {
             let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
@@ -47,7 +46,7 @@ impl Spread {
             };
             for (row, one) in change.iter().enumerate() {
                 for (column, other) in change.iter().enumerate() {
-                    if row == column || of(row).is_some() && of(row) == of(column) {
+                    if row == column || causes[row].is_some() && causes[row] == causes[column] {
                         self.covariance[(row, column)] += one * other / AGAIN as f64;
                     }
                 }

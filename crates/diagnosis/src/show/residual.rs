@@ -83,7 +83,7 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
     if !angle_zero && zero_nm == 0.0 {
         return 0.0;
     }
-    let ridge = if angle_zero { 0.0 } else { 1.0 / (zero_nm * zero_nm) };
+    let ridge = setting.nuisances.zero_ridge();
     let counted =
         residual.iter().zip(&piece.weights).filter(|(value, weight)| **weight > 0.0 && value.is_finite());
     let (sum, weights) = counted.fold((0.0, 0.0), |(sum, weights), (value, weight)| {
@@ -95,17 +95,16 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
 /// RMS of the runs' own zeros, N·m or rad, each piece by what it tells of its zero beside its initial state: a spool that rests keeps the torque that
 /// it began with, and that is no zero.
 pub(crate) fn own_zeros_rms(setting: &Setting<'_>, point: &Point) -> Result<f64, DiagnosisError> {
-    let Nuisances { zero_nm, angle_zero } = setting.nuisances;
     let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
     let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
-    let ridge = if angle_zero { 0.0 } else { 1.0 / (zero_nm * zero_nm) };
+    let ridge = setting.nuisances.zero_ridge();
     let (mut squares, mut told) = (0.0, 0.0);
     for piece in equations.into_iter().flatten() {
         let at = |column: usize| piece.gram.matrix.get((0, column)).copied().unwrap_or(0.0);
         let (data, cross) = (at(0), at(1));
-        let share = data / (data + ridge).max(f64::MIN_POSITIVE);
-        squares += share * (cross / (data + ridge).max(f64::MIN_POSITIVE)).powi(2);
-        told += share;
+        let all = (data + ridge).max(f64::MIN_POSITIVE);
+        squares += data / all * (cross / all).powi(2);
+        told += data / all;
     }
     Ok((squares / f64::max(told, f64::MIN_POSITIVE)).sqrt())
 }

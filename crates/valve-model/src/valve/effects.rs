@@ -113,8 +113,18 @@ impl Growth {
         if self.gain == 0.0 || rest_s <= 0.0 {
             return 0.0;
         }
-        -self.gain * (-(rest_s * self.per_time_constant).powf(self.exponent)).exp_m1()
+        self.gain * growth_reached(rest_s * self.per_time_constant, self.exponent)
     }
+}
+
+/// The part of its growth at rest that friction has reached, 0 to 1, after a rest of so many time constants; the formula of `dwell-stiction`.
+///
+/// ```
+/// assert!((valve_model::growth_reached(1.0, 1.0) - 0.632).abs() < 1e-3);
+/// ```
+#[inline]
+pub fn growth_reached(time_constants: f64, exponent: f64) -> f64 {
+    -(-time_constants.powf(exponent)).exp_m1()
 }
 
 impl Effects {

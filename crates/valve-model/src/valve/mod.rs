@@ -17,6 +17,7 @@ mod step;
 mod substeps;
 mod tolerance;
 
+pub use effects::growth_reached;
 pub use input::ValveInput;
 pub use measurement::SensorDelay;
 pub use motion::{MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, motion_step};
