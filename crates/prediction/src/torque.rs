@@ -6,7 +6,8 @@ use crate::sides::{SIDES, clearer};
 use crate::{Noise, Past, Predicted, PredictionError, Smoother, Start};
 use log_data::{Channel, Run};
 use valve_model::{
-    ContactPast, Model, MotionInput, MotionParams, MotionSample, MotionState, ParamError, motion_step,
+    ContactPast, Model, MotionInput, MotionParams, MotionSample, MotionState, ParamError,
+    measured_motion_step,
 };
 
 /// Samples, at most, from which the bristle's deflection at a run's start is estimated.
@@ -33,7 +34,7 @@ pub(crate) fn predict(
     let noise = Noise::of(&run.angle_rad);
     let smoother = || Smoother::new(&run.time_s, &run.angle_rad, noise);
     let mut path =
-        Path { time_s: &run.time_s, conditions: &conditions, params: &params, smoother: smoother() };
+        Path { time_s: &run.time_s, conditions: &conditions, params: &params, smoother: smoother(), noise };
     let start = path.start(torque_nm, past);
     let first = path.smoother.motion(0);
     let past = begun(start, past, path.clock_s());
@@ -79,6 +80,7 @@ struct Path<'a> {
     conditions: &'a Conditions<'a>,
     params: &'a MotionParams,
     smoother: Smoother<'a>,
+    noise: Noise,
 }
 
 impl Path<'_> {
@@ -106,7 +108,7 @@ impl Path<'_> {
         let dt_s = if index == 0 { MOMENT_S } else { at(index) - at(index - 1) };
         let (pressure_drop_pa, oil_temperature_c) = self.conditions.before(index);
         let input = MotionInput { start: *start, end: *end, pressure_drop_pa, oil_temperature_c };
-        motion_step(self.params, state, &input, dt_s).measured_torque_nm
+        measured_motion_step(self.params, state, (&input, self.noise.deviation_rad), dt_s).measured_torque_nm
     }
 
     /// How the contact begins: the deflection that fits the measured torque best until it is forgotten, and where bristles that

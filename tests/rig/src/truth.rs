@@ -25,7 +25,7 @@ pub struct Imperfect {
     pub tolerance: f64,
     /// What may be named beside what is hidden, since it is there: a transducer that follows late, an angle's zero.
     pub also_true: Vec<String>,
-    /// How much later than the angle a torque's transducer is, s; also where it hardly shows.
+    /// How much later than the angle a torque's transducer is where the torque is slow, s; also where it hardly shows.
     pub torque_lag_s: Option<f64>,
     /// What was drawn, for whoever looks at a case.
     pub world: Map<String, Value>,

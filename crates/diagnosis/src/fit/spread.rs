@@ -28,7 +28,8 @@ impl Spread {
     /// Adds the effect of errors in the measured motion. If the motion is sampled and smoothed again, it differs from the
     /// measured one about as much as that differs from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat.
     /// Assoc. 89, 1994), and the numbers change accordingly. Those of one cause change together: an amplitude and a time constant that make up for
-    /// each other are uncertain, what they do is not. Angle logs predict from the command, which has no such errors.
+    /// each other are uncertain, what they do is not. The motion between the samples is not known either: samples twice as far apart
+    /// change the numbers by no less than what is missing between them does. Angle logs predict from the command, which has no such errors.
     pub fn with_motion(
         mut self,
         setting: &Setting<'_>,
@@ -38,21 +39,30 @@ impl Spread {
         if !setting.campaign.kind.motion_errs {
             return Ok(self);
         }
-        let causes: Vec<_> = fitted.point.hypothesis.free().iter().map(|free| free.member()).collect();
         // Other draws than the one that the weights were estimated from.
         for turn in 1..=AGAIN {
-            let Some(change) = change_with_motion(setting, fitted, seed.wrapping_add(turn))? else {
-                continue;
-            };
-            for (row, one) in change.iter().enumerate() {
-                for (column, other) in change.iter().enumerate() {
-                    if row == column || causes[row].is_some() && causes[row] == causes[column] {
-                        self.covariance[(row, column)] += one * other / AGAIN as f64;
-                    }
+            let again = |piece: &Piece| Some(piece.again(seed.wrapping_add(turn)));
+            let change = change_with_motion(setting, fitted, &again)?;
+            self.add_within_causes(&fitted.point.hypothesis, change, AGAIN as f64);
+        }
+        for first in [0, 1] {
+            let change = change_with_motion(setting, fitted, &|piece| Some(piece.at_half_the_rate(first)))?;
+            self.add_within_causes(&fitted.point.hypothesis, change, 2.0);
+        }
+        Ok(self)
+    }
+
+    /// Adds the square of a change, one of `count`, of the numbers of each cause together, and of each other number alone.
+    fn add_within_causes(&mut self, hypothesis: &Hypothesis, change: Option<DVector<f64>>, count: f64) {
+        let Some(change) = change else { return };
+        let causes: Vec<_> = hypothesis.free().iter().map(|free| free.member()).collect();
+        for (row, one) in change.iter().enumerate() {
+            for (column, other) in change.iter().enumerate() {
+                if row == column || causes[row].is_some() && causes[row] == causes[column] {
+                    self.covariance[(row, column)] += one * other / count;
                 }
             }
         }
-        Ok(self)
     }
 
     /// The conditional standard deviation of a number, given the numbers at `given`, and the numbers of its cause that were left out.
@@ -139,14 +149,13 @@ fn within(hypothesis: &Hypothesis, free: Free, by: f64) -> f64 {
     if by == 0.0 { 1.0 } else { (there.get(free) - at) / by }
 }
 
-/// The change of the fitted numbers when the motion is measured again, in one Gauss-Newton step.
+/// The change of the fitted numbers with another motion, in one Gauss-Newton step.
 fn change_with_motion(
     setting: &Setting<'_>,
     fitted: &Fitted,
-    seed: u64,
+    again: &(dyn Fn(&Piece) -> Option<Piece> + Sync),
 ) -> Result<Option<DVector<f64>>, DiagnosisError> {
     let columns = setting.own_columns(&fitted.point.hypothesis)?;
-    let again = |piece: &Piece| Some(piece.again(seed));
     let equations = setting.equations_as_seen(&fitted.point, &columns, Piece::is_fitted, again)?;
     let there = sum(&by_group(setting.campaign, &fitted.point.hypothesis, &equations, columns.len()));
     let all: Vec<usize> = (0..columns.len()).collect();
@@ -170,15 +179,21 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
     let white = invert(a.clone())?;
     let groups: Vec<&Gram> = groups.iter().filter(|group| group.count > 0.0).collect();
     let count = groups.len() as f64;
-    let mut clustered = DMatrix::zeros(columns.len(), columns.len());
+    let mut without: Vec<DVector<f64>> = Vec::with_capacity(groups.len());
     for group in &groups {
         let (own_a, own_b) = group.part(&columns);
         let mut rest = &a - own_a;
         for i in 0..rest.nrows() {
             rest[(i, i)] += 1e-3 * a[(i, i)];
         }
-        let change = invert(rest)? * (&b - own_b);
-        clustered += &change * change.transpose();
+        without.push(invert(rest)? * (&b - own_b));
+    }
+    // Around their mean: where a fit was ended early, or a number is at its bound, all groups ask for the same step.
+    let mean = without.iter().sum::<DVector<f64>>() / count.max(1.0);
+    let mut clustered = DMatrix::zeros(columns.len(), columns.len());
+    for change in &without {
+        let off = change - &mean;
+        clustered += &off * off.transpose();
     }
     clustered *= (count - 1.0) / count;
     // The prior's own contribution, which the jackknife can't see.
@@ -254,8 +269,8 @@ mod tests {
         Log { runs: (0..8).map(run).collect(), ..Log::default() }
     }
 
-    /// Error of the first harmonic, fitted alone, and its half width without and with the uncertainty of model selection.
-    fn first_alone(second_nm: f64) -> (f64, f64, f64) {
+    /// The setting of [`turns`], given to `look` with the first harmonic fitted alone, in so many steps.
+    fn first_harmonic<T>(second_nm: f64, steps: usize, look: impl FnOnce(&Setting<'_>, &Fitted) -> T) -> T {
         let given = fixtures::model(Vec::new());
         let mut campaign = Campaign::new(&turns(second_nm), &given, 0, &OneAfterTheOther).unwrap();
         campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1.0 / NOISE_NM));
@@ -265,12 +280,30 @@ mod tests {
         let hypothesis = Hypothesis { members: vec![member], ..Hypothesis::default() };
         let ready = setting.ready(&hypothesis).unwrap();
         let starts = campaign.pieces.iter().map(|piece: &Piece| piece.first_start(&ready)).collect();
-        let fitted = fit(&setting, Point { hypothesis, starts }, &Piece::is_fitted, 8).unwrap();
-        let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
-        let half_width = |of: &Spread| of.half_width * of.covariance[(0, 0)].sqrt();
-        let alone = spread(&fitted, setting.loss()).unwrap();
-        let narrow = half_width(&alone);
-        (off, narrow, half_width(&alone.with_choice(&setting, &fitted).unwrap()))
+        look(&setting, &fit(&setting, Point { hypothesis, starts }, &Piece::is_fitted, steps).unwrap())
+    }
+
+    fn half_width(of: &Spread) -> f64 {
+        of.half_width * of.covariance[(0, 0)].sqrt()
+    }
+
+    /// Error of the first harmonic, fitted alone, and its half width without and with the uncertainty of model selection.
+    fn first_alone(second_nm: f64) -> (f64, f64, f64) {
+        first_harmonic(second_nm, 8, |setting, fitted| {
+            let off = (fitted.point.hypothesis.get(Free::Number(0, 0)) - FIRST_NM).abs();
+            let alone = spread(fitted, setting.loss()).unwrap();
+            (off, half_width(&alone), half_width(&alone.with_choice(setting, fitted).unwrap()))
+        })
+    }
+
+    #[test]
+    fn a_fit_that_was_ended_early_is_no_less_certain_for_the_step_that_is_left() {
+        let of = |steps: usize| {
+            first_harmonic(0.0, steps, |setting, fitted| half_width(&spread(fitted, setting.loss()).unwrap()))
+        };
+        let (ended, converged) = (of(0), of(8));
+        println!("half widths: {ended} N·m before the first step, {converged} at the end");
+        assert!((0.5..2.0).contains(&(ended / converged)), "{ended} against {converged} N·m");
     }
 
     #[test]

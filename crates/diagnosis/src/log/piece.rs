@@ -215,6 +215,7 @@ impl Piece {
         Inputs {
             driven: &self.driven,
             motions: &self.motions,
+            deviation_rad: self.noise.deviation_rad,
             past: self.past,
             stretch: self.is_as_measured.then_some(stretch),
             whole_run,
@@ -328,6 +329,11 @@ impl Piece {
     /// A piece of a torque log as if its motion had been measured again.
     pub fn again(&self, seed: u64) -> Self {
         Self { motions: self.measured_again(seed), is_as_measured: false, ..self.clone() }
+    }
+
+    /// A piece of a torque log as if every second angle, from `first` on, were unknown.
+    pub fn at_half_the_rate(&self, first: usize) -> Self {
+        Self { motions: self.thinned(first), is_as_measured: false, ..self.clone() }
     }
 
     fn measured_again(&self, seed: u64) -> Vec<MotionSample> {

@@ -40,6 +40,8 @@ pub(crate) struct Inputs<'a> {
     pub driven: &'a Driven,
     /// The motion of each sample in a torque log, of the first in an angle log.
     pub motions: &'a [MotionSample],
+    /// Standard deviation of the measured angles, rad.
+    pub deviation_rad: f64,
     pub past: Before,
     /// What is predicted, if it will be asked for again; `None` of a motion that was made up.
     pub stretch: Option<Stretch>,
@@ -133,9 +135,7 @@ impl Ready {
     /// Simulates a piece, or the whole of its run.
     fn simulate(&self, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
         match (self.params(), &inputs.whole_run) {
-            (Params::Torque(params), _) => {
-                torque_nm(params, inputs.driven, inputs.motions, inputs.past, start)
-            }
+            (Params::Torque(params), _) => torque_nm(params, inputs, start),
             (Params::Angle(params), Some((run, _))) => {
                 angle_rad(&run.driven, run.first, run.past, params, start)
             }

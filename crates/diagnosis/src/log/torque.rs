@@ -2,9 +2,9 @@
 
 use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
-use crate::log::past::Before;
+use crate::log::ready::Inputs;
 use prediction::sharper;
-use valve_model::{ContactPast, MotionInput, MotionParams, MotionSample, motion_step};
+use valve_model::{ContactPast, MotionInput, MotionParams, MotionSample, measured_motion_step};
 
 /// The first sample's torque is taken after this time, s: practically at once.
 const MOMENT_S: f64 = 1e-9;
@@ -17,13 +17,8 @@ pub(crate) fn begins_with_nm(params: &MotionParams, driven: &Driven) -> f64 {
 }
 
 /// The torque of each sample of a motion, N·m.
-pub(crate) fn torque_nm(
-    params: &MotionParams,
-    driven: &Driven,
-    motions: &[MotionSample],
-    past: Before,
-    start: InitialState,
-) -> Vec<f64> {
+pub(crate) fn torque_nm(params: &MotionParams, inputs: &Inputs<'_>, start: InitialState) -> Vec<f64> {
+    let Inputs { driven, motions, past, .. } = *inputs;
     let Some(first) = motions.first() else { return Vec::new() };
     let law = params.friction_law();
     let came_from_rad = start.side.unwrap_or(past.side) * law.break_away_deflection_rad();
@@ -41,7 +36,9 @@ pub(crate) fn torque_nm(
         let dt_s = if index == 0 { MOMENT_S } else { time_s - before_s };
         let (pressure_drop_pa, oil_temperature_c) = driven.conditions(index);
         let input = MotionInput { start: before, end: *motion, pressure_drop_pa, oil_temperature_c };
-        torque.push(motion_step(params, &mut state, &input, dt_s).measured_torque_nm);
+        torque.push(
+            measured_motion_step(params, &mut state, (&input, inputs.deviation_rad), dt_s).measured_torque_nm,
+        );
         (before, before_s) = (*motion, *time_s);
     }
     prediction::delay(times_s, &mut torque, params.sensor_delay());

@@ -5,6 +5,7 @@ mod customs;
 mod effects;
 mod input;
 mod linear;
+mod measured;
 mod measurement;
 mod met;
 mod motion;
@@ -19,6 +20,7 @@ mod tolerance;
 
 pub use effects::growth_reached;
 pub use input::ValveInput;
+pub use measured::measured_motion_step;
 pub use measurement::SensorDelay;
 pub use motion::{MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, motion_step};
 pub use params::ValveParams;

@@ -19,6 +19,11 @@ pub(super) fn normal(rng: &mut Pcg64) -> f64 {
     StandardNormal.sample(rng)
 }
 
+/// How late a transducer of limited bandwidth is where the torque is slow, s: 2·damping/ω₀ of its low-pass.
+pub(super) fn lag_s(bandwidth_hz: f64) -> f64 {
+    2.0 * DAMPING / (TAU * bandwidth_hz)
+}
+
 /// A torque as a transducer of limited bandwidth passes it on, linear between the samples; it begins settled.
 pub(super) fn transduced(times_s: &[f64], torque_nm: &[f64], bandwidth_hz: f64) -> Vec<f64> {
     let w = TAU * bandwidth_hz;
@@ -95,6 +100,16 @@ mod tests {
         // |H| of a second-order low-pass damped at 0.7: 0.714 at its frequency, 1/16.0 at four times it.
         assert!((size(100.0) - 0.714).abs() < 0.03, "{}", size(100.0));
         assert!((size(400.0) - 0.0624).abs() < 0.01, "{}", size(400.0));
+    }
+
+    #[test]
+    fn a_ramp_comes_as_late_as_the_answer_key_says() {
+        for bandwidth_hz in [50.0, 437.0, 2000.0] {
+            let ramp: Vec<f64> = (0..500).map(|k| 2e-3 * f64::from(k)).collect();
+            let passed = transduced(&ramp, &ramp, bandwidth_hz);
+            let (late_s, key_s) = (ramp[499] - passed[499], lag_s(bandwidth_hz));
+            assert!((late_s / key_s - 1.0).abs() < 0.03, "{bandwidth_hz} Hz: {late_s} s, key {key_s} s");
+        }
     }
 
     #[test]

@@ -323,7 +323,8 @@ impl Draft {
             imperfect: Some(Imperfect {
                 tolerance: TOLERANCE,
                 also_true,
-                torque_lag_s: (self.kind == LogKind::Torque).then(|| 1.0 / (TAU * self.world.bandwidth_hz)),
+                torque_lag_s: (self.kind == LogKind::Torque)
+                    .then(|| instruments::lag_s(self.world.bandwidth_hz)),
                 world: self.facts(),
             }),
         })
