@@ -358,6 +358,12 @@ impl Draft {
             // What the file's number is to be multiplied by.
             parameters.insert("factor".to_owned(), json!(factor * self.misjudged(one.instance.effect)));
         }
+        let delay_s = parameters.get("delay_s").and_then(Value::as_f64);
+        if let Some(delay_s) = delay_s.filter(|_| self.kind == LogKind::Torque) {
+            // The transducer's own lag comes on top of it.
+            let lag_s = instruments::lag_s(self.world.bandwidth_hz);
+            parameters.insert("delay_s".to_owned(), json!(delay_s + lag_s));
+        }
         HiddenEffect {
             id: one.instance.effect.name().to_owned(),
             parameters,
