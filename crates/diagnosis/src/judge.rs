@@ -6,7 +6,7 @@ use crate::asked::Asked;
 use crate::corrected::{CORRECTING, leaves_noise, with_corrections, within_tolerance};
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Member};
-use crate::fit::equations::{Nuisances, Point, Setting};
+use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::found::Event;
 use crate::log::noise::NoiseLevel;
@@ -24,26 +24,16 @@ use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
 use crate::name::tried::{EQUAL, NEARLY, Tried};
 use crate::numbers::numbers_off;
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
-use crate::outcome::Dependence;
 use crate::show::mains::mains;
-use crate::show::residual::{Jumps, PieceResidual, left, left_with, own_zeros_rms, rms_left, settled};
+use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
-use log_data::AngleZero;
-use std::collections::BTreeSet;
+use crate::zeros::{Reached, same_causes_with_zeros, with_zeros_by_run, zeros_belong, zeros_explain};
 use valve_model::EffectId;
 
 /// Causes that are searched for beside corrections.
 const FEW: usize = 2;
 /// A candidate whose predicted residual RMS, or that after its first steps, is more than this many times the noise is not fitted further.
 const HOPELESS: f64 = 1.5;
-/// Offsets of each run are accepted only if they cut the residual to this part of that with one common offset: they cost a parameter a run.
-const MUCH_LESS: f64 = 0.9;
-/// Where offsets of each run leave no more than this part of the mean square beyond noise, they are there, whatever else is.
-const NEARLY_ALL: f64 = 0.1;
-/// Offsets of each run beyond so many standard deviations of the model's own, as RMS, are no zeros: of two runs one in 10,000 has them by chance.
-const PLAUSIBLE: f64 = 3.0;
-
 /// Fits the given model, searches for causes, and collects what the conclusion needs.
 pub(crate) fn judge<'a>(
     setting: Setting<'a>,
@@ -75,7 +65,12 @@ pub(crate) fn judge<'a>(
             Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
             Few::Not(None) => false,
         };
-        if belong {
+        let found = if belong {
+            Some(found)
+        } else {
+            same_causes_with_zeros(&with_zeros, without)?.map(|same| Few::Not(Some(Box::new(same))))
+        };
+        if let Some(found) = found {
             (setting, few) = (with_zeros, found);
             (given, corrected) = fitted;
         }
@@ -115,81 +110,6 @@ pub(crate) fn judge_few<'a>(
         return Ok(None);
     };
     judgement(setting, noise, (*few, corrected), &given.point, asked).map(Some)
-}
-
-/// The setting and the beginning with a zero of its own for each run: only if the runs differ on average in the residual of the given
-/// model, or in what few causes leave: beside what these do such differences are small. Tried where one zero needs many causes. An encoder that was
-/// switched off between the runs, or a transducer that was loaded anew, is a smaller assumption than these.
-fn with_zeros_by_run<'a>(
-    setting: &Setting<'a>,
-    asked: Asked<'_>,
-    (seen, few): (&[PieceResidual], Option<&Selection>),
-) -> Result<Option<(Setting<'a>, Point)>, DiagnosisError> {
-    let by_run = |of: &Dependence| of.on == "run" && !of.as_friction;
-    let clear = |of: &Dependence| by_run(of) && of.share > SHARE_LEFT && of.p_value < CHANCE;
-    let differ = |left: &[PieceResidual]| structure(setting, left).dependences.iter().any(clear);
-    let nuisances = zeros_by_run(setting, asked.corrections);
-    if nuisances == setting.nuisances || setting.is_over() {
-        return Ok(None);
-    }
-    let few_leave = || few.map(|few| left(setting, &few.fitted.point)).transpose();
-    if !differ(seen) && !few_leave()?.is_some_and(|left| differ(&left)) {
-        return Ok(None);
-    }
-    let mut first = asked.first.clone();
-    if nuisances.angle_zero {
-        first.hypothesis.zero_rad = None;
-    }
-    Ok(Some((Setting { nuisances, ..*setting }, first)))
-}
-
-/// Whether offsets of each run stay where they leave more than noise, whose colour is judged last: they pay, and are no larger than zeros are. A log
-/// that says that its angles have a common zero is believed.
-fn zeros_belong(
-    setting: &Setting<'_>,
-    with_zeros: &Selection,
-    without: Option<&Selection>,
-) -> Result<bool, DiagnosisError> {
-    let pay =
-        |of: &Selection| zeros_pay(Reached::of(with_zeros), Reached::of(of), with_zeros.ids() == of.ids());
-    let zero_nm = setting.nuisances.zero_nm;
-    Ok(zero_nm > 0.0
-        && without.is_some_and(pay)
-        && own_zeros_rms(setting, &with_zeros.fitted.point)? < PLAUSIBLE * zero_nm)
-}
-
-/// Whether offsets of each run are worth what they cost: the same causes leave much less beside them, or no more causes do and not far from noise,
-/// or they take nearly all that few causes leave beyond it.
-fn zeros_pay(with_zeros: Reached, without: Reached, same_causes: bool) -> bool {
-    let beyond_noise = |of: Reached| (of.rms.powi(2) - 1.0).max(0.0);
-    let less = with_zeros.causes <= without.causes && with_zeros.rms < MUCH_LESS * without.rms;
-    less && (same_causes || with_zeros.rms < HOPELESS)
-        || beyond_noise(with_zeros) < NEARLY_ALL * beyond_noise(without)
-}
-
-/// True if offsets of each run, which leave only noise, are reported as the explanation. Either the same causes are found
-/// without them and leave more (parameters of the model may differ), or the residual without them is much larger.
-fn zeros_explain(with_zeros: &Selection, without: Option<&Selection>, corrections: &[Correction]) -> bool {
-    let Some(without) = without else { return true };
-    let is_number = |id: EffectId| corrections.iter().any(|of| of.id == id);
-    let of = |selection: &Selection| -> BTreeSet<EffectId> {
-        selection.ids().into_iter().filter(|id| !is_number(*id)).collect()
-    };
-    of(with_zeros) == of(without) || with_zeros.rms < MUCH_LESS * without.rms
-}
-
-/// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related. The prior of a torque's offsets
-/// is the tolerance of the model's own. In runs that all go one way it is an offset of friction just as well.
-fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
-    let campaign = setting.campaign;
-    let mut nuisances = setting.nuisances;
-    if campaign.angle_zero == Some(AngleZero::Common) {
-        nuisances.angle_zero = true;
-    } else if nuisances.zero_nm == 0.0 && campaign.kind.residual_is_torque() && campaign.runs.len() > 1 {
-        let zero = corrections.iter().find(|of| of.id == EffectId::TorqueOffset);
-        nuisances.zero_nm = zero.map_or(0.0, |zero| zero.deviation);
-    }
-    nuisances
 }
 
 /// What the conclusion needs: the selection refitted beside the corrections, and the residual of the given model, from its fitted start.
@@ -271,21 +191,6 @@ fn few(
 fn few_stay(setting: &Setting<'_>, few: &Selection, selected: &Selection) -> bool {
     setting.is_over() && few.has_more_than(selected)
         || is_no_better(Reached::of(selected), Reached::of(few), few.rms_first)
-}
-
-/// How many causes a search found, how many of these without a late transducer, and the held-out RMS that they leave.
-#[derive(Debug, Clone, Copy)]
-struct Reached {
-    causes: usize,
-    of_the_valve: usize,
-    rms: f64,
-}
-
-impl Reached {
-    fn of(selection: &Selection) -> Self {
-        let (causes, of_the_valve) = (selection.causes(), selection.causes_of_the_valve());
-        Self { causes, of_the_valve, rms: selection.rms }
-    }
 }
 
 /// Whether other causes than the few are no better: they are no fewer and leave no less, or are more for what the forms of the few may leave.
@@ -464,25 +369,6 @@ fn few_beside_corrections(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn offsets_of_each_run_must_pay() {
-        let reached = |(causes, rms)| Reached { causes, of_the_valve: causes, rms };
-        for (with_zeros, without, same_causes, pay) in [
-            ((1, 1.4), (1, 1.5), true, false),
-            ((1, 1.4), (1, 2.0), false, true),
-            ((1, 1.4), (2, 2.0), false, true),
-            ((2, 1.4), (1, 2.0), false, false),
-            // Far from noise other causes may be in their place, the same ones not.
-            ((1, 4.0), (1, 5.0), false, false),
-            ((1, 4.0), (1, 5.0), true, true),
-            ((1, 4.8), (1, 5.0), true, false),
-            ((2, 2.0), (1, 8.0), false, true),
-        ] {
-            let found = zeros_pay(reached(with_zeros), reached(without), same_causes);
-            assert_eq!(found, pay, "{with_zeros:?} beside {without:?}, the same: {same_causes}");
-        }
-    }
 
     #[test]
     fn few_causes_stay_where_others_are_no_better() {

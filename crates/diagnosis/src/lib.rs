@@ -34,6 +34,7 @@ mod show;
 mod suspect;
 mod unnamed;
 mod workers;
+mod zeros;
 
 pub use contest::{Choice, Contest, Trial, choose};
 pub use diagnose::diagnose;

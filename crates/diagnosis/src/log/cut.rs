@@ -173,6 +173,8 @@ pub(crate) fn deal(
     for (key, held) in keys.iter().zip(held_out(&alike, thinned, &mut random)) {
         hold_out.get_mut(key.4).into_iter().for_each(|of| *of = held);
     }
+    let ranges: Vec<f64> = (0..groups).map(|group| range_of(pieces, group)).collect();
+    hold_out_what_tells(&ranges, &mut hold_out, &mut random);
     let fitted = keys.iter().filter(|key| hold_out.get(key.4) == Some(&false));
     for (place, key) in fitted.enumerate() {
         if let Some(fold) = fold_of.get_mut(key.4) {
@@ -180,6 +182,35 @@ pub(crate) fn deal(
         }
     }
     (hold_out, fold_of)
+}
+
+/// A group in which the measured channel changes by less than this part of what it does in another tells little of what changes it.
+const TELLS: f64 = 0.1;
+
+/// The widest range of the measured channel within a piece of a group.
+fn range_of(pieces: &[Piece], group: usize) -> f64 {
+    let of = |piece: &Piece| {
+        let values = piece.measured.iter().filter(|value| value.is_finite());
+        let (least, most) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| (least.min(*at), most.max(*at)));
+        most - least
+    };
+    pieces.iter().filter(|piece| piece.group == group).map(of).fold(0.0, f64::max)
+}
+
+/// Holds out one of the groups in which something happens, where only others were, a torque at a constant speed or an angle at rest: those
+/// judge nothing. What happens in one group alone is left to the fit.
+fn hold_out_what_tells(ranges: &[f64], hold_out: &mut [bool], random: &mut Pcg64Mcg) {
+    let widest = ranges.iter().copied().fold(0.0, f64::max);
+    let telling: Vec<usize> = (0..ranges.len())
+        .filter(|group| ranges.get(*group).is_some_and(|range| *range > TELLS * widest))
+        .collect();
+    let is_held = |group: &usize| hold_out.get(*group) == Some(&true);
+    if telling.len() < 2 || telling.iter().any(is_held) || !hold_out.contains(&true) {
+        return;
+    }
+    let chosen = telling.get(random.random_range(0..telling.len()));
+    chosen.and_then(|group| hold_out.get_mut(*group)).into_iter().for_each(|of| *of = true);
 }
 
 /// Which groups are held out, where `alike` of them move alike, one class after another: one of each `HOLD_OUT` of a class. Of a log that is
@@ -213,6 +244,28 @@ fn one_of_each(count: usize, random: &mut Pcg64Mcg) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn something_that_tells_is_held_out_where_more_than_one_group_does() {
+        let (still, tells) = (0.001, 1.0);
+        for (ranges, held, expected) in [
+            // Groups' ranges, which of them are held out by chance, how many that tell are held out then.
+            (vec![tells, still, still, tells, still], vec![1], 1),
+            (vec![tells, still, still, tells, still], vec![3], 1),
+            (vec![tells, still, still, still], vec![2], 0),
+            (vec![tells, tells], vec![], 0),
+            (vec![0.0, 0.0, 0.0], vec![1], 0),
+        ] {
+            for seed in 0..20 {
+                let mut hold_out: Vec<bool> = (0..ranges.len()).map(|group| held.contains(&group)).collect();
+                let before = hold_out.clone();
+                hold_out_what_tells(&ranges, &mut hold_out, &mut Pcg64Mcg::seed_from_u64(seed));
+                let told = ranges.iter().zip(&hold_out).filter(|(range, held)| **range == tells && **held);
+                assert_eq!(told.count(), expected, "{ranges:?}, {held:?}");
+                assert!(before.iter().zip(&hold_out).all(|(before, now)| *now || !before));
+            }
+        }
+    }
 
     #[test]
     fn enough_is_held_out_and_every_motion_is_fitted() {
