@@ -37,6 +37,6 @@ pub use orifice::{OrificeError, OrificeParams};
 pub use seals::SealParams;
 pub use valve::{
     MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, SensorDelay, ValveInput, ValveOutput,
-    ValveParams, ValveState, growth_reached, measured_motion_step, motion_step, step,
+    ValveParams, ValveState, growth_reached, half_way, measured_motion_step, motion_step, step,
 };
 pub use window::{Window, WindowTable};

@@ -1,5 +1,5 @@
 //! A contact along sampled angles: how well it follows a spool that sets out within a sample.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 mod common;
 

@@ -17,7 +17,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 use std::sync::Arc;
-use valve_model::MotionSample;
+use valve_model::{MotionSample, half_way};
 
 /// Samples beyond a piece's ends that its smoothing uses.
 const MARGIN: usize = 2048;
@@ -271,7 +271,7 @@ impl Piece {
     }
 
     /// The prediction's error due to the unknown motion between samples, estimated with samples twice as far apart: the
-    /// prediction from a motion of which every second angle is interpolated (once the even, once the odd), minus the one from
+    /// prediction from a motion of which every second sample is missing (once the even, once the odd), minus the one from
     /// all. A spool that stops within a sample or two keeps the torque that its bristles had then, for as long as it rests.
     /// Empty if the prediction doesn't depend on it.
     pub fn error_of_sampling(&self, ready: &Ready, start: InitialState) -> [Vec<f64>; 2] {
@@ -285,17 +285,27 @@ impl Piece {
         })
     }
 
-    /// The motion with every second angle, from `first` on, replaced by the cubic through its neighbours.
+    /// The motion as it would be taken if every second sample, from `first` on, were missing: speeds from the others, and half-way between
+    /// them what a step of twice the length takes.
     fn thinned(&self, first: usize) -> Vec<MotionSample> {
-        let mut angles: Vec<f64> = self.motions.iter().map(|motion| motion.angle_rad).collect();
-        for index in (first + 4..angles.len().saturating_sub(3)).step_by(2) {
-            let at =
-                |offset: usize| self.motions.get(index + offset - 3).map_or(0.0, |motion| motion.angle_rad);
-            if let Some(angle) = angles.get_mut(index) {
-                *angle = (9.0 * (at(2) + at(4)) - at(0) - at(6)) / 16.0;
+        let mut motions = self.motions.clone();
+        let sample = |index: usize| Some((*self.driven.time_s().get(index)?, self.motions.get(index)?));
+        for index in (first + 1..motions.len()).step_by(2) {
+            let wide = index.checked_sub(2).and_then(sample).zip(sample(index + 2));
+            if let (Some((before, after)), Some(here), Some(motion)) =
+                (wide, sample(index), motions.get_mut(index))
+            {
+                *motion = at_twice_the_step(before, here, after);
             }
         }
-        smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
+        for index in (first + 2..motions.len()).step_by(2) {
+            let ends = motions.get(index - 1).copied().zip(motions.get(index + 1).copied());
+            let times = sample(index - 1).zip(sample(index + 1)).map(|(before, after)| after.0 - before.0);
+            if let (Some((start, end)), Some(dt_s), Some(motion)) = (ends, times, motions.get_mut(index)) {
+                *motion = half_way(&start, &end, dt_s);
+            }
+        }
+        motions
     }
 
     /// Information per sample, given the variances of measured minus predicted: while the encoder stays within one step,
@@ -350,6 +360,22 @@ impl Piece {
         };
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
+    }
+}
+
+/// The motion at a sample by those before and after it: times, s, and motions.
+fn at_twice_the_step(
+    before: (f64, &MotionSample),
+    here: (f64, &MotionSample),
+    after: (f64, &MotionSample),
+) -> MotionSample {
+    let slope = |from: (f64, &MotionSample), to: (f64, &MotionSample)| {
+        (to.1.angle_rad - from.1.angle_rad) / (to.0 - from.0)
+    };
+    MotionSample {
+        angle_rad: here.1.angle_rad,
+        speed_rad_per_s: slope(before, after),
+        acceleration_rad_per_s2: 2.0 * (slope(here, after) - slope(before, here)) / (after.0 - before.0),
     }
 }
 

@@ -40,7 +40,15 @@ fn way(params: &MotionParams, input: &MotionInput, least_rad: f64, dt_s: f64) ->
     if !missed_rad.is_finite() || missed_rad.abs() <= least_rad {
         return None;
     }
-    let mean = turn_rad / dt_s;
+    let (middle, ends) = between(start, end, dt_s);
+    let at = |sample: &MotionSample, speed_rad_per_s: f64| MotionSample { speed_rad_per_s, ..*sample };
+    Some([at(start, ends.0), middle, at(end, ends.1)])
+}
+
+/// The motion half-way in time between two samples, and the speeds at them that go with it: the speed is linear to the middle and from there on, and
+/// the turn is that of the angles.
+fn between(start: &MotionSample, end: &MotionSample, dt_s: f64) -> (MotionSample, (f64, f64)) {
+    let mean = (end.angle_rad - start.angle_rad) / dt_s;
     let ends = one_way((start.speed_rad_per_s, end.speed_rad_per_s), mean);
     let speed_rad_per_s = 2.0 * mean - 0.5 * (ends.0 + ends.1);
     let middle = MotionSample {
@@ -48,8 +56,12 @@ fn way(params: &MotionParams, input: &MotionInput, least_rad: f64, dt_s: f64) ->
         speed_rad_per_s,
         acceleration_rad_per_s2: 0.5 * (start.acceleration_rad_per_s2 + end.acceleration_rad_per_s2),
     };
-    let at = |sample: &MotionSample, speed_rad_per_s: f64| MotionSample { speed_rad_per_s, ..*sample };
-    Some([at(start, ends.0), middle, at(end, ends.1)])
+    (middle, ends)
+}
+
+/// What [`measured_motion_step`] takes for the motion half-way in time between two samples that are `dt_s` apart.
+pub fn half_way(start: &MotionSample, end: &MotionSample, dt_s: f64) -> MotionSample {
+    between(start, end, dt_s).0
 }
 
 /// The speeds at the ends of a step of this mean speed, held so low that a spool that goes one way, or rests at one end, doesn't turn round

@@ -20,7 +20,7 @@ mod tolerance;
 
 pub use effects::growth_reached;
 pub use input::ValveInput;
-pub use measured::measured_motion_step;
+pub use measured::{half_way, measured_motion_step};
 pub use measurement::SensorDelay;
 pub use motion::{MotionInput, MotionOutput, MotionParams, MotionSample, MotionState, motion_step};
 pub use params::ValveParams;
