@@ -19,7 +19,7 @@ pub use angle::encoder_angle_after;
 pub use delay::delay;
 pub use error::PredictionError;
 pub use noise::{Noise, goes_through_steps};
-pub use smoothing::{MOMENT_REACH, Smoother, motion_at, sharper};
+pub use smoothing::{MOMENT_REACH, Smoother, motion_at, motion_through, sharper};
 
 use log_data::{Channel, Run};
 use valve_model::{Covariate, EffectId, Model};

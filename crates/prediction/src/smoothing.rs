@@ -142,7 +142,7 @@ impl<'a> Smoother<'a> {
         let (from, to) = (first - range.start, last - range.start);
         self.draw(from, to);
         let angles = &self.work.angles;
-        self.motions.extend((from..to).map(|index| motion(time_s, angles, index)));
+        self.motions.extend((from..to).map(|index| motion_through(time_s, angles, index)));
     }
 
     /// Draws the angles after each other with play, from the block's first sample to the one after its last. What wanders at rest
@@ -452,8 +452,8 @@ pub fn sharper(
     MotionSample { speed_rad_per_s: at.speed_rad_per_s - rise * length_s / 24.0, ..*at }
 }
 
-/// Speed and acceleration from three samples; one-sided at the ends.
-fn motion(time_s: &[f64], angles: &[f64], index: usize) -> MotionSample {
+/// The motion at a sample, its speed and acceleration from that and the two beside it; one-sided at the ends.
+pub fn motion_through(time_s: &[f64], angles: &[f64], index: usize) -> MotionSample {
     let at = |index: usize| time_s.get(index).copied().zip(angles.get(index).copied());
     let angle_rad = angles.get(index).copied().unwrap_or(f64::NAN);
     let here = at(index);

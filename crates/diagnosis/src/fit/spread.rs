@@ -41,12 +41,12 @@ impl Spread {
         }
         // Other draws than the one that the weights were estimated from.
         for turn in 1..=AGAIN {
-            let again = |piece: &Piece| Some(piece.again(seed.wrapping_add(turn)));
-            let change = change_with_motion(setting, fitted, &again)?;
+            let again = |piece: &Piece| piece.again(seed.wrapping_add(turn));
+            let change = change_with_motion(setting, fitted, again)?;
             self.add_within_causes(&fitted.point.hypothesis, change, AGAIN as f64);
         }
         for first in [0, 1] {
-            let change = change_with_motion(setting, fitted, &|piece| Some(piece.at_half_the_rate(first)))?;
+            let change = change_with_motion(setting, fitted, |piece| piece.at_half_the_rate(first))?;
             self.add_within_causes(&fitted.point.hypothesis, change, 2.0);
         }
         Ok(self)
@@ -153,9 +153,10 @@ fn within(hypothesis: &Hypothesis, free: Free, by: f64) -> f64 {
 fn change_with_motion(
     setting: &Setting<'_>,
     fitted: &Fitted,
-    again: &(dyn Fn(&Piece) -> Option<Piece> + Sync),
+    moved: impl Fn(&Piece) -> Piece + Sync,
 ) -> Result<Option<DVector<f64>>, DiagnosisError> {
     let columns = setting.own_columns(&fitted.point.hypothesis)?;
+    let again = |piece: &Piece| Some(moved(piece));
     let equations = setting.equations_as_seen(&fitted.point, &columns, Piece::is_fitted, again)?;
     let there = sum(&by_group(setting.campaign, &fitted.point.hypothesis, &equations, columns.len()));
     let all: Vec<usize> = (0..columns.len()).collect();

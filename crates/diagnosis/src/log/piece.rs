@@ -11,7 +11,7 @@ use crate::log::predictions::Stretch;
 use crate::log::ready::{Inputs, Ready};
 use crate::log::work::Work;
 use log_data::{Channel, Run};
-use prediction::{MOMENT_REACH, Noise, Smoother, motion_at};
+use prediction::{MOMENT_REACH, Noise, Smoother, motion_at, motion_through};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -289,20 +289,25 @@ impl Piece {
     /// them what a step of twice the length takes.
     fn thinned(&self, first: usize) -> Vec<MotionSample> {
         let mut motions = self.motions.clone();
-        let sample = |index: usize| Some((*self.driven.time_s().get(index)?, self.motions.get(index)?));
-        for index in (first + 1..motions.len()).step_by(2) {
-            let wide = index.checked_sub(2).and_then(sample).zip(sample(index + 2));
-            if let (Some((before, after)), Some(here), Some(motion)) =
-                (wide, sample(index), motions.get_mut(index))
+        let kept: Vec<(usize, f64, f64)> = (self.motions.iter().zip(self.driven.time_s()).enumerate())
+            .skip(first + 1)
+            .step_by(2)
+            .map(|(index, (motion, time_s))| (index, *time_s, motion.angle_rad))
+            .collect();
+        let times: Vec<f64> = kept.iter().map(|of| of.1).collect();
+        let angles: Vec<f64> = kept.iter().map(|of| of.2).collect();
+        // The first and the last have a neighbour on one side alone: they stay as they are.
+        for (place, three) in kept.windows(3).enumerate() {
+            if let [_, (index, ..), _] = three
+                && let Some(motion) = motions.get_mut(*index)
             {
-                *motion = at_twice_the_step(before, here, after);
+                *motion = motion_through(&times, &angles, place + 1);
             }
         }
-        for index in (first + 2..motions.len()).step_by(2) {
-            let ends = motions.get(index - 1).copied().zip(motions.get(index + 1).copied());
-            let times = sample(index - 1).zip(sample(index + 1)).map(|(before, after)| after.0 - before.0);
-            if let (Some((start, end)), Some(dt_s), Some(motion)) = (ends, times, motions.get_mut(index)) {
-                *motion = half_way(&start, &end, dt_s);
+        for pair in kept.windows(2) {
+            let [(index, begin_s, _), (_, end_s, _)] = pair else { continue };
+            if let Some([start, between, end]) = motions.get_mut(*index..index + 3) {
+                *between = half_way(start, end, end_s - begin_s);
             }
         }
         motions
@@ -338,12 +343,17 @@ impl Piece {
 
     /// A piece of a torque log as if its motion had been measured again.
     pub fn again(&self, seed: u64) -> Self {
-        Self { motions: self.measured_again(seed), is_as_measured: false, ..self.clone() }
+        self.along(self.measured_again(seed))
     }
 
-    /// A piece of a torque log as if every second angle, from `first` on, were unknown.
+    /// A piece of a torque log as if every second sample, from `first` on, were missing.
     pub fn at_half_the_rate(&self, first: usize) -> Self {
-        Self { motions: self.thinned(first), is_as_measured: false, ..self.clone() }
+        self.along(self.thinned(first))
+    }
+
+    /// The piece with another motion than the measured one.
+    fn along(&self, motions: Vec<MotionSample>) -> Self {
+        Self { motions, is_as_measured: false, ..self.clone() }
     }
 
     fn measured_again(&self, seed: u64) -> Vec<MotionSample> {
@@ -360,22 +370,6 @@ impl Piece {
         };
         let angles: Vec<f64> = self.motions.iter().map(|motion| measure(motion.angle_rad)).collect();
         smoothed(self.driven.time_s(), &angles, self.noise, 0, self.len())
-    }
-}
-
-/// The motion at a sample by those before and after it: times, s, and motions.
-fn at_twice_the_step(
-    before: (f64, &MotionSample),
-    here: (f64, &MotionSample),
-    after: (f64, &MotionSample),
-) -> MotionSample {
-    let slope = |from: (f64, &MotionSample), to: (f64, &MotionSample)| {
-        (to.1.angle_rad - from.1.angle_rad) / (to.0 - from.0)
-    };
-    MotionSample {
-        angle_rad: here.1.angle_rad,
-        speed_rad_per_s: slope(before, after),
-        acceleration_rad_per_s2: 2.0 * (slope(here, after) - slope(before, here)) / (after.0 - before.0),
     }
 }
 
