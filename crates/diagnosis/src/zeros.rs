@@ -9,6 +9,7 @@ use crate::name::selection::Selection;
 use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
+use crate::show::observe::shows_zeros;
 use crate::show::residual::{PieceResidual, left, own_zeros_rms};
 use crate::show::structure::structure;
 use log_data::AngleZero;
@@ -113,13 +114,13 @@ pub(crate) fn zeros_explain(
 }
 
 /// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related. The prior of a torque's offsets
-/// is the tolerance of the model's own. In runs that all go one way it is an offset of friction just as well.
+/// is the tolerance of the model's own. Where too few runs go both ways it is no zero: friction at other speeds differs as well.
 fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
     let campaign = setting.campaign;
     let mut nuisances = setting.nuisances;
     if campaign.angle_zero == Some(AngleZero::Common) {
         nuisances.angle_zero = true;
-    } else if nuisances.zero_nm == 0.0 && campaign.kind.residual_is_torque() && campaign.runs.len() > 1 {
+    } else if nuisances.zero_nm == 0.0 && shows_zeros(campaign) {
         let zero = corrections.iter().find(|of| of.id == EffectId::TorqueOffset);
         nuisances.zero_nm = zero.map_or(0.0, |zero| zero.deviation);
     }
