@@ -261,10 +261,10 @@ fn beyond_tolerance(
         let level = Member::new(candidate, vec![of.value], candidate.free.clone());
         found.extend(if_noise_is_left(setting, corrected, level, hopeless)?.map(|tried| (of.id, tried)));
     }
-    // If the corrections leave more than noise, such parameters may stand in for a late transducer.
+    // Such parameters may stand in for a late transducer.
     let late = EffectId::SensorDelay;
-    let stands_for_it = !found.is_empty() && !most.is_finite() && setting.campaign.kind.residual_is_torque();
-    if let Some(late) = able.iter().find(|candidate| candidate.id == late).filter(|_| stands_for_it) {
+    let may_be_late = !found.is_empty() && setting.campaign.kind.residual_is_torque();
+    if let Some(late) = able.iter().find(|candidate| candidate.id == late).filter(|_| may_be_late) {
         let member = Member::new(late, late.neutral(), late.free.clone());
         found.extend(if_noise_is_left(setting, corrected, member, hopeless)?.map(|tried| (late.id, tried)));
     }
