@@ -23,7 +23,7 @@ use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
 use crate::name::tried::{EQUAL, NEARLY, Tried};
-use crate::numbers::numbers_off;
+use crate::numbers::{have_one_factor, numbers_off};
 use crate::show::mains::mains;
 use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
@@ -180,7 +180,11 @@ fn few(
     let causes = if numbers.is_some() { 1 } else { FEW };
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
     Ok(match (few, numbers) {
-        (Few::Not(Some(one)), Some(numbers)) if is_simpler(&one, &numbers) => Few::Found(one),
+        (Few::Not(Some(one)), Some(numbers))
+            if is_simpler(&one, &numbers) || is_their_scale(setting, &one, &numbers, asked.corrections) =>
+        {
+            Few::Found(one)
+        }
         (Few::Not(_), Some(numbers)) => Few::Found(Box::new(numbers)),
         (few, _) => few,
     })
@@ -205,6 +209,20 @@ fn is_no_better(others: Reached, few: Reached, rms_first: f64) -> bool {
 /// Whether it has fewer causes and leaves as much: a transducer's scale in place of all levels.
 fn is_simpler(one: &Selection, other: &Selection) -> bool {
     (1..other.causes()).contains(&one.causes()) && one.rms <= other.rms + NEARLY * other.rms.max(1.0)
+}
+
+/// Whether it is the torque's scale in place of several numbers that are off by one factor, and what they leave less is what its form may leave.
+fn is_their_scale(
+    setting: &Setting<'_>,
+    one: &Selection,
+    numbers: &Selection,
+    corrections: &[Correction],
+) -> bool {
+    let tolerance =
+        corrections.iter().find(|of| of.id == EffectId::CoulombLevel).map_or(0.0, |of| of.deviation);
+    one.ids().into_iter().eq([EffectId::TorqueGain])
+        && is_no_better(Reached::of(numbers), Reached::of(one), one.rms_first)
+        && have_one_factor(setting, numbers, tolerance)
 }
 
 /// A single parameter beyond its tolerance, unless the causes of an earlier search leave less. Corrections at their bounds beside the

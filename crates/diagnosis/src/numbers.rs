@@ -5,14 +5,19 @@ use crate::alike::twins_in_place_of;
 use crate::asked::Asked;
 use crate::corrected::leaves_noise;
 use crate::error::if_possible;
-use crate::extend::hypothesis::{Correction, Hypothesis, Member};
+use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
 use crate::extend::tolerance::corrections;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
+use crate::fit::spread::spread;
 use crate::log::piece::Piece;
 use crate::name::select::nothing_yet;
 use crate::name::selection::{Round, Selection};
 use crate::name::tried::{NEARLY, STEPS, Tried};
+use crate::numerics::gram::invert;
+use crate::numerics::statistics::CHANCE;
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use valve_model::EffectId;
 
 /// The relative standard deviation of a parameter that is a first guess: read from a plot or a data sheet.
@@ -83,6 +88,41 @@ pub(crate) fn numbers_off(
     Ok(Some(state))
 }
 
+/// Whether the numbers are all off by one factor, as a transducer's scale takes them, each within the tolerance and what is not known of it: what they
+/// differ by from the best common factor is no more than chance (Wald's test).
+pub(crate) fn have_one_factor(setting: &Setting<'_>, numbers: &Selection, tolerance: f64) -> bool {
+    let hypothesis = &numbers.fitted.point.hypothesis;
+    let scaled = |member: &Member| {
+        let factor = member.candidate.parameters.first().is_some_and(|of| of.key == "factor");
+        factor && member.candidate.id != EffectId::StribeckVelocity
+    };
+    let free = hypothesis.free();
+    let place = |member: usize| free.iter().position(|of| *of == Free::Number(member, 0));
+    let places: Option<Vec<usize>> = (0..hypothesis.members.len()).map(place).collect();
+    let (Some(places), Some(spread)) = (places, spread(&numbers.fitted, setting.loss())) else {
+        return false;
+    };
+    if places.len() < 2 || !hypothesis.members.iter().all(scaled) {
+        return false;
+    }
+    let factors = DVector::from_iterator(
+        places.len(),
+        places.iter().filter_map(|place| free.get(*place)).map(|free| hypothesis.get(*free)),
+    );
+    let own = DMatrix::from_diagonal(&factors.map(|factor| (tolerance * factor).powi(2)));
+    let covariance = spread.covariance.select_rows(&places).select_columns(&places) + own;
+    chance_of_one_factor(&factors, covariance) > CHANCE
+}
+
+/// Probability that factors with this covariance differ as much as these by chance; 0 if that can't be told.
+fn chance_of_one_factor(factors: &DVector<f64>, covariance: DMatrix<f64>) -> f64 {
+    let Some(inverse) = invert(covariance) else { return 0.0 };
+    let common = (&inverse * factors).sum() / inverse.sum();
+    let off = factors.add_scalar(-common);
+    let statistic = (&inverse * &off).dot(&off);
+    ChiSquared::new(factors.len() as f64 - 1.0).map_or(0.0, |chi| chi.sf(statistic))
+}
+
 /// The given model fitted with all its parameters free as first guesses are, the transducer as given; `None` if the tolerance
 /// is as wide already.
 fn all_numbers_free(
@@ -142,4 +182,36 @@ fn those_needed(
         }
     }
     Ok((kept, off))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_by_one_factor_are_told_by_their_errors() {
+        // Factors, standard deviation of each, and whether they are one.
+        for (factors, deviation, one) in [
+            ([1.38, 1.44, 1.29], 0.055, true),
+            ([1.38, 1.44, 1.29], 0.02, false),
+            ([1.4, 1.4, 1.4], 0.01, true),
+            ([1.4, 1.0, 1.4], 0.05, false),
+        ] {
+            let covariance = DMatrix::from_diagonal_element(3, 3, deviation * deviation);
+            let chance = chance_of_one_factor(&DVector::from_row_slice(&factors), covariance);
+            assert_eq!(chance > CHANCE, one, "{factors:?} with {deviation}: {chance}");
+        }
+    }
+
+    #[test]
+    fn errors_that_go_together_tell_more() {
+        let factors = DVector::from_row_slice(&[1.4, 1.3]);
+        let with = |together: f64| {
+            chance_of_one_factor(
+                &factors,
+                DMatrix::from_row_slice(2, 2, &[1.0, together, together, 1.0]) * 0.0025,
+            )
+        };
+        assert!(with(0.0) > CHANCE && with(0.9) < CHANCE, "{} and {}", with(0.0), with(0.9));
+    }
 }

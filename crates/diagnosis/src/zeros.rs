@@ -45,12 +45,13 @@ pub(crate) fn with_zeros_by_run<'a>(
 }
 
 /// The causes found `without` zeros of each run, fitted beside such zeros, if these belong there: a search of its own beside them may have been ended
-/// before it came so far.
+/// before it came so far. Where too few runs go both ways, what the causes leave of each is friction's just as well.
 pub(crate) fn same_causes_with_zeros(
     with_zeros: &Setting<'_>,
     without: Option<&Selection>,
 ) -> Result<Option<Selection>, DiagnosisError> {
-    let Some(found) = without.filter(|found| found.causes() > 0) else { return Ok(None) };
+    let shown = shows_zeros(with_zeros.campaign);
+    let Some(found) = without.filter(|found| shown && found.causes() > 0) else { return Ok(None) };
     let begin = without_common_zero(&found.fitted.point, with_zeros.nuisances);
     let mut same = found.clone();
     same.take(with_zeros.campaign.with_reserve(|| Tried::from(with_zeros, begin, STEPS))?);
@@ -114,13 +115,13 @@ pub(crate) fn zeros_explain(
 }
 
 /// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related. The prior of a torque's offsets
-/// is the tolerance of the model's own. Where too few runs go both ways it is no zero: friction at other speeds differs as well.
+/// is the tolerance of the model's own. In runs that all go one way it is an offset of friction just as well.
 fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
     let campaign = setting.campaign;
     let mut nuisances = setting.nuisances;
     if campaign.angle_zero == Some(AngleZero::Common) {
         nuisances.angle_zero = true;
-    } else if nuisances.zero_nm == 0.0 && shows_zeros(campaign) {
+    } else if nuisances.zero_nm == 0.0 && campaign.kind.residual_is_torque() && campaign.runs.len() > 1 {
         let zero = corrections.iter().find(|of| of.id == EffectId::TorqueOffset);
         nuisances.zero_nm = zero.map_or(0.0, |zero| zero.deviation);
     }
