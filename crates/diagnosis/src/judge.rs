@@ -218,11 +218,9 @@ fn is_their_scale(
     numbers: &Selection,
     corrections: &[Correction],
 ) -> bool {
-    let tolerance =
-        corrections.iter().find(|of| of.id == EffectId::CoulombLevel).map_or(0.0, |of| of.deviation);
     one.ids().into_iter().eq([EffectId::TorqueGain])
         && is_no_better(Reached::of(numbers), Reached::of(one), one.rms_first)
-        && have_one_factor(setting, numbers, tolerance)
+        && have_one_factor(setting, numbers, corrections)
 }
 
 /// A single parameter beyond its tolerance, unless the causes of an earlier search leave less. Corrections at their bounds beside the

@@ -88,29 +88,36 @@ pub(crate) fn numbers_off(
     Ok(Some(state))
 }
 
-/// Whether the numbers are all off by one factor, as a transducer's scale takes them, each within the tolerance and what is not known of it: what they
+/// Whether the numbers are all off by one factor, as a transducer's scale takes them, each within its tolerance and what is not known of it: what they
 /// differ by from the best common factor is no more than chance (Wald's test).
-pub(crate) fn have_one_factor(setting: &Setting<'_>, numbers: &Selection, tolerance: f64) -> bool {
+pub(crate) fn have_one_factor(
+    setting: &Setting<'_>,
+    numbers: &Selection,
+    corrections: &[Correction],
+) -> bool {
     let hypothesis = &numbers.fitted.point.hypothesis;
-    let scaled = |member: &Member| {
-        let factor = member.candidate.parameters.first().is_some_and(|of| of.key == "factor");
-        factor && member.candidate.id != EffectId::StribeckVelocity
-    };
     let free = hypothesis.free();
-    let place = |member: usize| free.iter().position(|of| *of == Free::Number(member, 0));
-    let places: Option<Vec<usize>> = (0..hypothesis.members.len()).map(place).collect();
-    let (Some(places), Some(spread)) = (places, spread(&numbers.fitted, setting.loss())) else {
-        return false;
+    // The place of a member among what is free, its factor, and the variance that the tolerance leaves it.
+    let scaled = |(index, member): (usize, &Member)| {
+        let is_factor = member.candidate.parameters.first().is_some_and(|of| of.key == "factor");
+        let number = Free::Number(index, 0);
+        let place = free.iter().position(|of| *of == number)?;
+        let tolerance = corrections.iter().find(|of| of.id == member.candidate.id)?.deviation;
+        let factor = hypothesis.get(number);
+        (is_factor && member.candidate.id != EffectId::StribeckVelocity).then_some((
+            place,
+            factor,
+            (tolerance * factor).powi(2),
+        ))
     };
-    if places.len() < 2 || !hypothesis.members.iter().all(scaled) {
-        return false;
-    }
-    let factors = DVector::from_iterator(
-        places.len(),
-        places.iter().filter_map(|place| free.get(*place)).map(|free| hypothesis.get(*free)),
-    );
-    let own = DMatrix::from_diagonal(&factors.map(|factor| (tolerance * factor).powi(2)));
-    let covariance = spread.covariance.select_rows(&places).select_columns(&places) + own;
+    let scaled: Option<Vec<(usize, f64, f64)>> = hypothesis.members.iter().enumerate().map(scaled).collect();
+    let Some(scaled) = scaled.filter(|scaled| scaled.len() > 1) else { return false };
+    let Some(spread) = spread(&numbers.fitted, setting.loss()) else { return false };
+    let places: Vec<usize> = scaled.iter().map(|of| of.0).collect();
+    let factors = DVector::from_iterator(scaled.len(), scaled.iter().map(|of| of.1));
+    let own = DVector::from_iterator(scaled.len(), scaled.iter().map(|of| of.2));
+    let covariance =
+        spread.covariance.select_rows(&places).select_columns(&places) + DMatrix::from_diagonal(&own);
     chance_of_one_factor(&factors, covariance) > CHANCE
 }
 

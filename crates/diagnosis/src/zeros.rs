@@ -45,13 +45,15 @@ pub(crate) fn with_zeros_by_run<'a>(
 }
 
 /// The causes found `without` zeros of each run, fitted beside such zeros, if these belong there: a search of its own beside them may have been ended
-/// before it came so far. Where too few runs go both ways, what the causes leave of each is friction's just as well.
+/// before it came so far. Where too few runs go both ways, the torque that the causes leave of each is friction's just as well.
 pub(crate) fn same_causes_with_zeros(
     with_zeros: &Setting<'_>,
     without: Option<&Selection>,
 ) -> Result<Option<Selection>, DiagnosisError> {
-    let shown = shows_zeros(with_zeros.campaign);
-    let Some(found) = without.filter(|found| shown && found.causes() > 0) else { return Ok(None) };
+    let Some(found) = without.filter(|found| found.causes() > 0) else { return Ok(None) };
+    if with_zeros.nuisances.zero_nm > 0.0 && !shows_zeros(with_zeros.campaign) {
+        return Ok(None);
+    }
     let begin = without_common_zero(&found.fitted.point, with_zeros.nuisances);
     let mut same = found.clone();
     same.take(with_zeros.campaign.with_reserve(|| Tried::from(with_zeros, begin, STEPS))?);
