@@ -12,6 +12,7 @@ pub(crate) mod gaps;
 pub(crate) mod holds;
 pub(crate) mod hum;
 pub(crate) mod initial_state;
+pub(crate) mod inputs;
 pub(crate) mod kind;
 pub(crate) mod loose_ripple;
 pub(crate) mod lost_steps;

@@ -1,17 +1,15 @@
 //! A model prepared to predict torque or angle: everything in which the two predictions differ.
 
-use crate::log::course::{WholeRun, angle_rad};
+use crate::log::course::angle_rad;
 use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
+use crate::log::inputs::Inputs;
 use crate::log::kind::LogKind;
-use crate::log::past::Before;
 use crate::log::predictions::{Key, Models, Prepared, Stretch, key, locked};
 use crate::log::torque::{begins_with_nm, torque_nm};
-use crate::log::work::Work;
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::sync::{Arc, Mutex};
-use valve_model::{Model, MotionParams, MotionSample, ParamError, ValveParams};
+use valve_model::{Model, MotionParams, ParamError, ValveParams};
 
 /// The initial friction torque may be up to this multiple of the static torque: the model's own levels may be too low.
 const BEYOND_STATIC: f64 = 1.2;
@@ -33,21 +31,6 @@ pub(crate) struct Ready {
     prepared: Arc<Prepared<Params>>,
     /// The runs that were counted as work here: one is predicted once for all its pieces.
     counted: Mutex<BTreeSet<Key>>,
-}
-
-/// The inputs of a piece's prediction.
-pub(crate) struct Inputs<'a> {
-    pub driven: &'a Driven,
-    /// The motion of each sample in a torque log, of the first in an angle log.
-    pub motions: &'a [MotionSample],
-    /// Standard deviation of the measured angles, rad.
-    pub deviation_rad: f64,
-    pub past: Before,
-    /// What is predicted, if it will be asked for again; `None` of a motion that was made up.
-    pub stretch: Option<Stretch>,
-    /// The piece's run and its rows in it, if the run is predicted as a whole.
-    pub whole_run: Option<(&'a Arc<WholeRun>, &'a Range<usize>)>,
-    pub work: &'a Work,
 }
 
 /// The simulation cost of a sample, relative to a static friction law.

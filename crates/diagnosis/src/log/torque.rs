@@ -2,7 +2,7 @@
 
 use crate::log::driven::Driven;
 use crate::log::initial_state::InitialState;
-use crate::log::ready::Inputs;
+use crate::log::inputs::Inputs;
 use prediction::sharper;
 use valve_model::{ContactPast, MotionInput, MotionParams, MotionSample, measured_motion_step};
 
