@@ -11,6 +11,7 @@ mod delay;
 mod error;
 mod noise;
 mod penalty;
+mod rests;
 mod sides;
 mod smoothing;
 mod torque;

@@ -6,6 +6,7 @@
 
 use crate::noise::Noise;
 use crate::penalty::{Differences, Solver};
+use crate::rests::{is_still, least_and_most, rests_between_motions, still_spread_rad};
 use log_data::median;
 use std::ops::Range;
 use valve_model::MotionSample;
@@ -34,11 +35,6 @@ const REST: f64 = 3.0;
 const STILL: [(usize, usize); 2] = [(64, 128), (16, 32)];
 /// The same of a single sample: what the start of an angle's prediction rests on.
 pub const MOMENT_REACH: usize = 48;
-/// A rest's samples lie within two steps and so many deviations of the noise beyond quantisation; the means of its halves
-/// differ by no more than so many of their deviations.
-const STILL_NOISE: f64 = 8.0;
-const STILL_TREND: f64 = 4.0;
-
 /// A run's angle, smoothed block by block.
 pub struct Smoother<'a> {
     time_s: &'a [f64],
@@ -63,6 +59,8 @@ struct Work {
     strengths: Vec<f64>,
     /// Whether a sample was seen to be at rest.
     rests: Vec<bool>,
+    /// Whether it is at rest where the sample before it is.
+    held: Vec<bool>,
     sums: Vec<f64>,
     beyond: Vec<bool>,
     angles: Vec<f64>,
@@ -85,11 +83,6 @@ pub fn motion_at(time_s: &[f64], angle_rad: &[f64], noise: Noise, index: usize) 
         motion = smoother.motion(place);
     }
     motion
-}
-
-/// How far a rest's samples may lie apart, rad.
-fn still_spread_rad(noise: Noise) -> f64 {
-    2.01 * noise.step_rad + STILL_NOISE * noise.beyond_quantisation_rad()
 }
 
 impl<'a> Smoother<'a> {
@@ -148,11 +141,8 @@ impl<'a> Smoother<'a> {
     /// Draws the angles after each other with play, from the block's first sample to the one after its last. What wanders at rest
     /// moves a model's bristles to and fro, and they slip: the torque that they hold would fade. Short rests are smoothed less,
     /// wander more, and have more play; it closes as slowly as the smoothing there lets anything change, and not at all in what was seen to be
-    /// a rest, where the curve only finds back from the noise of the motion's end.
+    /// a rest, where the curve only finds back from the noise of the motion's end. A rest between motions is held where it begins.
     fn draw(&mut self, from: usize, to: usize) {
-        if !self.wanders {
-            return;
-        }
         let before = from.checked_sub(1).and_then(|index| self.work.angles.get_mut(index));
         let mut drawn = self.drawn_rad;
         match before {
@@ -164,8 +154,12 @@ impl<'a> Smoother<'a> {
             let strength = self.work.strength(index);
             let closes = if self.work.rests(index) { 0.0 } else { 1.0 / reach(strength) as f64 };
             play = self.work.play(index, strength, self.noise).max(play * (1.0 - closes));
+            let held = self.work.held.get(index).is_some_and(|held| *held);
             let Some(angle) = self.work.angles.get_mut(index) else { break };
-            drawn = drawn.max(*angle - play).min(*angle + play);
+            if !held {
+                let play = if self.wanders { play } else { 0.0 };
+                drawn = drawn.max(*angle - play).min(*angle + play);
+            }
             *angle = drawn;
             if index < to {
                 self.drawn_rad = drawn;
@@ -222,6 +216,7 @@ impl Work {
         self.angles.extend_from_slice(angle_rad);
         self.penalties.clear();
         self.rests.clear();
+        self.held.clear();
         if angle_rad.len() < 8 {
             return;
         }
@@ -285,6 +280,15 @@ impl Work {
 
     /// Gives rests the greatest strength: flickering between two steps, their residuals would look like motion.
     fn find_rests(&mut self, angle_rad: &[f64], noise: Noise) {
+        self.held.resize(angle_rad.len(), false);
+        for rest in rests_between_motions(angle_rad, noise) {
+            if let Some(strengths) = self.strengths.get_mut(rest.clone()) {
+                strengths.fill(STRENGTHS[0]);
+            }
+            if let Some(held) = self.held.get_mut(rest.start + 1..rest.end) {
+                held.fill(true);
+            }
+        }
         let spread = still_spread_rad(noise);
         for (length, reach) in STILL {
             for (number, stretch) in self.strengths.chunks_mut(length).enumerate() {
@@ -341,28 +345,6 @@ fn extend_rests(strengths: &mut [f64], angles: &[f64]) {
             *strength = STRENGTHS[0];
         }
     }
-}
-
-fn least_and_most(angles: &[f64]) -> (f64, f64) {
-    let wider = |(least, most): (f64, f64), angle: &f64| (angle.min(least), angle.max(most));
-    angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), wider)
-}
-
-/// Whether samples stay within a spread and show no trend beyond their own scatter.
-fn is_still(angles: &[f64], spread_rad: f64) -> bool {
-    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
-    if (last - first).abs() > spread_rad {
-        return false;
-    }
-    let (least, most) = least_and_most(angles);
-    let (before, after) = angles.split_at(angles.len() / 2);
-    let mean = |half: &[f64]| half.iter().map(|angle| angle - first).sum::<f64>() / half.len() as f64;
-    let (mean_before, mean_after) = (mean(before), mean(after));
-    let square =
-        |half: &[f64], mean: f64| half.iter().map(|angle| (angle - first - mean).powi(2)).sum::<f64>();
-    let variance = (square(before, mean_before) + square(after, mean_after)) / angles.len() as f64;
-    let deviation = 2.0 * (variance / angles.len() as f64).sqrt();
-    most - least <= spread_rad && (mean_after - mean_before).abs() <= STILL_TREND * deviation
 }
 
 /// The next stretch of samples without a strength; stretches closer than `apart` count as one.
