@@ -4,7 +4,7 @@
 use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::catalogue::candidate;
-use crate::extend::hypothesis::{Hypothesis, Member};
+use crate::extend::hypothesis::Member;
 use crate::extend::untestable::is_confounded;
 use crate::fit::equations::Setting;
 use crate::name::exchange::{COMPETED, MOST, in_place_of};
@@ -35,7 +35,7 @@ pub(crate) fn next_cause(
 ) -> Result<bool, DiagnosisError> {
     let mut rivals = fit_rivals(setting, screened, state)?;
     rivals.sort_by(|a, b| a.rms.total_cmp(&b.rms));
-    without_stand_ins(&mut rivals, &state.fitted.point.hypothesis);
+    without_stand_ins(&mut rivals, state);
     let mut round = Round {
         rms_before: state.rms,
         rivals: rivals.iter().map(|rival| (rival.id, rival.rms)).collect(),
@@ -90,11 +90,12 @@ pub(crate) fn next_cause(
 }
 
 /// Leaves out parameters of the model beyond their tolerance, beside other causes, that are not better by `LEVEL` than the best rival which is
-/// none: they make up for what is not quite right in the causes' forms, a late transducer above all.
-fn without_stand_ins(rivals: &mut Vec<Rival>, before: &Hypothesis) {
+/// none, or than nothing: they make up for what is not quite right in the causes' forms, a late transducer above all.
+fn without_stand_ins(rivals: &mut Vec<Rival>, state: &Selection) {
+    let before = &state.fitted.point.hypothesis;
     let is_number = |rival: &Rival| before.corrections.iter().any(|of| of.id == rival.id);
     let others = rivals.iter().filter(|rival| !is_number(rival)).map(|rival| rival.rms);
-    let least = others.fold(f64::INFINITY, f64::min);
+    let least = others.fold(state.rms, f64::min);
     if before.members.iter().any(|member| member.candidate.id != EffectId::SensorDelay) {
         rivals.retain(|rival| !is_number(rival) || rival.rms < (1.0 - LEVEL) * least);
     }
