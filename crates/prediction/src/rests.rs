@@ -193,22 +193,21 @@ mod tests {
 
     #[test]
     fn slow_motions_and_turning_points_are_no_rests() {
-        let sweep = |slope: f64| move |k: f64| slope * k;
-        let shake = |amplitude: f64, period: f64| {
-            move |k: f64| amplitude * (std::f64::consts::TAU * k / period).sin()
-        };
+        let over =
+            |motion: &dyn Fn(f64) -> f64| (0..5000).map(|k| motion(f64::from(k))).collect::<Vec<f64>>();
+        let sweep = |slope: f64| over(&|k| slope * k);
+        let shake =
+            |amplitude: f64, period: f64| over(&|k| amplitude * (std::f64::consts::TAU * k / period).sin());
         for (number, encoder) in ENCODERS.into_iter().enumerate() {
             let unit = encoder.0.max(encoder.1);
-            let motions: [(&str, Box<dyn Fn(f64) -> f64>); 6] = [
-                ("a fast sweep", Box::new(sweep(0.5 * unit))),
-                ("a slow sweep", Box::new(sweep(0.1 * unit))),
-                ("a slower sweep", Box::new(sweep(0.02 * unit))),
-                ("a shake", Box::new(shake(5.0 * unit, 100.0))),
-                ("a slow shake", Box::new(shake(20.0 * unit, 1000.0))),
-                ("a small shake", Box::new(shake(3.0 * unit, 50.0))),
-            ];
-            for (name, motion) in motions {
-                let truth: Vec<f64> = (0..5000).map(|k| motion(f64::from(k))).collect();
+            for (name, truth) in [
+                ("a fast sweep", sweep(0.5 * unit)),
+                ("a slow sweep", sweep(0.1 * unit)),
+                ("a slower sweep", sweep(0.02 * unit)),
+                ("a shake", shake(5.0 * unit, 100.0)),
+                ("a slow shake", shake(20.0 * unit, 1000.0)),
+                ("a small shake", shake(3.0 * unit, 50.0)),
+            ] {
                 let (angles, noise) = seen(number as u64, encoder, &truth);
                 let rests = rests_between_motions(&angles, noise);
                 let moved = |range: &Range<usize>| (truth[range.end - 1] - truth[range.start]).abs();
