@@ -26,7 +26,7 @@ const APART: f64 = 2.5;
 const SCATTER: f64 = 1.1;
 const BY_CHANCE: f64 = 2.0;
 
-/// How far a rest's samples may lie apart, rad.
+/// How far the samples of a window may lie apart that is taken for a rest, rad.
 pub(crate) fn still_spread_rad(noise: Noise) -> f64 {
     2.01 * noise.step_rad + STILL_NOISE * noise.beyond_quantisation_rad()
 }
@@ -60,7 +60,7 @@ pub(crate) fn rests_between_motions(angles: &[f64], noise: Noise) -> Vec<Range<u
 fn stays(angles: &[f64], noise: Noise) -> usize {
     let first = angles.get(..LEAST).unwrap_or_default();
     let (least, most) = least_and_most(first);
-    if most - least > 1.01 * noise.step_rad + (2.0 * BESIDE + 1.0) * noise.beyond_quantisation_rad() {
+    if most - least > spread_rad(noise) {
         return 0;
     }
     let Some(middle) = median(&mut first.to_vec()) else { return 0 };
@@ -70,6 +70,11 @@ fn stays(angles: &[f64], noise: Noise) -> usize {
 /// How far a rest's samples are from its middle at most, rad.
 fn reach_rad(noise: Noise) -> f64 {
     1.01 * noise.step_rad + BESIDE * noise.beyond_quantisation_rad()
+}
+
+/// How far they are apart at most, rad: one step, and the noise to either side of a middle that is not quite known.
+fn spread_rad(noise: Noise) -> f64 {
+    1.01 * noise.step_rad + (2.0 * BESIDE + 1.0) * noise.beyond_quantisation_rad()
 }
 
 /// Whether the angle moves clearly away soon after a stretch, and before it; where the record ends nothing is known of that.
@@ -108,13 +113,12 @@ fn without_ends(angles: &[f64], stretch: Range<usize>, noise: Noise) -> Range<us
 /// Whether samples scatter as the noise does, about one value: between two of the encoder's steps, where there is hardly any other noise.
 fn is_noise(angles: &[f64], noise: Noise) -> bool {
     let beyond = noise.beyond_quantisation_rad();
-    let spread = 1.01 * noise.step_rad + (2.0 * BESIDE + 1.0) * beyond;
     let count = angles.len() as f64;
     let first = angles.first().copied().unwrap_or(f64::NAN);
     let mean = angles.iter().map(|angle| angle - first).sum::<f64>() / count;
     let variance = angles.iter().map(|angle| (angle - first - mean).powi(2)).sum::<f64>() / count;
     let most = (SCATTER * beyond).powi(2) * (1.0 + BY_CHANCE * (2.0 / count).sqrt());
-    variance <= most + noise.step_rad.powi(2) / 4.0 && is_still(angles, spread)
+    variance <= most + noise.step_rad.powi(2) / 4.0 && is_still(angles, spread_rad(noise))
 }
 
 pub(crate) fn least_and_most(angles: &[f64]) -> (f64, f64) {
