@@ -95,7 +95,7 @@ fn without_ends(angles: &[f64], stretch: Range<usize>, noise: Noise) -> Range<us
     let most = stretch.len() / ENDS;
     let inner = angles.get(stretch.start + most..stretch.end - most).unwrap_or_default();
     let first = inner.first().copied().unwrap_or(f64::NAN);
-    let mean = |of: &[f64]| of.iter().map(|angle| angle - first).sum::<f64>() / of.len() as f64;
+    let mean = |of: &[f64]| mean_beyond(of, first);
     let middle = mean(inner);
     let apart = APART * noise.deviation_rad / (OUTERMOST as f64).sqrt();
     let moves = |outermost: Option<&[f64]>| outermost.is_some_and(|of| (mean(of) - middle).abs() > apart);
@@ -115,10 +115,15 @@ fn is_noise(angles: &[f64], noise: Noise) -> bool {
     let beyond = noise.beyond_quantisation_rad();
     let count = angles.len() as f64;
     let first = angles.first().copied().unwrap_or(f64::NAN);
-    let mean = angles.iter().map(|angle| angle - first).sum::<f64>() / count;
+    let mean = mean_beyond(angles, first);
     let variance = angles.iter().map(|angle| (angle - first - mean).powi(2)).sum::<f64>() / count;
     let most = (SCATTER * beyond).powi(2) * (1.0 + BY_CHANCE * (2.0 / count).sqrt());
     variance <= most + noise.step_rad.powi(2) / 4.0 && is_still(angles, spread_rad(noise))
+}
+
+/// The mean beyond one of the angles: after many turns little of a small difference is left of a sum.
+fn mean_beyond(angles: &[f64], first: f64) -> f64 {
+    angles.iter().map(|angle| angle - first).sum::<f64>() / angles.len() as f64
 }
 
 pub(crate) fn least_and_most(angles: &[f64]) -> (f64, f64) {
@@ -134,8 +139,7 @@ pub(crate) fn is_still(angles: &[f64], spread_rad: f64) -> bool {
     }
     let (least, most) = least_and_most(angles);
     let (before, after) = angles.split_at(angles.len() / 2);
-    let mean = |half: &[f64]| half.iter().map(|angle| angle - first).sum::<f64>() / half.len() as f64;
-    let (mean_before, mean_after) = (mean(before), mean(after));
+    let (mean_before, mean_after) = (mean_beyond(before, *first), mean_beyond(after, *first));
     let square =
         |half: &[f64], mean: f64| half.iter().map(|angle| (angle - first - mean).powi(2)).sum::<f64>();
     let variance = (square(before, mean_before) + square(after, mean_after)) / angles.len() as f64;

@@ -35,6 +35,7 @@ const REST: f64 = 3.0;
 const STILL: [(usize, usize); 2] = [(64, 128), (16, 32)];
 /// The same of a single sample: what the start of an angle's prediction rests on.
 pub const MOMENT_REACH: usize = 48;
+
 /// A run's angle, smoothed block by block.
 pub struct Smoother<'a> {
     time_s: &'a [f64],
@@ -151,13 +152,14 @@ impl<'a> Smoother<'a> {
         }
         let mut play = 0.0_f64;
         for index in from..=to {
-            let strength = self.work.strength(index);
-            let closes = if self.work.rests(index) { 0.0 } else { 1.0 / reach(strength) as f64 };
-            play = self.work.play(index, strength, self.noise).max(play * (1.0 - closes));
+            if self.wanders {
+                let strength = self.work.strength(index);
+                let closes = if self.work.rests(index) { 0.0 } else { 1.0 / reach(strength) as f64 };
+                play = self.work.play(index, strength, self.noise).max(play * (1.0 - closes));
+            }
             let held = self.work.held.get(index).is_some_and(|held| *held);
             let Some(angle) = self.work.angles.get_mut(index) else { break };
             if !held {
-                let play = if self.wanders { play } else { 0.0 };
                 drawn = drawn.max(*angle - play).min(*angle + play);
             }
             *angle = drawn;

@@ -61,6 +61,14 @@ fn measured(run: &Run, noise_steps: f64) -> Run {
     seen
 }
 
+/// Strokes of so many steps, each in the first of two times, s, and the next after the second; all a part of a step off its edges.
+fn strokes(steps: f64, (move_s, period_s): (f64, f64), off: f64) -> impl Fn(f64) -> f64 {
+    move |t| {
+        let (number, part) = ((t / period_s).floor(), ((t % period_s) / move_s).min(1.0));
+        STEP_RAD * (steps * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2)) + off)
+    }
+}
+
 /// Root mean square of the error that the encoder causes, N·m.
 fn error_nm(run: &Run, noise_steps: f64) -> f64 {
     let mut seen = measured(run, noise_steps);
@@ -117,11 +125,7 @@ fn nothing_creeps_at_rest() {
 #[test]
 fn nothing_creeps_in_the_short_rests_of_a_slow_record() {
     // Moves of 60 ms by a whole number of steps and a half, and rests of 120 ms.
-    let stroke_rad = 1000.0 * STEP_RAD;
-    let moved = |t: f64| {
-        let (number, part) = ((t / 0.18).floor(), ((t % 0.18) / 0.06).min(1.0));
-        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2)) + 0.5 * STEP_RAD
-    };
+    let moved = strokes(1000.0, (0.06, 0.18), 0.5);
     let run = exact(9.0, moved);
     let mut seen = measured(&run, 0.05);
     predict(&mut seen, &rig(), &Past::default()).unwrap();
@@ -138,11 +142,7 @@ fn nothing_creeps_in_the_short_rests_of_a_slow_record() {
 /// would take the friction away that the spool rests with.
 #[test]
 fn noise_takes_no_friction_away_in_rests_of_sixty_samples() {
-    let stroke_rad = 300.0 * STEP_RAD;
-    let moved = |t: f64| {
-        let (number, part) = ((t / 0.09).floor(), ((t % 0.09) / 0.03).min(1.0));
-        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2))
-    };
+    let moved = strokes(300.0, (0.03, 0.09), 0.0);
     let run = exact(9.0, moved);
     for noise_steps in [0.3, 1.0, 2.0] {
         let mut seen = measured(&run, noise_steps);
@@ -161,11 +161,7 @@ fn noise_takes_no_friction_away_in_rests_of_sixty_samples() {
 /// The same, rest by rest: where the mean is right, one rest in five may still have lost a third.
 #[test]
 fn the_torque_of_each_short_rest_stays() {
-    let stroke_rad = 300.0 * STEP_RAD;
-    let moved = |t: f64| {
-        let (number, part) = ((t / 0.09).floor(), ((t % 0.09) / 0.03).min(1.0));
-        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2)) + 0.48 * STEP_RAD
-    };
+    let moved = strokes(300.0, (0.03, 0.09), 0.48);
     let run = exact(9.0, moved);
     for noise_steps in [0.03, 0.1, 0.3, 1.0, 2.0] {
         let mut seen = measured(&run, noise_steps);
@@ -185,11 +181,7 @@ fn the_torque_of_each_short_rest_stays() {
 /// that would take off what the spool holds.
 #[test]
 fn what_is_held_after_a_move_stays_through_a_long_rest() {
-    let stroke_rad = 3000.0 * STEP_RAD;
-    let moved = |t: f64| {
-        let (number, part) = ((t / 0.8).floor(), ((t % 0.8) / 0.2).min(1.0));
-        stroke_rad * (number + (0.5 * std::f64::consts::PI * part).sin().powi(2))
-    };
+    let moved = strokes(3000.0, (0.2, 0.8), 0.0);
     let run = exact(16.0, moved);
     for noise_steps in [0.3, 0.7, 1.4] {
         let mut seen = measured(&run, noise_steps);

@@ -121,8 +121,6 @@ fn conclusion(
     }
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
     let (rivals, contests) = with_rivals(judged, &mut ambiguous)?;
-    proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
-    let mut offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let verdict = verdict(&causes, &ambiguous, noise);
     let mut nuisances = judged.nuisances();
     let Concluded { model, gain, after, corrected, covariance, structure: structure_kept, tone, told } =
@@ -139,11 +137,11 @@ fn conclusion(
             }
         };
     let mut rejected = rejected(selection, able, (&causes, &ambiguous), &against);
-    rejected.retain(|of| !offered.iter().any(|offered| offered.id == of.id));
+    rejected.retain(|of| !offered.iter().any(|(effect, _)| effect.id() == of.id));
     // A lead that the laws were fitted beside is in the model with them.
-    let in_the_model = |id: EffectId| model.effects.iter().any(|of| of.id() == id);
-    proposed.retain(|of| !offered.iter().any(|offered| offered.id == of.id()) || !in_the_model(of.id()));
-    offered.retain(|of| !in_the_model(of.id));
+    offered.retain(|(offered, _)| !model.effects.iter().any(|of| of.id() == offered.id()));
+    proposed.extend(offered.iter().map(|(effect, _)| effect.clone()));
+    let offered: Vec<Offered> = offered.into_iter().map(|(_, offered)| offered).collect();
     let untestable: Vec<Judged> = unable
         .iter()
         .filter(|of| !ambiguous.iter().any(|group| group.ids.contains(&of.id)))
