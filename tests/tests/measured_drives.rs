@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, missing_docs)]
 
 use log_data::{Log, Run};
+use rand::prelude::*;
+use rand_distr::Normal;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use stepvalve_tests::{TestPlace, measured_data};
@@ -225,4 +227,54 @@ fn a_seal_whose_pressure_was_not_recorded() {
     assert!((1.40..1.60).contains(&offset_nm), "{offset_nm} N·m");
     let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
     assert!(page.contains("Friction and offset differ between runs"));
+}
+
+/// Whether a torque offset is named, alone or in a group that holds it.
+fn blames_an_offset(found: &Value) -> bool {
+    let mut grouped =
+        found["ambiguous"].as_array().unwrap().iter().flat_map(|group| group["ids"].as_array().unwrap());
+    names(found) == ["torque-offset"] || grouped.any(|id| id == "torque-offset")
+}
+
+/// A motor on a screw that starts and stops at 50 and 200 rpm, forwards and backwards, with 2.55 and 3.23 mN·m by hand. For half
+/// of the time it stands, and its drive gives no torque at all.
+#[test]
+fn a_drive_that_starts_and_stops() {
+    let Some(data) = measured_data() else { return };
+    let place = TestPlace::new();
+    let runs = ["50", "200"].map(|name| data.join(format!("screw-drive/start_stop/{name}.csv")));
+    let recipe = stepvalve_tests::repository().join("rt-config/recipes/screw-drive.toml");
+    let log = place.path("log.h5");
+    let paths = [&runs[0], &runs[1], &recipe, &log].map(|path| path.to_str().unwrap());
+    place.stepvalve(&["import", paths[0], paths[1], "--recipe", paths[2], "--out", paths[3]]).expect_code(0);
+    let model = model(&place, 1e-7, 2.89e-3, 2.35e-5);
+    assert!(blames_an_offset(&diagnosed(&place, "log.h5", &model, "out")));
+}
+
+/// The same of a drive that nobody recorded: friction alone holds the axis between motions, and a law without bristles says
+/// nothing of the torque there. Samples at rest neither speak against an offset nor make its noise.
+#[test]
+fn a_torque_at_rest_says_nothing_to_a_law_without_bristles() {
+    let place = TestPlace::new();
+    let mut generator = rand_pcg::Pcg64::seed_from_u64(41);
+    let mut noise = |deviation: f64| Normal::new(0.0, deviation).unwrap().sample(&mut generator);
+    let (step_s, motion) = (0.02, 75);
+    let mut run = Run { name: "start-stop".to_owned(), ..Run::default() };
+    let (mut angle_rad, mut torque_nm) = (0.0, Vec::new());
+    for stretch in 0..24 {
+        let speed: f64 = [0.0, 40.0, 0.0, -40.0][stretch % 4];
+        // Each motion differs by a little from the others.
+        let level = 0.02 * speed.signum() + 4e-5 * speed - 2.5e-3 + noise(1e-3);
+        for _ in 0..motion {
+            angle_rad += speed * step_s;
+            run.time_s.push(run.time_s.len() as f64 * step_s);
+            run.angle_rad.push(angle_rad);
+            torque_nm.push(if speed == 0.0 { 0.0 } else { level + noise(1.5e-3) });
+        }
+    }
+    run.torque_nm = Some(torque_nm);
+    let log = Log { title: "a drive".to_owned(), runs: vec![run], ..Log::default() };
+    run_log::write_log(&place.path("log.h5"), &log).unwrap();
+    let model = model(&place, 1e-7, 0.02, 4e-5);
+    assert!(blames_an_offset(&diagnosed(&place, "log.h5", &model, "out")));
 }

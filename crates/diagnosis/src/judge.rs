@@ -27,7 +27,9 @@ use crate::numbers::{have_one_factor, numbers_off};
 use crate::show::mains::mains;
 use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
-use crate::zeros::{Reached, same_causes_with_zeros, with_zeros_by_run, zeros_belong, zeros_explain};
+use crate::zeros::{
+    Reached, same_causes_with_zeros, with_zeros_by_run, zeros_are_about_none, zeros_belong, zeros_explain,
+};
 use valve_model::EffectId;
 
 /// Causes that are searched for beside corrections.
@@ -61,8 +63,12 @@ pub(crate) fn judge<'a>(
         let fitted = given_and_corrected(&with_zeros, asked)?;
         let found = self::few(&with_zeros, asked, (&fitted.0, fitted.1.as_ref()), None, &mut |_| {})?;
         let belong = match &found {
-            Few::Found(found) => zeros_explain(found, without, asked.corrections),
-            Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
+            Few::Found(found) => {
+                zeros_explain(found, without, asked.corrections) && zeros_are_about_none(&with_zeros, found)?
+            }
+            Few::Not(Some(found)) => {
+                zeros_belong(&with_zeros, found, without)? && zeros_are_about_none(&with_zeros, found)?
+            }
             Few::Not(None) => false,
         };
         let found = if belong {

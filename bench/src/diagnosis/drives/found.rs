@@ -58,7 +58,9 @@ impl Found {
     /// By what part the error falls on runs held out, or with the best of a group.
     pub fn removed(&self) -> Option<f64> {
         let before = self.json.pointer("/gain/rms_before")?.as_f64()?;
-        let best = self.json.pointer("/ambiguous/0/best/rms_after").and_then(Value::as_f64);
+        let of_group = |path: &str| self.json.pointer(path).and_then(Value::as_f64);
+        let best =
+            of_group("/ambiguous/0/best/rms_after").or_else(|| of_group("/ambiguous/0/rivals/0/rms_after"));
         let after = self.json.pointer("/gain/rms_after").and_then(Value::as_f64)?;
         Some(1.0 - best.map_or(after, |best| best.min(after)) / before)
     }

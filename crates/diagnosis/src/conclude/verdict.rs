@@ -25,7 +25,7 @@ use crate::outcome::{
     Nearest, Offered, Unnamed, Verdict,
 };
 use crate::show::geared::order_of_a_gear;
-use crate::show::observe::{runs_differ, speed_with_pressure};
+use crate::show::observe::{runs_differ, speed_with_pressure, torque};
 use crate::show::residual::PieceResidual;
 use crate::show::spectrum::spectrum;
 use crate::show::structure::{Structure, orders, structure};
@@ -364,7 +364,7 @@ fn geared(judged: &Judgement<'_>, left: &[PieceResidual]) -> Vec<(EffectId, f64)
 fn hum(judged: &Judgement<'_>, tone: Tone) -> String {
     let amplitude = tone.amplitude * judged.noise_where_it_counts();
     let amplitude = match judged.setting.campaign.kind.channel {
-        Channel::Torque => format!("{amplitude:.3} N·m"),
+        Channel::Torque => torque(amplitude),
         _ => format!("{amplitude:.1e} rad"),
     };
     format!(

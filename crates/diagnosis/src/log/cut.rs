@@ -125,7 +125,8 @@ pub(crate) enum Choice<'a> {
     Predicted,
 }
 
-/// Chooses pieces: all, or of a log with too many samples some of each run in proportion, at random within the run.
+/// Chooses pieces: all, or of a log with too many samples some of each run in proportion, at random within the run; of runs that are one
+/// piece each, some at random.
 pub(crate) fn choose(plans: &[Plan], kind: LogKind, choice: Choice<'_>, seed: u64) -> Vec<bool> {
     let total: usize = plans.iter().map(|plan| plan.rows.len()).sum();
     let (samples, also) = match choice {
@@ -135,12 +136,16 @@ pub(crate) fn choose(plans: &[Plan], kind: LogKind, choice: Choice<'_>, seed: u6
     let part = samples as f64 / total as f64;
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut due = random.random_range(0.0..1.0);
-    let mut places: Vec<usize> = (0..plans.len()).collect();
+    let places: Vec<usize> = (0..plans.len()).collect();
     let run = |place: &usize| plans.get(*place).map(|plan| plan.run);
-    places.chunk_by_mut(|a, b| run(a) == run(b)).for_each(|of_a_run| of_a_run.shuffle(&mut random));
+    let mut of_runs: Vec<Vec<usize>> =
+        places.chunk_by(|a, b| run(a) == run(b)).map(<[usize]>::to_vec).collect();
+    // A plan of measurements goes through its levels in turn: one run of so many in their order would leave out a level.
+    of_runs.shuffle(&mut random);
+    of_runs.iter_mut().for_each(|of_a_run| of_a_run.shuffle(&mut random));
     let forced = |plan: &Plan| also.is_some_and(|also| also.contains(&(plan.run, plan.rows.start)));
     let mut chosen: Vec<bool> = plans.iter().map(|plan| part >= 1.0 || forced(plan)).collect();
-    for place in places.into_iter().filter(|_| part < 1.0) {
+    for place in of_runs.into_iter().flatten().filter(|_| part < 1.0) {
         due += part;
         if due >= 1.0 {
             due -= 1.0;
@@ -244,6 +249,7 @@ fn one_of_each(count: usize, random: &mut Pcg64Mcg) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use log_data::Channel;
 
     #[test]
     fn something_that_tells_is_held_out_where_more_than_one_group_does() {
@@ -265,6 +271,25 @@ mod tests {
                 assert!(before.iter().zip(&hold_out).all(|(before, now)| *now || !before));
             }
         }
+    }
+
+    #[test]
+    fn no_level_of_a_plan_in_turns_is_left_out() {
+        // Four pressures in turn, each run a piece; three of four runs are taken.
+        let kind = LogKind::predicting(Channel::Torque);
+        let rows = 0..7000;
+        let plans: Vec<Plan> = (0..12)
+            .map(|run| Plan { run, rows: rows.clone(), lead_row: 0, group: run, past: Before::default() })
+            .collect();
+        let left_out = |seed: u64| {
+            let chosen = choose(&plans, kind, Choice::Fitted(&BTreeSet::new()), seed);
+            assert!((8..=9).contains(&chosen.iter().filter(|chosen| **chosen).count()), "seed {seed}");
+            let level_is_out = |level: usize| chosen.iter().skip(level).step_by(4).all(|chosen| !chosen);
+            (0..4).any(level_is_out)
+        };
+        // Four of twelve hold a whole level in 36 of 495 ways, three in 4 of 220.
+        let count = (0..200).filter(|seed| left_out(*seed)).count();
+        assert!(count < 30, "{count} of 200");
     }
 
     #[test]

@@ -104,8 +104,10 @@ pub(crate) fn estimate(
             sum += variance;
             count += 1.0;
         }
-        for (weight, _) in piece.weights.iter_mut().zip(&piece.mask).filter(|(_, missing)| **missing) {
-            *weight = 0.0;
+        for unknown in [&piece.mask, &look.indefinite] {
+            for (weight, _) in piece.weights.iter_mut().zip(unknown).filter(|(_, unknown)| **unknown) {
+                *weight = 0.0;
+            }
         }
         // The prediction starts from the first sample, which therefore gets no weight.
         if let Some(first) = piece.weights.first_mut() {
@@ -211,6 +213,8 @@ struct PieceVariances {
     of_motion: Vec<f64>,
     /// Variance of the error due to the unknown motion between samples, by sample.
     of_sampling: Vec<f64>,
+    /// Whether the model's torque at a sample is any, by sample; empty if it is not at all.
+    indefinite: Vec<bool>,
 }
 
 impl PieceVariances {
@@ -229,14 +233,19 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
     let mut error = piece.error_of_motion(ready, start, seed);
-    let (mut steady, mut about) = Default::default();
-    if kind.motion_errs {
-        (steady, about) = (blocks(&residual, without_jumps), around(&residual));
-    } else {
+    if !kind.motion_errs {
         leave_out_rests(piece, &mut residual);
     }
+    let holds = holds::variances(piece, &residual, kind);
+    let around = if kind.motion_errs { around(&residual) } else { Vec::new() };
+    let indefinite = indefinite(piece, ready);
+    for (residual, _) in residual.iter_mut().zip(&indefinite).filter(|(_, indefinite)| **indefinite) {
+        *residual = f64::NAN;
+    }
     let fast = blocks(&residual, mean);
+    let mut steady = Vec::new();
     if kind.motion_errs {
+        steady = blocks(&residual, without_jumps);
         no_more_than_seen(&mut error, &fast);
     }
     let [one, other] = piece.error_of_sampling(ready, start).map(|error| local_mean_square(&error, REACH));
@@ -244,11 +253,21 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
         of_sampling: one.iter().zip(&other).map(|(one, other)| one.max(*other)).collect(),
         fast,
         fast_of_motion: blocks(&error, mean),
-        holds: holds::variances(piece, &residual, kind),
+        holds,
         steady,
-        around: about,
+        around,
         of_motion: local_mean_square(&error, REACH),
+        indefinite,
     }
+}
+
+/// Where a torque says nothing about the friction: at rest, if its law has no bristles. Such friction then takes any torque up to
+/// its static level, and a model's zero there is no prediction.
+fn indefinite(piece: &Piece, ready: &Ready) -> Vec<bool> {
+    if !ready.starts_with_a_torque() || ready.start_bound(&piece.driven) > 0.0 {
+        return Vec::new();
+    }
+    piece.motions.iter().map(|motion| motion.speed_rad_per_s == 0.0).collect()
 }
 
 /// The encoder's part can't exceed the residual, which contains it: where its fast part does, it is scaled down to the residual's.
@@ -276,10 +295,11 @@ fn leave_out_rests(piece: &Piece, residual: &mut [f64]) {
     }
 }
 
-/// The noise variance of each block, from a mean of its squared fourth differences.
+/// The noise variance of each block, from a mean of its squared fourth differences, without values left out.
 fn blocks(values: &[f64], mean: fn(&mut [f64]) -> f64) -> Vec<f64> {
     let variance = |block: &[f64]| {
-        let mut squares: Vec<f64> = block.windows(5).map(|five| fourth_difference(five).powi(2)).collect();
+        let squares = block.windows(5).map(|five| fourth_difference(five).powi(2));
+        let mut squares: Vec<f64> = squares.filter(|square| square.is_finite()).collect();
         if squares.len() > 20 { mean(&mut squares) / FOURTH } else { f64::NAN }
     };
     values.chunks(BLOCK).map(variance).collect()

@@ -27,7 +27,8 @@ const EXPLAINED_TOGETHER: f64 = 0.7;
 const ANOTHER: f64 = 0.15;
 /// Causes of a general form: they can follow any function of the variable that they depend on. If only such causes are
 /// selected, their residual must be at most `LITTLE` of what they explain.
-const GENERAL: [EffectId; 5] = [
+const GENERAL: [EffectId; 6] = [
+    EffectId::AngleDependentFriction,
     EffectId::TorqueOffset,
     EffectId::TorqueGain,
     EffectId::PressureTorque,

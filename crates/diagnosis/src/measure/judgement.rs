@@ -12,7 +12,7 @@ use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
-use crate::show::observe::shows_zeros;
+use crate::show::observe::{between_runs, shows_zeros, torque};
 use crate::show::residual::{PieceResidual, left, rms_left, settled};
 use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ impl Judgement<'_> {
         if share < 0.05 || of_others > 0.8 * share || of_a_cause || !shows_zeros(campaign) {
             return Ok(0.0);
         }
-        Ok(share.sqrt() * structure.rms * self.noise_where_it_counts())
+        Ok(between_runs(campaign, &left).unwrap_or(0.0))
     }
 
     /// The noise's RMS under the fit's weights, N·m or rad: the factor from a normalised residual to the channel's
@@ -106,8 +106,8 @@ impl Judgement<'_> {
         let mut found = Vec::new();
         if nuisances.zero_nm > 0.0 {
             found.push(format!(
-                "the torque's zero differs from run to run by about {:.3} N·m",
-                nuisances.zero_nm
+                "the torque's zero differs from run to run by about {}",
+                torque(nuisances.zero_nm)
             ));
         }
         if self.noise.per_independent > 1.0 {

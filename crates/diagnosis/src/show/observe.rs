@@ -127,6 +127,19 @@ fn scatter(campaign: &Campaign, left: &[PieceResidual]) -> Option<(f64, f64)> {
     Some((runs.iter().map(|run| run.0).std_dev(), runs.iter().map(|run| run.1).std_dev()))
 }
 
+/// Standard deviation of the runs' mean residuals, N·m, each run counting as one; `None` of a single run.
+pub(crate) fn between_runs(campaign: &Campaign, left: &[PieceResidual]) -> Option<f64> {
+    let mut means = vec![(0.0, 0.0); campaign.runs.len()];
+    for (piece, left) in campaign.pieces.iter().zip(left) {
+        let Some(mean) = means.get_mut(piece.run) else { continue };
+        for (residual, _) in left.residual.iter().zip(&piece.weights).filter(|(_, weight)| **weight > 0.0) {
+            *mean = (mean.0 + residual, mean.1 + 1.0);
+        }
+    }
+    let means: Vec<f64> = means.iter().filter(|of| of.1 > 0.0).map(|(sum, count)| sum / count).collect();
+    (means.len() > 1).then(|| means.iter().std_dev())
+}
+
 /// The sentence on friction and offset that differ between runs, and on the channels missing to explain it. `zero_nm`
 /// is the zero that was subtracted from each run.
 pub(crate) fn runs_differ(campaign: &Campaign, left: &[PieceResidual], zero_nm: f64) -> Option<String> {
@@ -146,9 +159,15 @@ pub(crate) fn runs_differ(campaign: &Campaign, left: &[PieceResidual], zero_nm: 
         format!("{} {were} not recorded", missing.join(" and "))
     };
     Some(format!(
-        "Friction and offset differ between runs: friction by ±{friction_nm:.3} N·m, the offset by ±{offset_nm:.3} N·m. Why, \
-         these data can't say: {why}."
+        "Friction and offset differ between runs: friction by ±{}, the offset by ±{}. Why, these data can't say: {why}.",
+        torque(friction_nm),
+        torque(offset_nm),
     ))
+}
+
+/// A torque in words: a small one is no zero.
+pub(crate) fn torque(nm: f64) -> String {
+    if nm < 0.1 { format!("{nm:.2e} N·m") } else { format!("{nm:.3} N·m") }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The residual of every piece at one hypothesis, and its RMS over the pieces wanted.
 
 use crate::DiagnosisError;
-use crate::fit::equations::{Additive, Column, Nuisances, Point, Setting};
+use crate::fit::equations::{Additive, Column, Nuisances, PieceEquations, Point, Setting};
 use crate::fit::gauss_newton::{fit, with_best_starts};
 use crate::log::piece::Piece;
 use crate::workers::map;
@@ -92,21 +92,26 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
     if weights > 0.0 { sum / (weights + ridge) } else { 0.0 }
 }
 
-/// RMS of the runs' own zeros, N·m or rad, each piece by what it tells of its zero beside its initial state: a spool that rests keeps the torque that
-/// it began with, and that is no zero.
-pub(crate) fn own_zeros_rms(setting: &Setting<'_>, point: &Point) -> Result<f64, DiagnosisError> {
+/// A run's own zero, N·m or rad, and what the run tells of it beside its initial state, 0 to 1: a spool that rests keeps the torque that it
+/// began with, and that is no zero.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OwnZero {
+    pub zero: f64,
+    pub told: f64,
+}
+
+/// The own zeros of all pieces.
+pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZero>, DiagnosisError> {
     let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
     let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
     let ridge = setting.nuisances.zero_ridge();
-    let (mut squares, mut told) = (0.0, 0.0);
-    for piece in equations.into_iter().flatten() {
+    let zero = |piece: PieceEquations| {
         let at = |column: usize| piece.gram.matrix.get((0, column)).copied().unwrap_or(0.0);
         let (data, cross) = (at(0), at(1));
         let all = (data + ridge).max(f64::MIN_POSITIVE);
-        squares += data / all * (cross / all).powi(2);
-        told += data / all;
-    }
-    Ok((squares / f64::max(told, f64::MIN_POSITIVE)).sqrt())
+        OwnZero { zero: cross / all, told: data / all }
+    };
+    Ok(equations.into_iter().flatten().map(zero).collect())
 }
 
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
@@ -220,7 +225,10 @@ mod tests {
             if piece.run < zeros.len() { first } else { first.shifted(0.4) }
         };
         let starts = campaign.pieces.iter().map(start).collect();
-        let found = own_zeros_rms(&setting, &Point { hypothesis, starts }).unwrap();
+        let zeros = own_zeros(&setting, &Point { hypothesis, starts }).unwrap();
+        let told: f64 = zeros.iter().map(|of| of.told).sum();
+        let squares: f64 = zeros.iter().map(|of| of.told * of.zero.powi(2)).sum();
+        let found = (squares / told).sqrt();
         assert!((0.8 * ZERO_NM..1.2 * ZERO_NM).contains(&found), "{found} N·m");
     }
 }

@@ -9,15 +9,12 @@ use crate::measure::gain::gain;
 use crate::measure::judgement::Judgement;
 use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
-use crate::unnamed::kept::{HARDLY_MORE, Kept};
+use crate::unnamed::kept::{HARDLY_MORE, Kept, MOST_LEFT};
 use crate::unnamed::search::{Laws, search, without};
 use crate::unnamed::stand_in::{makes_idle, without_stand_ins};
 use crate::unnamed::told::{Extended, told};
 use valve_model::EffectId;
 
-/// A law must leave at most this part of the error on runs held out: a change that is smaller is none that a user would notice. A
-/// further one must leave at most this part of what those before it leave.
-const MOST_LEFT: f64 = 0.9;
 /// A transducer counts as late from this many standard errors on.
 const CLEAR: f64 = 2.0;
 

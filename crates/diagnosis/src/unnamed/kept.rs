@@ -7,6 +7,9 @@ use crate::measure::judgement::Judgement;
 use crate::show::residual::PieceResidual;
 use crate::unnamed::search::Laws;
 
+/// A law must leave at most this part of the error on runs held out: a change that is smaller is none that a user would notice. A
+/// further one must leave at most this part of what those before it leave.
+pub(crate) const MOST_LEFT: f64 = 0.9;
 /// A fit with fewer causes or laws is taken if it leaves at most so many times as much on the runs held out.
 pub(crate) const HARDLY_MORE: f64 = 1.05;
 

@@ -8,7 +8,7 @@ use crate::measure::judgement::Judgement;
 use crate::name::tried::{STEPS, Tried};
 use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
-use crate::unnamed::kept::Kept;
+use crate::unnamed::kept::{Kept, MOST_LEFT};
 use crate::unnamed::search::{part_cut, without};
 use valve_model::EffectId;
 
@@ -49,7 +49,7 @@ pub(crate) fn without_stand_ins(
 }
 
 /// Whether a cause that is part of neither fit has little left to do beside the laws, of what it does without them, and the laws leave
-/// less than it.
+/// less than it by as much as a law must: a table over the speed can be any cause that goes by the speed.
 pub(crate) fn makes_idle(
     setting: &Setting<'_>,
     without_laws: &Tried,
@@ -67,7 +67,7 @@ pub(crate) fn makes_idle(
         return Ok(false);
     };
     let idle = is_idle(part_cut(with_laws, beside.rms), part_cut(without_laws, alone.rms));
-    Ok(idle && with_laws.rms < alone.rms)
+    Ok(idle && with_laws.rms < MOST_LEFT * alone.rms)
 }
 
 /// Whether a cause cuts little of the mean square beside laws, and little of the part that it cuts without them.
