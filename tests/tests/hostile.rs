@@ -137,14 +137,44 @@ fn a_removed_runtime_folder_lets_no_second_supervisor_start() {
     let place = TestPlace::new();
     let run = start(&place);
     std::fs::remove_dir_all(place.path("runtime/stepvalve").join(NAME)).unwrap();
-    let second = Finished::from(spawn(&place, "second").wait_with_output().unwrap());
-    let second = second.expect_code(2);
-    assert!(
-        second.stderr.contains("running already, though its runtime folder was removed"),
-        "{}",
-        second.stderr
-    );
+    let refused = |out: &str| {
+        let second = Finished::from(spawn(&place, out).wait_with_output().unwrap()).expect_code(2);
+        assert!(
+            second.stderr.contains("running already, though its runtime folder was removed"),
+            "{}",
+            second.stderr
+        );
+    };
+    refused("second");
+    // What a refused start leaves tells nobody that the name is free, and the start of another name wipes nothing that lives.
+    let memory = place.shared_memory_of(NAME);
+    let other = place.start_instance("other", &[], &scenario(&place), &place.path("other"));
+    assert_eq!(place.shared_memory_of(NAME), memory);
+    refused("third");
+    end_instance(other, Signal::SIGTERM);
+    // An operator is told what ends it.
+    let kill = format!("`kill {}` stops its valve", run.id());
+    let disarmed = place.stepvalve(&["disarm", "--instance", NAME]).expect_code(2);
+    assert!(disarmed.stderr.contains(&kill), "{}", disarmed.stderr);
+    let listed = place.stepvalve(&["list"]).expect_code(0);
+    assert!(listed.stdout.contains(&kill), "{}", listed.stdout);
     // The first goes on, and can be ended.
+    end_instance(run, Signal::SIGTERM);
+    place.assert_nothing_left(&[NAME]);
+}
+
+/// A folder that somebody made again after it was removed has free locks; its instance lives all the same.
+#[test]
+fn a_folder_made_anew_is_swept_only_where_nobody_lives() {
+    let place = TestPlace::new();
+    let run = start(&place);
+    let folder = place.path("runtime/stepvalve").join(NAME);
+    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::create_dir(&folder).unwrap();
+    let memory = place.shared_memory_of(NAME);
+    let other = place.start_instance("other", &[], &scenario(&place), &place.path("other"));
+    assert_eq!(place.shared_memory_of(NAME), memory);
+    end_instance(other, Signal::SIGTERM);
     end_instance(run, Signal::SIGTERM);
     place.assert_nothing_left(&[NAME]);
 }

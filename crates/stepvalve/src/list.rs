@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::{
     Failure, FoundInstance, Outcome, ask_status, base_folders, instances, socket_path, whereabouts,
+    without_a_folder,
 };
 
 /// How long each may take to say how it is.
@@ -43,7 +44,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         folders.iter().flat_map(|base| instances(base, &locks)).map(|one| look(&one)).collect();
     if arguments.json {
         say(serde_json::to_string_pretty(&found).map_err(anyhow::Error::from)?);
-    } else if found.is_empty() {
+        return Ok(Outcome::Done);
+    }
+    if found.is_empty() {
         let looked: Vec<_> = folders.iter().map(|folder| folder.display().to_string()).collect();
         let looked = if looked.is_empty() {
             "there is no runtime folder".to_owned()
@@ -56,7 +59,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         found.iter().for_each(print);
     }
+    without_a_folder(&locks).into_iter().for_each(|process| say(beyond_orders(process)));
     Ok(Outcome::Done)
+}
+
+/// What can be done about an instance whose folder is gone.
+pub(crate) fn beyond_orders(process: i32) -> String {
+    format!(
+        "process {process} supervises an instance whose runtime folder is in none of these places: it was removed, or is elsewhere \
+         (XDG_RUNTIME_DIR). No order reaches it from here; `kill {process}` stops its valve and ends it"
+    )
 }
 
 fn look(found: &FoundInstance) -> Listed {

@@ -1,5 +1,6 @@
 //! `stepvalve arm | disarm | reset | set | status | mark | save-timing`: talking to a running instance.
 
+use crate::list::beyond_orders;
 use crate::say::{is_heard, say};
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use supervisor::{
     Answer, Failure, FoundInstance, InstanceName, Interruption, Outcome, Request, ask, ask_status,
-    base_folder, instance_folder, instances, socket_path, whereabouts,
+    base_folder, instance_folder, instances, socket_path, whereabouts, without_a_folder,
 };
 
 /// How long an operator waits: what is not done by then is refused, and not done later.
@@ -284,10 +285,14 @@ pub fn meant(
     let wrong = match (&name, running.len()) {
         (_, 0) => format!(
             "no instance{} runs under {}; `stepvalve run SCENARIO.toml --instance NAME --out DIR` starts one, \
-             `stepvalve list` looks elsewhere too{}",
+             `stepvalve list` looks elsewhere too{}{}",
             name.map_or(String::new(), |name| format!(" \"{name}\"")),
             base.display(),
-            others.iter().map(died).collect::<String>()
+            others.iter().map(died).collect::<String>(),
+            without_a_folder(&locks)
+                .into_iter()
+                .map(|process| format!("; {}", beyond_orders(process)))
+                .collect::<String>()
         ),
         (Some(name), _) if running.iter().all(|found| found.name != *name) => {
             format!("no instance \"{name}\" runs, but {names}")

@@ -62,13 +62,16 @@ impl Instance {
         };
         let base = base_folder()?;
         let folder = instance_folder(&base, instance);
+        // First the lock that outlives the folder: a refused start leaves nothing of its own behind.
+        let name = match lock_beside_memory(&folder)? {
+            BesideMemory::Ours(lock) => Some(lock),
+            BesideMemory::SomebodyElses => None,
+            BesideMemory::Held if is_held(&folder.join("supervisor.lock")) => return Err(taken("")),
+            BesideMemory::Held => return Err(taken(", though its runtime folder was removed")),
+        };
         sweep(&base, &folder);
         make_private(&folder)?;
         let supervisor = lock(&folder.join("supervisor.lock"))?.ok_or_else(|| taken(""))?;
-        let name = match lock_beside_memory(&folder) {
-            Some(path) => Some(lock(&path)?.ok_or_else(|| taken(", though its runtime folder was removed"))?),
-            None => None,
-        };
         open_lock(&folder.join("members.lock"))?;
         wait_for_members(&folder)?;
         wipe_generations(&folder)?;
@@ -140,16 +143,42 @@ pub fn whereabouts(folder: &Path) -> Result<Whereabouts> {
     serde_json::from_slice(&text).with_context(|| path.display().to_string())
 }
 
+/// What the names of the locks that outlive runtime folders begin with.
+const NAME_LOCK: &str = "stepvalve-lock";
+
 /// The lock that outlives the runtime folder.
 fn name_lock(folder: &Path) -> PathBuf {
-    Path::new(SHARED_MEMORY).join(format!("stepvalve-lock{}", prefix(folder).trim_start_matches("stepvalve")))
+    Path::new(SHARED_MEMORY).join(format!("{NAME_LOCK}{}", prefix(folder).trim_start_matches("stepvalve")))
 }
 
-/// The same where it is this user's; somebody else's file in its place must keep nobody from starting.
-fn lock_beside_memory(folder: &Path) -> Option<PathBuf> {
+/// The locks of this user's instances beside the memory, whoever holds them.
+pub(crate) fn name_locks() -> impl Iterator<Item = std::fs::Metadata> {
+    let entries = std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    let locks = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(NAME_LOCK));
+    let own = |found: &std::fs::Metadata| found.uid() == nix::unistd::geteuid().as_raw();
+    locks.filter_map(|entry| std::fs::symlink_metadata(entry.path()).ok()).filter(own)
+}
+
+/// What became of taking the lock that outlives the runtime folder.
+enum BesideMemory {
+    Ours(File),
+    Held,
+    /// Somebody else's file in its place must keep nobody from starting.
+    SomebodyElses,
+}
+
+fn lock_beside_memory(folder: &Path) -> Result<BesideMemory> {
     let path = name_lock(folder);
-    let found = open_lock(&path).ok()?.metadata().ok()?;
-    (found.uid() == nix::unistd::geteuid().as_raw()).then_some(path)
+    let own = |found: std::fs::Metadata| found.uid() == nix::unistd::geteuid().as_raw();
+    if !open_lock(&path).and_then(|file| Ok(file.metadata()?)).is_ok_and(own) {
+        return Ok(BesideMemory::SomebodyElses);
+    }
+    Ok(lock(&path)?.map_or(BesideMemory::Held, BesideMemory::Ours))
+}
+
+/// Whether somebody holds the lock of a file, which is not made where it is missing.
+fn is_held(path: &Path) -> bool {
+    path.exists() && open_lock(path).is_ok_and(|file| file.try_lock().is_err())
 }
 
 /// Waits until no process of an earlier generation is left.
@@ -179,11 +208,16 @@ fn sweep(base: &Path, except: &Path) {
             continue;
         }
         let free = |file: &str| open_lock(&folder.join(file)).ok().filter(|lock| lock.try_lock().is_ok());
-        if let (Some(_supervisor), Some(_members)) = (free("supervisor.lock"), free("members.lock"))
-            && wipe_generations(&folder).is_ok()
-        {
+        let (Some(_supervisor), Some(_members)) = (free("supervisor.lock"), free("members.lock")) else {
+            continue;
+        };
+        // A folder that was removed and made anew has free locks while its instance lives.
+        let beside = lock_beside_memory(&folder).unwrap_or(BesideMemory::Held);
+        if !matches!(beside, BesideMemory::Held) && wipe_generations(&folder).is_ok() {
             let _ = std::fs::remove_dir_all(&folder);
-            let _ = lock_beside_memory(&folder).map(std::fs::remove_file);
+            if let BesideMemory::Ours(_held) = beside {
+                let _ = std::fs::remove_file(name_lock(&folder));
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The instances of this user that can be found, live or dead, wherever their runtime folders are.
 
 use crate::control::socket_path;
+use crate::instance::name_locks;
 use crate::runtime_folder::base_path;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
@@ -74,6 +75,19 @@ pub fn instances(base: &Path, locks: &str) -> Vec<FoundInstance> {
         .collect();
     found.sort_by(|a, b| a.name.cmp(&b.name));
     found
+}
+
+/// The supervisors whose runtime folder was removed: they hold the lock of their name beside the memory, and are none of those in any folder that
+/// instances may be in. No order reaches them.
+pub fn without_a_folder(locks: &str) -> Vec<i32> {
+    let holders = lock_holders(locks);
+    let known: Vec<i32> = base_folders()
+        .iter()
+        .flat_map(|base| instances(base, locks))
+        .filter_map(|found| found.supervisor)
+        .collect();
+    let held = name_locks().filter_map(|lock| holders.get(&lock.ino()).copied());
+    held.filter(|process| !known.contains(process)).collect()
 }
 
 /// Who holds a lock on which inode, as `/proc/locks` tells. The device is left out: what is said of it differs between file

@@ -47,7 +47,7 @@ pub use disarm::disarm;
 pub use exit::{Failure, Outcome};
 pub use handover::{CONCLUDE, begin, conclude, received};
 pub use instance::{Whereabouts, prefix, whereabouts};
-pub use instances::{FoundInstance, base_folders, instances};
+pub use instances::{FoundInstance, base_folders, instances, without_a_folder};
 pub use interruption::Interruption;
 pub use journal::{Entry, EventKind, advice, advice_on_alarm, journal_path, older_journal_path};
 pub use mission::{Conclusion, Ending, Mission, ProcessEnding, Timings};
