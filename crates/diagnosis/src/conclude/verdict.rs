@@ -108,10 +108,14 @@ fn conclusion(
         None
     } else {
         tell(Event::Step("looking for a law in what no cause explains"));
-        let leads =
-            |member: &&Member| ambiguous.iter().any(|group| group.ids.first() == Some(&member.candidate.id));
-        let leaders: Vec<&Member> = selection.fitted.point.hypothesis.members.iter().filter(leads).collect();
-        unnamed(judged, able, (&point, &after, &causes), &leaders)?
+        let of_group = |ids: &[EffectId]| -> Vec<&Member> {
+            let own = selection.fitted.point.hypothesis.members.iter();
+            let leader = own.filter(|member| ids.first() == Some(&member.candidate.id));
+            let others = selection.alternatives.iter().filter(|(best, _)| ids.first() == Some(best));
+            leader.chain(others.map(|(_, member)| member)).collect()
+        };
+        let groups: Vec<Vec<&Member>> = ambiguous.iter().map(|group| of_group(&group.ids)).collect();
+        unnamed(judged, able, (&point, &after, &causes), &groups)?
     };
     // Time that ran out in a search for laws ended that.
     let ended = ended || !noise && judged.setting.workers.is_over();

@@ -11,20 +11,20 @@ use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
 use crate::unnamed::kept::{HARDLY_MORE, Kept, MOST_LEFT};
 use crate::unnamed::search::{Laws, search, without};
-use crate::unnamed::stand_in::{makes_idle, without_stand_ins};
+use crate::unnamed::stand_in::{makes_idle, serves_as_well, without_stand_ins};
 use crate::unnamed::told::{Extended, told};
 use valve_model::EffectId;
 
 /// A transducer counts as late from this many standard errors on.
 const CLEAR: f64 = 2.0;
 
-/// Searches for laws beside the accepted causes, in place of groups that the data can't tell apart, of which `leaders` has the best one each.
+/// Searches for laws beside the accepted causes, in place of groups that the data can't tell apart, each with its best one first.
 /// `None` if there are none, or they don't hold on the runs that were held out, or none were, or a group does something beside them.
 pub(crate) fn unnamed(
     judged: &Judgement<'_>,
     able: &[Candidate],
     (accepted, before, causes): (&Point, &[PieceResidual], &[Cause]),
-    leaders: &[&Member],
+    groups: &[Vec<&Member>],
 ) -> Result<Option<Extended>, DiagnosisError> {
     let campaign = judged.setting.campaign;
     if !campaign.holds_out() {
@@ -32,7 +32,7 @@ pub(crate) fn unnamed(
     }
     let begin = beside_what_is_uncertain(judged, able, accepted);
     // A search for causes that used up its samples says nothing against a law.
-    let mut stages = campaign.with_reserve(|| search(&judged.setting, begin))?.into_iter();
+    let mut stages = campaign.with_reserve(|| search(&judged.setting, begin.clone()))?.into_iter();
     let Some(without_laws) = stages.next().map(|laws| laws.tried) else { return Ok(None) };
     let (_, bare) = judged.everywhere(&without_laws.fitted)?;
     let mut kept: Option<Kept> = None;
@@ -49,9 +49,22 @@ pub(crate) fn unnamed(
         }
     }
     let Some(kept) = kept else { return Ok(None) };
-    for leader in leaders {
-        let makes_idle = || makes_idle(&judged.setting, &without_laws, &kept.laws.tried, (*leader).clone());
-        if !campaign.with_reserve(makes_idle)? {
+    for group in groups {
+        let stays = || {
+            let idle = |best: &&Member| {
+                makes_idle(&judged.setting, &without_laws, &kept.laws.tried, (**best).clone())
+            };
+            if !group.first().map_or(Ok(true), idle)? {
+                return Ok(true);
+            }
+            for cause in group {
+                if serves_as_well(&judged.setting, &begin, cause, &kept.laws)? {
+                    return Ok(true);
+                }
+            }
+            Ok::<_, DiagnosisError>(false)
+        };
+        if campaign.with_reserve(stays)? {
             return Ok(None);
         }
     }

@@ -9,7 +9,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
 use crate::unnamed::kept::{Kept, MOST_LEFT};
-use crate::unnamed::search::{part_cut, without};
+use crate::unnamed::search::{Laws, part_cut, search, without};
 use valve_model::EffectId;
 
 /// A cause stood in for a law if beside it it cuts less than this part of the mean square that it cut without, and less than this part of
@@ -68,6 +68,29 @@ pub(crate) fn makes_idle(
     };
     let idle = is_idle(part_cut(with_laws, beside.rms), part_cut(without_laws, alone.rms));
     Ok(idle && with_laws.rms < MOST_LEFT * alone.rms)
+}
+
+/// Whether a cause, and laws beside it that are no more than those without it, leave about as little as they do. Then it has a part in that which is its
+/// own: where a level rises with pressure in one slow sweep, some law over the time and the speed follows it too.
+pub(crate) fn serves_as_well(
+    setting: &Setting<'_>,
+    begin: &Point,
+    cause: &Member,
+    without_it: &Laws,
+) -> Result<bool, DiagnosisError> {
+    let id = cause.candidate.id;
+    let Point { mut hypothesis, starts } = begin.clone();
+    let instead = hypothesis.corrections.iter().find(|of| of.id == id).cloned();
+    hypothesis.corrections.retain(|of| of.id != id);
+    let place = hypothesis.members.len();
+    for beside in search(setting, Point { hypothesis: hypothesis.with(cause.clone()), starts })? {
+        let no_more = beside.terms.len() <= without_it.terms.len();
+        if no_more && MOST_LEFT * beside.tried.rms <= without_it.tried.rms {
+            let alone = without(setting, &beside.tried, place, instead.as_ref())?;
+            return Ok(alone.is_some_and(|alone| part_cut(&alone, beside.tried.rms) >= MOST_OF_IDLE));
+        }
+    }
+    Ok(false)
 }
 
 /// Whether a cause cuts little of the mean square beside laws, and little of the part that it cuts without them.

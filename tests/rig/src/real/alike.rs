@@ -174,9 +174,10 @@ fn directions(effect: Effect) -> Vec<Instance> {
     let one = |draws: [f64; 6]| Instance::given(effect, SMALL, draws);
     match effect {
         Effect::AngleDependentFriction | Effect::FlowTorque | Effect::PositionTorque => {
-            let orders = [0.0, 0.4];
-            let wave = |order: f64, phase: f64| one([1.0, order, phase, 0.0, 0.0, 0.0]);
-            orders.into_iter().flat_map(|order| [wave(order, 0.0), wave(order, 0.25)]).collect()
+            // Once, twice and three times a turn, and three times with four beside it.
+            let waves = [(0.0, 0.0), (0.4, 0.0), (0.7, 0.0), (0.7, 1.0)];
+            let wave = |(order, next): (f64, f64), phase: f64| one([1.0, order, phase, next, phase, 0.0]);
+            waves.into_iter().flat_map(|of| [wave(of, 0.0), wave(of, 0.25)]).collect()
         }
         Effect::MicrostepError => {
             let orders = [0.1, 0.6];
