@@ -314,28 +314,95 @@ fn friction_beyond_the_reduced_current_is_no_stop() {
     assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::Homing.code()));
 }
 
-#[test]
-fn homing_interrupted_at_any_moment_stops_unhomed() {
-    // A hard stop is left and met again slowly: every phase takes its time.
-    let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Stop);
-    let parts = parts(&scenario, &Valve::default());
-    let mut phases = std::collections::BTreeSet::new();
-    for after in (0..20_000).step_by(97) {
-        let mut bench = Bench::new(parts.clone());
-        bench.run(20);
-        bench.order(OperatorKind::Home);
-        let before = bench.run(after + 1);
-        if before.status.homing_phase == HomingPhase::Done.code() {
+/// Cycles at which homing is interrupted: the first, middle and last of each phase, and all of the few in which the drive takes its zero.
+fn moments(parts: &Parts) -> Vec<(HomingPhase, u64)> {
+    let mut bench = Bench::new(parts.clone());
+    bench.run(20);
+    let mut last = bench.order(OperatorKind::Home);
+    let mut phases: Vec<(u64, std::ops::Range<u64>)> = Vec::new();
+    for cycle in 0..100_000 {
+        let phase = last.status.homing_phase;
+        match phases.last_mut().filter(|(before, _)| *before == phase) {
+            Some((_, range)) => range.end = cycle + 1,
+            None => phases.push((phase, cycle..cycle + 1)),
+        }
+        if phase == HomingPhase::Done.code() {
             break;
         }
-        phases.insert(before.status.homing_phase);
-        bench.order(OperatorKind::Disarm);
-        let stopped = bench.run(300);
-        assert_eq!(state(&stopped), ControllerState::Disarmed, "interrupted after {after} cycles");
-        assert_eq!(stopped.plant.feedback.validity & validity::HOMED, 0, "interrupted after {after} cycles");
-        assert_eq!(stopped.plant.feedback.pulse_rate_hz, 0.0);
+        last = bench.step(None, None);
     }
-    assert!(phases.len() >= 4, "phases met: {phases:?}");
+    let named = phases.into_iter().map(|(code, range)| (HomingPhase::from_code(code).unwrap(), range));
+    let inner = named.filter(|(phase, _)| ![HomingPhase::None, HomingPhase::Done].contains(phase));
+    inner
+        .flat_map(|(phase, range)| {
+            let cycles = match phase {
+                HomingPhase::SetZero => range.collect(),
+                _ => vec![range.start, range.start.midpoint(range.end), range.end - 1],
+            };
+            cycles.into_iter().map(move |cycle| (phase, cycle))
+        })
+        .collect()
+}
+
+#[test]
+fn homing_interrupted_in_any_phase_stops_and_can_be_repeated() {
+    let methods = [HomingMethod::Switch, HomingMethod::Stop, HomingMethod::Index, HomingMethod::Absolute];
+    let mut met = std::collections::BTreeSet::new();
+    for (method, seed) in methods.into_iter().flat_map(|method| (5..8).map(move |seed| (method, seed))) {
+        let (scenario, mark_rad) = switched_on(&mut Pcg64Mcg::seed_from_u64(seed), method);
+        let parts = parts(&scenario, &Valve::default());
+        for (phase, after) in moments(&parts) {
+            met.insert(phase.code());
+            let what =
+                format!("{method:?}, seed {seed}: interrupted {after} cycles after the order, in {phase}");
+            let mut bench = Bench::new(parts.clone());
+            bench.run(20);
+            let mut begun = bench.order(OperatorKind::Home);
+            if after > 0 {
+                begun = bench.run(after);
+            }
+            assert_eq!(begun.status.homing_phase, phase.code(), "{what}");
+            bench.order(OperatorKind::Disarm);
+            let stopped = bench.run(300);
+            assert_eq!(state(&stopped), ControllerState::Disarmed, "{what}");
+            let feedback = &stopped.plant.feedback;
+            assert_eq!(feedback.pulse_rate_hz, 0.0, "{what}");
+            // A zero that the drive has taken is right; one that was on its way is the only one that it may still take.
+            let homed = feedback.validity & validity::HOMED != 0;
+            assert!(!homed || phase == HomingPhase::SetZero, "{what}");
+            let zero_rad = feedback.angle_rad - stopped.plant.truth.angle_rad;
+            assert!(!homed || zero_rad.abs() < 1e-3, "{what}: the zero is {zero_rad} rad off");
+            let towards = scenario.homing.search.as_ref().unwrap().speed_rad_per_s.signum();
+            let rests_rad = stopped.plant.truth.angle_rad;
+            let (result, again) = bench.complete(OperatorKind::Home);
+            // An index that lies behind is not met by going on: that is a fault, and nothing is homed.
+            let behind = method == HomingMethod::Index && towards * (rests_rad - mark_rad) > -1e-3;
+            if behind && result == OperatorResult::Failed {
+                assert_eq!(again.status.fault, FaultCode::Homing.code(), "{what}");
+                continue;
+            }
+            assert_eq!(result, OperatorResult::Done, "{what}: {:?}", again.status);
+            let homed = bench.run(100).plant;
+            let zero_rad = homed.feedback.angle_rad - homed.truth.angle_rad;
+            assert!(zero_rad.abs() < 1e-3, "{what}: then the zero is {zero_rad} rad off");
+        }
+    }
+    assert_eq!(met.len(), 5, "all phases but none and done: {met:?}");
+}
+
+/// What is asked of the drive goes with the order: a drive that could not take its zero yet takes none later.
+#[test]
+fn a_zero_that_nobody_waits_for_any_more_is_withdrawn() {
+    let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Switch);
+    let parts = parts(&scenario, &Valve::default());
+    let set_zero = moments(&parts).into_iter().find(|(phase, _)| *phase == HomingPhase::SetZero).unwrap().1;
+    let mut bench = Bench::new(parts);
+    bench.run(20);
+    bench.order(OperatorKind::Home);
+    let asks = bench.run(set_zero);
+    assert!(asks.command.zero_id > asks.plant.feedback.zero_id, "the drive is asked");
+    let disarmed = bench.order(OperatorKind::Disarm);
+    assert_eq!(disarmed.command.zero_id, 0);
 }
 
 #[test]

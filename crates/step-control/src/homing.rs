@@ -31,6 +31,10 @@ const STALL_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;
 const SLIDING: f64 = 0.7;
 const SLIDING_S: f64 = 0.02;
 
+/// Tooth pitches that the command moves before what it leads the rotor by counts as the lead of sliding: while friction turns round, and
+/// bristles with it, the rotor follows too, and the lead grows by up to half a pitch.
+const TURNED_TEETH: f64 = 0.5;
+
 /// Tooth pitches by which alignment stays away from the mark: a hard stop must not press on the rotor.
 const CLEAR_TEETH: f64 = 1.0;
 
@@ -139,7 +143,8 @@ fn stalled(params: &Params, homing: &Homing, state: &mut State, feedback: &Feedb
     *looked_cycles += 1;
     if *looked_cycles as f64 * params.period_s >= SLIDING_S {
         let (way_rad, moved_rad) = (command_rad - looked_at_rad.0, feedback.angle_rad - looked_at_rad.1);
-        if towards * way_rad > 0.0 && towards * moved_rad > SLIDING * towards * way_rad {
+        let has_turned = towards * (command_rad - from.0 * microstep_rad) > TURNED_TEETH * tooth_rad(params);
+        if has_turned && towards * way_rad > 0.0 && towards * moved_rad > SLIDING * towards * way_rad {
             *sliding_lead_rad = Some(lead_rad);
         }
         (*looked_at_rad, *looked_cycles) = ((command_rad, feedback.angle_rad), 0);

@@ -3,6 +3,7 @@
 use crate::acceptance::note_accepted;
 use crate::compensation::Wanted;
 use crate::homing::{current_ratio, home};
+use crate::homing_state::ZeroShift;
 use crate::input::{Input, Output};
 use crate::measure::measure;
 use crate::orders::obey;
@@ -70,7 +71,10 @@ fn rest(params: &Params, state: &mut State) {
 
 fn command(params: &Params, state: &State) -> StepCommand {
     use ControllerState::{Arming, Disarmed, Fault, Homing, QuickStop, Running};
-    let (machine, steering, shift) = (state.supervision.machine, &state.steering, state.homing.shift);
+    let (machine, steering) = (state.supervision.machine, &state.steering);
+    // A zero that was asked for is withdrawn if homing is ended before the drive has taken it: nobody expects it any more.
+    let asks = machine == Homing || state.homing.phase == HomingPhase::Done;
+    let shift = if asks { state.homing.shift } else { ZeroShift::default() };
     let energise = match machine {
         Arming | Running | Homing | QuickStop => true,
         Disarmed => params.holds_when_disarmed,
