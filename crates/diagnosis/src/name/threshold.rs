@@ -1,7 +1,7 @@
 //! The acceptance threshold: what a candidate must gain on held-out groups beside the causes accepted so far.
 //!
 //! The threshold is the largest of a fixed floor, a share of the residual beyond noise, and the misfit that the forms of the
-//! accepted causes may leave: a candidate that gains less may only be fitting that misfit.
+//! accepted causes may leave: a candidate that gains less, and leaves more than noise, may only be fitting that misfit.
 
 use crate::name::forms::{HYSTERESIS, MISFIT};
 use crate::name::selection::Selection;
@@ -11,6 +11,9 @@ use valve_model::EffectId;
 
 /// Least cut of the held-out RMS, relative to the noise.
 pub(crate) const FLOOR: f64 = 0.01;
+/// A cause that takes this part of what is left beyond noise does not fit a misfit: that has hardly ever exactly the form of one cause. Beside a
+/// cause that explains hundreds of times the noise no other could be found, and least of all a transducer that is late by a little.
+const NEARLY_ALL: f64 = 0.9;
 /// What presliding-hysteresis may leave as its misfit, as a share of the sum of squares that it explains. It is more in an angle
 /// log, where a small misfit makes the rotor slip at other moments.
 const HYSTERESIS_MISFIT: f64 = 0.1;
@@ -54,8 +57,13 @@ pub(crate) fn rms_threshold(state: &Selection, loss: Loss) -> f64 {
     } else {
         loss.least_part(causes)
     };
-    let least = (MISFIT * state.forms.inexact).max(part * (square - 1.0));
+    let least = least_cut(square - 1.0, state.forms.inexact, part);
     FLOOR.max(state.rms - (square - least).max(0.0).sqrt())
+}
+
+/// The least cut of the held-out mean square, of the part `beyond` noise, beside causes of inexact forms that explain so much.
+fn least_cut(beyond: f64, inexact: f64, part: f64) -> f64 {
+    (MISFIT * inexact).min(NEARLY_ALL * beyond).max(part * beyond)
 }
 
 /// Threshold on the cut of the held-out mean square. It applies from the third cause on and beside presliding-hysteresis, where
@@ -71,4 +79,26 @@ fn squares_threshold(state: &Selection, id: EffectId, loss: Loss) -> f64 {
     let loose = state.fitted.point.hypothesis.has(HYSTERESIS);
     let of_loose = if loose { left * state.forms.hysteresis } else { f64::NEG_INFINITY };
     of_many.max(of_loose)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_takes_nearly_all_that_is_left_is_no_misfit() {
+        // Beyond noise, explained by inexact forms, the loss's own part; the least cut.
+        for (beyond, inexact, part, expected) in [
+            (10.0, 0.0, 0.25, 2.5),
+            (10.0, 100.0, 0.25, 2.5),
+            (10.0, 200.0, 0.25, 4.0),
+            // A threshold beyond all that is left could be reached by nothing.
+            (1.7, 122.0, 0.25, 1.53),
+            (1.7, 1e6, 0.25, 1.53),
+            (1.7, 1e6, 0.95, 1.615),
+        ] {
+            let cut = least_cut(beyond, inexact, part);
+            assert!((cut - expected).abs() < 1e-9, "{beyond}, {inexact}, {part}: {cut}");
+        }
+    }
 }
