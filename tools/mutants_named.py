@@ -27,11 +27,13 @@ def test_names(crate):
     return [path.stem for path in sorted((ROOT / "crates" / crate / "tests").glob("*.rs"))]
 
 
-def cargo_test(crate, *more):
-    """Whether the crate's own tests, or with `more` their build, end well. Tests that go on for ever do not."""
-    command = ["cargo", "test", "--quiet", "--package", crate, "--lib"]
-    for name in test_names(crate):
-        command += ["--test", name]
+def cargo_test(crates, *more):
+    """Whether the tests of `crate` or `crate+other`, or with `more` their build, end well. Tests that go on for ever do not."""
+    command = ["cargo", "test", "--quiet", "--lib"]
+    for crate in crates.split("+"):
+        command += ["--package", crate]
+        for name in test_names(crate):
+            command += ["--test", name]
     process = subprocess.Popen(
         [*command, *more], cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     )
@@ -45,7 +47,7 @@ def cargo_test(crate, *more):
 
 def try_one(crate, file, found, instead):
     """What became of one change: `noticed`, `NOT NOTICED`, or why it could not be tried."""
-    path = ROOT / "crates" / crate / "src" / file
+    path = ROOT / "crates" / crate.split("+")[0] / "src" / file
     text = path.read_text()
     if text.count(found) != 1:
         return f"found {text.count(found)} times, expected once: {found}"

@@ -314,6 +314,20 @@ fn friction_beyond_the_reduced_current_is_no_stop() {
     assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::Homing.code()));
 }
 
+#[test]
+fn teeth_that_do_not_agree_refuse_the_alignment() {
+    let (mut scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Switch);
+    if let Some(search) = scenario.homing.search.as_mut() {
+        search.largest_spread_rad = 1e-7;
+    }
+    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    bench.run(20);
+    let (result, last) = bench.complete(OperatorKind::Home);
+    assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::Homing.code()));
+    assert!(last.status.alignment_spread_rad > 1e-7, "{:?}", last.status);
+    assert_eq!(bench.run(200).plant.feedback.validity & validity::HOMED, 0);
+}
+
 /// Cycles at which homing is interrupted: the first, middle and last of each phase, and all of the few in which the drive takes its zero.
 fn moments(parts: &Parts) -> Vec<(HomingPhase, u64)> {
     let mut bench = Bench::new(parts.clone());
