@@ -24,8 +24,10 @@ impl Generation<'_> {
     /// Sends a set-point, and waits until the reference follows it or refuses it.
     fn send(&mut self, set_point: SetPoint) -> Answer {
         // One that no reader accepts would vanish.
-        if let Some(refusal) = beyond(&set_point, "value").or_else(|| beyond(&set_point, "pressure_drop_pa"))
-        {
+        if let Some(refusal) = beyond(&set_point, "value") {
+            return self.beyond_a_limit(&set_point).map_or(refusal, Answer::refused);
+        }
+        if let Some(refusal) = beyond(&set_point, "pressure_drop_pa") {
             return refusal;
         }
         let id = self.give_set_point(set_point);
@@ -59,6 +61,20 @@ impl Generation<'_> {
     /// What was asked with the set-point `id`, in an operator's units; empty where the angle says it, or another gave it.
     pub(crate) fn asked_with(&self, id: u64) -> String {
         self.followed.filter(|followed| followed.id == id).and_then(|it| asked(&it)).unwrap_or_default()
+    }
+
+    /// The refusal of what no message may hold, with the valve's own limit where it has one.
+    fn beyond_a_limit(&mut self, set_point: &SetPoint) -> Option<String> {
+        let limits = &self.mission().parts.trajectory.params.limits;
+        let is_limited = limits.min_angle_rad.is_some() && limits.max_angle_rad.is_some();
+        let why = match SetPointKind::from_code(set_point.kind)? {
+            SetPointKind::Flow => SetPointRefusal::Flow,
+            SetPointKind::Speed => SetPointRefusal::SpeedLimit,
+            SetPointKind::Opening => SetPointRefusal::AngleLimit,
+            SetPointKind::Angle if is_limited => SetPointRefusal::AngleLimit,
+            _ => return None,
+        };
+        Some(self.explain(why, set_point))
     }
 
     /// A refusal, with what was found and what would have been accepted.
@@ -102,6 +118,13 @@ impl Generation<'_> {
                 FaultCode::None => format!("the controller is {}; first: stepvalve arm", seen.state),
                 fault => format!("stopped by a fault ({fault}); first: stepvalve reset, then arm"),
             }),
+            (SetPointRefusal::NotHomed, Some(SetPointKind::Speed)) => Some(format!(
+                "{} asked, expected up to {} either way until it is; {}; {}",
+                speed(value),
+                speed(limits.unhomed_speed_rad_per_s),
+                self.why_not_homed(),
+                self.zero_again()
+            )),
             (SetPointRefusal::NotHomed, _) => {
                 Some(format!("{}; {}", self.why_not_homed(), self.zero_again()))
             }
