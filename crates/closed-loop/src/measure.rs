@@ -2,7 +2,7 @@
 
 use crate::in_process::InProcess;
 use crate::wiring::{Parts, WiringError, wire};
-use config::{Compensation, Damping, Scenario};
+use config::{Compensation, Scenario, usual_damping};
 use signals::{ControllerState, FaultCode};
 use std::collections::VecDeque;
 use valve_model::Model;
@@ -78,8 +78,7 @@ pub fn wire_level(
     scenario.compensation = level.feed_forward;
     scenario.encoder.fitted = level.encoder;
     scenario.control.observer = level.encoder;
-    let damps = level.encoder && scenario.period_ns <= config::LONGEST_DAMPING_PERIOD_NS;
-    scenario.control.damping = if damps { Damping::Active } else { Damping::None };
+    scenario.control.damping = usual_damping(level.encoder, &scenario.encoder, scenario.period_ns);
     wire(&scenario, truth, belief)
 }
 

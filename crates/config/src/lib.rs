@@ -33,9 +33,9 @@ pub use plan::{
 };
 pub use scenario::{
     AfterStop, Compensation, Control, Damping, Drive, Driver, Encoder, FlowPressure, Homing, HomingMarks,
-    HomingMethod, HomingSearch, LARGEST_ENCODER_DELAY_CYCLES, LONGEST_DAMPING_PERIOD_NS, LostSteps,
-    MotionLimits, OBSERVER_BANDWIDTH_HZ, Profile, Safety, Scenario, ScheduledSetPoint, SetPoint, TaskTiming,
-    Timing, parse_scenario,
+    HomingMethod, HomingSearch, LARGEST_ENCODER_DELAY_CYCLES, LostSteps, MotionLimits, OBSERVER_BANDWIDTH_HZ,
+    Profile, Safety, Scenario, ScheduledSetPoint, SetPoint, TaskTiming, Timing, parse_scenario,
+    usual_damping,
 };
 pub use schema::{FileKind, schema};
 pub use units::{Dimension, QuantityError, parse_quantity};

@@ -15,7 +15,7 @@ pub use homing::{Homing, HomingMarks, HomingMethod, HomingSearch};
 pub use profile::Profile;
 pub(crate) use read::asked;
 pub use read::{LARGEST_ENCODER_DELAY_CYCLES, parse_scenario};
-pub use read_control::{LONGEST_DAMPING_PERIOD_NS, OBSERVER_BANDWIDTH_HZ};
+pub use read_control::{OBSERVER_BANDWIDTH_HZ, usual_damping};
 pub use set_point::{FlowPressure, ScheduledSetPoint, SetPoint};
 
 /// Shorter periods work where the machine does, but nothing is promised.

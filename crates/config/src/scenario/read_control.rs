@@ -13,7 +13,11 @@ const DEFAULT_BANDWIDTH_HZ: f64 = 320.0;
 const DEFAULT_LIMIT: f64 = 0.5;
 
 /// The longest period at which the observer can predict the resonance over its delay.
-pub const LONGEST_DAMPING_PERIOD_NS: u64 = 1_000_000;
+const LONGEST_DAMPING_PERIOD_NS: u64 = 1_000_000;
+
+/// The fewest counts per turn with which damping is the default: fed back, the flicker between two counts of a coarser encoder moves the
+/// valve more than damping keeps it still (docs/compensation.md).
+const LEAST_DAMPING_COUNTS: u64 = 16_000;
 
 /// The section, or what a scenario without it means: all that belief and encoder allow.
 pub(super) fn read_compensation(
@@ -39,7 +43,7 @@ pub(super) fn read_compensation(
         if control.observer && !encoder.fitted {
             field.refuse("false: there is no encoder for an observer to look at");
         }
-        control.damping = usual_damping(control.observer, period_ns);
+        control.damping = usual_damping(control.observer, encoder, period_ns);
     }
     if let Some(field) = section.find("damping") {
         control.damping = read_damping(&field, control.observer, period_ns);
@@ -73,10 +77,13 @@ fn usual(level: Compensation, encoder: &Encoder, period_ns: u64) -> Control {
         observer,
         observer_bandwidth_hz: DEFAULT_BANDWIDTH_HZ,
         observer_limit: DEFAULT_LIMIT,
-        damping: usual_damping(observer, period_ns),
+        damping: usual_damping(observer, encoder, period_ns),
     }
 }
 
-fn usual_damping(observer: bool, period_ns: u64) -> Damping {
-    if observer && period_ns <= LONGEST_DAMPING_PERIOD_NS { Damping::Active } else { Damping::None }
+/// The damping of a scenario that names none: active where observer, encoder and period allow.
+pub fn usual_damping(observer: bool, encoder: &Encoder, period_ns: u64) -> Damping {
+    let sees = encoder.counts_per_turn >= LEAST_DAMPING_COUNTS;
+    let damps = observer && sees && period_ns <= LONGEST_DAMPING_PERIOD_NS;
+    if damps { Damping::Active } else { Damping::None }
 }

@@ -31,6 +31,10 @@ fn the_controller_takes_what_encoder_and_period_allow() {
     let (blind, seen) = (control(""), control("[encoder]\nfitted = true"));
     assert_eq!((blind.observer, blind.damping), (false, Damping::None));
     assert_eq!((seen.observer, seen.damping), (true, Damping::Active));
+    let coarse = control("[encoder]\nfitted = true\ncounts_per_turn = 4000");
+    assert_eq!((coarse.observer, coarse.damping), (true, Damping::None));
+    let told = "[encoder]\nfitted = true\ncounts_per_turn = 4000\n[compensation]\nlevel = \"full\"\ndamping = \"active\"";
+    assert_eq!(control(told).damping, Damping::Active);
     let none = control("[encoder]\nfitted = true\n[compensation]\nlevel = \"none\"");
     assert_eq!((none.observer, none.damping), (false, Damping::None));
     assert_eq!(full().control.damping, Damping::None);
