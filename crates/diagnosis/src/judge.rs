@@ -11,6 +11,7 @@ use crate::fit::gauss_newton::{Fitted, fit};
 use crate::found::Event;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
+use crate::measure::doubt::is_noise;
 use crate::measure::judgement::Judgement;
 use crate::name::apart::tell_apart;
 use crate::name::exchange::exchange;
@@ -160,8 +161,12 @@ fn few(
     let Some(corrected) = corrected else { return Ok(Few::Not(None)) };
     let found = |selection: Selection| Ok(Few::Found(Box::new(selection)));
     let within = leaves_noise(setting, corrected)?;
+    let mut nothing = || {
+        let cause = in_place_of_colour(setting, asked.able, (given, corrected), ranked)?;
+        found(cause.unwrap_or_else(|| nothing_yet(setting, given.clone())))
+    };
     if within && !corrected.point.hypothesis.corrections.iter().any(Correction::is_at_bound) {
-        return found(nothing_yet(setting, given.clone()));
+        return nothing();
     }
     // The result is fitted again later, with exact sensitivities.
     let kept = setting.sensitivities(&corrected.point)?;
@@ -171,7 +176,7 @@ fn few(
     let least = if within { rms - EQUAL } else { f64::INFINITY };
     let beyond = beyond_tolerance(setting, asked.able, (given, corrected), least)?;
     if within && beyond.is_none() {
-        return found(nothing_yet(setting, given.clone()));
+        return nothing();
     }
     let again = match earlier {
         Some(earlier) => earlier_ones(setting, earlier, (given, corrected))?,
@@ -194,6 +199,26 @@ fn few(
         (Few::Not(_), Some(numbers)) => Few::Found(Box::new(numbers)),
         (few, _) => few,
     })
+}
+
+/// Few causes that leave plain noise where corrections leave coloured noise. Noise that is slower than the sampling looks like what a cause leaves
+/// that acts seldom, as at a break-away; but no cause takes its colour away on runs that nothing was fitted on.
+fn in_place_of_colour(
+    setting: &Setting<'_>,
+    able: &[Candidate],
+    (given, corrected): (&Fitted, &Fitted),
+    ranked: &mut Tell<'_>,
+) -> Result<Option<Selection>, DiagnosisError> {
+    let is_plain = |fitted: &Fitted| {
+        Ok::<_, DiagnosisError>(is_noise(&structure(setting, &left(setting, &fitted.point)?)))
+    };
+    if is_plain(corrected)? {
+        return Ok(None);
+    }
+    let Few::Found(few) = few_beside_corrections(setting, able, (given, corrected), FEW, ranked)? else {
+        return Ok(None);
+    };
+    Ok(is_plain(&few.fitted)?.then_some(*few))
 }
 
 /// Whether the few causes found beside corrections stay, though they leave more than noise: a search without corrections was ended before it found

@@ -16,7 +16,7 @@ const DEFAULT_LIMIT: f64 = 0.5;
 const LONGEST_DAMPING_PERIOD_NS: u64 = 1_000_000;
 
 /// The fewest counts per turn with which damping is the default: fed back, the flicker between two counts of a coarser encoder moves the
-/// valve more than damping keeps it still (docs/compensation.md).
+/// valve more than damping keeps it still (docs/robustness.md).
 const LEAST_DAMPING_COUNTS: u64 = 16_000;
 
 /// The section, or what a scenario without it means: all that belief and encoder allow.
