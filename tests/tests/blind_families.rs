@@ -95,14 +95,28 @@ fn strong_effects_are_named_with_the_instruments_of_the_field() {
     assert!(count(&outcomes, Outcome::Wrong) <= 2, "{outcomes:?}");
 }
 
-/// A late transducer keeps every cause from leaving noise alone, and takes the numbers of the model to their bounds. These seeds were looked
-/// at for that.
+/// A late transducer keeps every cause from leaving noise alone, and takes the numbers of the model to their bounds. Beside a cause that explains
+/// 120 times the noise, as in the third, it is all that is left. These seeds were looked at for that.
 #[test]
 fn what_a_late_transducer_hides_is_found_beside_it() {
-    for (seed, id) in [(882_000, EffectId::CoulombLevel), (882_042, EffectId::TorqueOffset)] {
-        let hidden = Hidden { samples: 30_000, ..Hidden::with(LogKind::Torque, &[id.name()], STRONG) };
-        assert_eq!(found(seed, &hidden), Outcome::Right);
+    for (seed, id) in [
+        (882_000, EffectId::CoulombLevel),
+        (882_042, EffectId::TorqueOffset),
+        (907_036, EffectId::PositionTorque),
+    ] {
+        assert_eq!(found(seed, &one_of_30_000(id)), Outcome::Right);
     }
+}
+
+/// Break-aways are few samples: with a zero for each run, what is left of them looked like noise slower than the sampling. This seed was looked at
+/// for that.
+#[test]
+fn what_acts_seldom_is_no_coloured_noise() {
+    assert_eq!(found(910_022, &one_of_30_000(EffectId::DwellStiction)), Outcome::Right);
+}
+
+fn one_of_30_000(id: EffectId) -> Hidden {
+    Hidden { samples: 30_000, ..Hidden::with(LogKind::Torque, &[id.name()], STRONG) }
 }
 
 /// The first thing that a user tries: none of them may be accused.

@@ -113,7 +113,7 @@ fn are_about_none(zeros: &[OwnZero]) -> bool {
     let freedom = told - 1.0;
     let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return true };
     let t = mean.abs() / (square / freedom / told).sqrt();
-    !(2.0 * student.sf(t) < CHANCE)
+    t.is_nan() || 2.0 * student.sf(t) >= CHANCE
 }
 
 fn rms(zeros: &[OwnZero]) -> f64 {
