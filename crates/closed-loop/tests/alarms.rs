@@ -41,7 +41,7 @@ fn a_right_belief_raises_no_alarm() {
     }
 }
 
-/// What a coarse encoder says of a vibration is the flicker between two counts: with damping fed by it, 4,000 counts left 5 to 8 times the error at 1 ms
+/// What a coarse encoder says of a vibration is the flicker between two counts: with damping fed by it, 4,000 counts left 2 to 8 times the error at 1 ms
 /// that they leave at 2 ms, where there is none.
 #[test]
 fn a_coarse_encoder_is_no_worse_in_shorter_cycles() {

@@ -67,9 +67,7 @@ pub(crate) fn judge<'a>(
             Few::Found(found) => {
                 zeros_explain(found, without, asked.corrections) && zeros_are_about_none(&with_zeros, found)?
             }
-            Few::Not(Some(found)) => {
-                zeros_belong(&with_zeros, found, without)? && zeros_are_about_none(&with_zeros, found)?
-            }
+            Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
             Few::Not(None) => false,
         };
         let found = if belong {

@@ -10,7 +10,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::shows_zeros;
-use crate::show::residual::{OwnZero, PieceResidual, left, own_zeros};
+use crate::show::residual::{OwnZero, PieceResidual, left, own_zeros, rms_of_zeros};
 use crate::show::structure::structure;
 use log_data::AngleZero;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -78,7 +78,7 @@ fn without_common_zero(point: &Point, nuisances: Nuisances) -> Point {
     point
 }
 
-/// Whether offsets of each run stay where they leave more than noise, whose colour is judged last: they pay, and are no larger than zeros are. A log
+/// Whether offsets of each run stay where they leave more than noise, whose colour is judged last: they pay, and are what zeros are. A log
 /// that says that its angles have a common zero is believed.
 pub(crate) fn zeros_belong(
     setting: &Setting<'_>,
@@ -88,9 +88,12 @@ pub(crate) fn zeros_belong(
     let pay =
         |of: &Selection| zeros_pay(Reached::of(with_zeros), Reached::of(of), with_zeros.ids() == of.ids());
     let zero_nm = setting.nuisances.zero_nm;
-    Ok(zero_nm > 0.0
-        && without.is_some_and(pay)
-        && rms(&own_zeros(setting, &with_zeros.fitted.point)?) < PLAUSIBLE * zero_nm)
+    if zero_nm == 0.0 || !without.is_some_and(pay) {
+        return Ok(false);
+    }
+    let zeros = own_zeros(setting, &with_zeros.fitted.point)?;
+    Ok(rms_of_zeros(&zeros) < PLAUSIBLE * zero_nm
+        && (shows_zeros(setting.campaign) || are_about_none(&zeros)))
 }
 
 /// Whether offsets of each run scatter about none, as zeros do. Where runs go one way each, one offset of them all, or friction that the model has
@@ -99,10 +102,9 @@ pub(crate) fn zeros_are_about_none(
     setting: &Setting<'_>,
     with_zeros: &Selection,
 ) -> Result<bool, DiagnosisError> {
-    if setting.nuisances.zero_nm == 0.0 || shows_zeros(setting.campaign) {
-        return Ok(true);
-    }
-    Ok(are_about_none(&own_zeros(setting, &with_zeros.fitted.point)?))
+    Ok(setting.nuisances.zero_nm == 0.0
+        || shows_zeros(setting.campaign)
+        || are_about_none(&own_zeros(setting, &with_zeros.fitted.point)?))
 }
 
 /// Student's test of their mean, each by what it tells.
@@ -114,13 +116,6 @@ fn are_about_none(zeros: &[OwnZero]) -> bool {
     let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return true };
     let t = mean.abs() / (square / freedom / told).sqrt();
     t.is_nan() || 2.0 * student.sf(t) >= CHANCE
-}
-
-fn rms(zeros: &[OwnZero]) -> f64 {
-    let (squares, told) = zeros
-        .iter()
-        .fold((0.0, 0.0), |(squares, told), of| (squares + of.told * of.zero.powi(2), told + of.told));
-    (squares / f64::max(told, f64::MIN_POSITIVE)).sqrt()
 }
 
 /// Whether offsets of each run are worth what they cost: the same causes leave much less beside them, or no more causes do and not far from noise,

@@ -118,15 +118,13 @@ impl Generation<'_> {
                 FaultCode::None => format!("the controller is {}; first: stepvalve arm", seen.state),
                 fault => format!("stopped by a fault ({fault}); first: stepvalve reset, then arm"),
             }),
-            (SetPointRefusal::NotHomed, Some(SetPointKind::Speed)) => Some(format!(
-                "{} asked, expected up to {} either way until it is; {}; {}",
-                speed(value),
-                speed(limits.unhomed_speed_rad_per_s),
-                self.why_not_homed(),
-                self.zero_again()
-            )),
             (SetPointRefusal::NotHomed, _) => {
-                Some(format!("{}; {}", self.why_not_homed(), self.zero_again()))
+                let most = speed(limits.unhomed_speed_rad_per_s);
+                let jog = (kind == Some(SetPointKind::Speed)).then(|| {
+                    format!("{} asked, expected up to {most} either way until it is; ", speed(value))
+                });
+                let jog = jog.unwrap_or_default();
+                Some(format!("{jog}{}; {}", self.why_not_homed(), self.zero_again()))
             }
             _ => None,
         };

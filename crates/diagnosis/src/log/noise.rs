@@ -233,17 +233,18 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
     let mut error = piece.error_of_motion(ready, start, seed);
-    if !kind.motion_errs {
+    let (mut about, mut steady) = Default::default();
+    if kind.motion_errs {
+        about = around(&residual);
+    } else {
         leave_out_rests(piece, &mut residual);
     }
     let holds = holds::variances(piece, &residual, kind);
-    let around = if kind.motion_errs { around(&residual) } else { Vec::new() };
     let indefinite = indefinite(piece, ready);
     for (residual, _) in residual.iter_mut().zip(&indefinite).filter(|(_, indefinite)| **indefinite) {
         *residual = f64::NAN;
     }
     let fast = blocks(&residual, mean);
-    let mut steady = Vec::new();
     if kind.motion_errs {
         steady = blocks(&residual, without_jumps);
         no_more_than_seen(&mut error, &fast);
@@ -255,7 +256,7 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
         fast_of_motion: blocks(&error, mean),
         holds,
         steady,
-        around,
+        around: about,
         of_motion: local_mean_square(&error, REACH),
         indefinite,
     }

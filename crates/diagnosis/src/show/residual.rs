@@ -114,6 +114,14 @@ pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZ
     Ok(equations.into_iter().flatten().map(zero).collect())
 }
 
+/// RMS of own zeros, each by what its run tells of it.
+pub(crate) fn rms_of_zeros(zeros: &[OwnZero]) -> f64 {
+    let (squares, told) = zeros
+        .iter()
+        .fold((0.0, 0.0), |(squares, told), of| (squares + of.told * of.zero.powi(2), told + of.told));
+    (squares / f64::max(told, f64::MIN_POSITIVE)).sqrt()
+}
+
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
 pub(crate) fn squares(
     setting: &Setting<'_>,
@@ -225,10 +233,7 @@ mod tests {
             if piece.run < zeros.len() { first } else { first.shifted(0.4) }
         };
         let starts = campaign.pieces.iter().map(start).collect();
-        let zeros = own_zeros(&setting, &Point { hypothesis, starts }).unwrap();
-        let told: f64 = zeros.iter().map(|of| of.told).sum();
-        let squares: f64 = zeros.iter().map(|of| of.told * of.zero.powi(2)).sum();
-        let found = (squares / told).sqrt();
+        let found = rms_of_zeros(&own_zeros(&setting, &Point { hypothesis, starts }).unwrap());
         assert!((0.8 * ZERO_NM..1.2 * ZERO_NM).contains(&found), "{found} N·m");
     }
 }

@@ -11,7 +11,7 @@ use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
 use crate::unnamed::kept::{HARDLY_MORE, Kept, MOST_LEFT};
 use crate::unnamed::search::{Laws, search, without};
-use crate::unnamed::stand_in::{makes_idle, serves_as_well, without_stand_ins};
+use crate::unnamed::stand_in::{stays, without_stand_ins};
 use crate::unnamed::told::{Extended, told};
 use valve_model::EffectId;
 
@@ -50,20 +50,7 @@ pub(crate) fn unnamed(
     }
     let Some(kept) = kept else { return Ok(None) };
     for group in groups {
-        let stays = || {
-            let idle = |best: &&Member| {
-                makes_idle(&judged.setting, &without_laws, &kept.laws.tried, (**best).clone())
-            };
-            if !group.first().map_or(Ok(true), idle)? {
-                return Ok(true);
-            }
-            for cause in group {
-                if serves_as_well(&judged.setting, &begin, cause, &kept.laws)? {
-                    return Ok(true);
-                }
-            }
-            Ok::<_, DiagnosisError>(false)
-        };
+        let stays = || stays(&judged.setting, (&begin, &without_laws), group, &kept.laws);
         if campaign.with_reserve(stays)? {
             return Ok(None);
         }

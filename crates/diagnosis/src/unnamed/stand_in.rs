@@ -48,20 +48,37 @@ pub(crate) fn without_stand_ins(
     Ok(kept.or(fewer))
 }
 
+/// Whether a group of causes that the data can't tell apart, its best one first, stays beside laws that were found from `begin` on: they don't make its
+/// best one idle, or one of it serves as well as they do. `without_laws` is the fit of `begin`.
+pub(crate) fn stays(
+    setting: &Setting<'_>,
+    (begin, without_laws): (&Point, &Tried),
+    group: &[&Member],
+    laws: &Laws,
+) -> Result<bool, DiagnosisError> {
+    if let Some(best) = group.first()
+        && !makes_idle(setting, without_laws, &laws.tried, best)?
+    {
+        return Ok(true);
+    }
+    for cause in group {
+        if serves_as_well(setting, begin, cause, laws)? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 /// Whether a cause that is part of neither fit has little left to do beside the laws, of what it does without them, and the laws leave
 /// less than it by as much as a law must: a table over the speed can be any cause that goes by the speed.
-pub(crate) fn makes_idle(
+fn makes_idle(
     setting: &Setting<'_>,
     without_laws: &Tried,
     with_laws: &Tried,
-    cause: Member,
+    cause: &Member,
 ) -> Result<bool, DiagnosisError> {
     let and_cause = |tried: &Tried| {
-        let Point { mut hypothesis, starts } = tried.fitted.point.clone();
-        // A number that is off by more than its tolerance takes the place of its correction.
-        hypothesis.corrections.retain(|of| of.id != cause.candidate.id);
-        let begin = Point { hypothesis: hypothesis.with(cause.clone()), starts };
-        if_possible(Tried::from(setting, begin, STEPS))
+        if_possible(Tried::from(setting, in_place_of_its_correction(&tried.fitted.point, cause), STEPS))
     };
     let (Some(alone), Some(beside)) = (and_cause(without_laws)?, and_cause(with_laws)?) else {
         return Ok(false);
@@ -72,25 +89,28 @@ pub(crate) fn makes_idle(
 
 /// Whether a cause, and laws beside it that are no more than those without it, leave about as little as they do. Then it has a part in that which is its
 /// own: where a level rises with pressure in one slow sweep, some law over the time and the speed follows it too.
-pub(crate) fn serves_as_well(
+fn serves_as_well(
     setting: &Setting<'_>,
     begin: &Point,
     cause: &Member,
     without_it: &Laws,
 ) -> Result<bool, DiagnosisError> {
-    let id = cause.candidate.id;
-    let Point { mut hypothesis, starts } = begin.clone();
-    let instead = hypothesis.corrections.iter().find(|of| of.id == id).cloned();
-    hypothesis.corrections.retain(|of| of.id != id);
-    let place = hypothesis.members.len();
-    for beside in search(setting, Point { hypothesis: hypothesis.with(cause.clone()), starts })? {
+    let instead = begin.hypothesis.corrections.iter().find(|of| of.id == cause.candidate.id);
+    let place = begin.hypothesis.members.len();
+    for beside in search(setting, in_place_of_its_correction(begin, cause))? {
         let no_more = beside.terms.len() <= without_it.terms.len();
         if no_more && MOST_LEFT * beside.tried.rms <= without_it.tried.rms {
-            let alone = without(setting, &beside.tried, place, instead.as_ref())?;
+            let alone = without(setting, &beside.tried, place, instead)?;
             return Ok(alone.is_some_and(|alone| part_cut(&alone, beside.tried.rms) >= MOST_OF_IDLE));
         }
     }
     Ok(false)
+}
+
+/// A point with one more cause. A number that is off by more than its tolerance takes the place of its correction.
+fn in_place_of_its_correction(point: &Point, cause: &Member) -> Point {
+    let others = point.hypothesis.with_corrections_of(|id| id != cause.candidate.id);
+    Point { hypothesis: others.with(cause.clone()), starts: point.starts.clone() }
 }
 
 /// Whether a cause cuts little of the mean square beside laws, and little of the part that it cuts without them.
