@@ -30,7 +30,7 @@ pub use metrics::{Metrics, Spread};
 pub use plant::{PlantPart, PlantRole, PlantSample};
 pub use plant_start::PlantStart;
 pub use run_table::{RunSignal, RunTable};
-pub use snapshot::{Snapshot, SnapshotReader, SnapshotSender};
+pub use snapshot::{Snapshot, SnapshotReader, SnapshotSender, snapshot_every_cycles};
 pub use timeline::{ARM_CYCLE, Timeline};
 pub use wire::{Perfect, Presence, Wire};
 pub use wiring::{Parts, WiringError, wire, wire_like};

@@ -8,6 +8,11 @@ const MOST_BYTES: usize = 8192;
 /// Time between two snapshots, s.
 const EVERY_S: f64 = 1.0;
 
+/// Cycles of `period_s` seconds between two snapshots, where the controller leaves none out.
+pub fn snapshot_every_cycles(period_s: f64) -> u64 {
+    (EVERY_S / period_s).ceil().max(1.0) as u64
+}
+
 /// The controller's state before a cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
@@ -30,7 +35,7 @@ impl SnapshotSender {
     /// One that has nothing to send yet.
     pub fn new(period_s: f64) -> Self {
         Self {
-            every_cycles: (EVERY_S / period_s).ceil().max(1.0) as u64,
+            every_cycles: snapshot_every_cycles(period_s),
             bytes: [0; MOST_BYTES],
             length: 0,
             taken_before_cycle: 0,

@@ -1,5 +1,6 @@
 //! The record on the disk: segment after segment, made safe by a thread of its own, given up when the disk fails.
 
+use super::boundary::Boundary;
 use super::ring::Ring;
 use crate::aside::Complaints;
 use crate::part::{Keep, RecorderPart};
@@ -19,6 +20,12 @@ const TRY_AGAIN_AFTER: Duration = Duration::from_secs(10);
 /// At most one fsync in this time.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
+/// A segment whose last messages may still come, and the cycle from which on they belong to the next one.
+struct Ending {
+    writer: Writer,
+    before_cycle: u64,
+}
+
 /// What may take long, for the thread that may wait.
 enum Slow {
     Sync(File),
@@ -31,7 +38,9 @@ pub(crate) struct Disk {
     info: RecordInfo,
     ring: Ring,
     recording: bool,
+    boundary: Boundary,
     writer: Option<Writer>,
+    ending: Option<Ending>,
     number: u32,
     faults: u32,
     error: Option<String>,
@@ -51,7 +60,9 @@ impl Disk {
             info: part.info.clone(),
             ring: Ring::new(&part.folder, part.keep),
             recording: part.keep != Keep::None,
+            boundary: Boundary::new(part.info.period_ns),
             writer: None,
+            ending: None,
             number: part.segment,
             faults: 0,
             error: None,
@@ -73,10 +84,23 @@ impl Disk {
         Ok(disk)
     }
 
-    pub(crate) fn write<B: Service>(&mut self, source: Source, message: &Message<B>) {
-        if self.attempt(|writer| writer.write(source, message)) {
-            self.recorded += 1;
+    pub(crate) fn write<B: Service>(&mut self, source: Source, message: &Message<B>, published_in: u64) {
+        if let Some(from_cycle) = self.boundary.crossed(published_in) {
+            self.next_segment(from_cycle);
         }
+        let written = match &mut self.ending {
+            Some(ending) if published_in < ending.before_cycle => {
+                let written = ending.writer.write(source, message);
+                self.judge(written)
+            }
+            _ => self.attempt(|writer| writer.write(source, message)),
+        };
+        self.recorded += u64::from(written);
+    }
+
+    /// The controller stated its state before this cycle.
+    pub(crate) fn state_was_taken(&mut self, before_cycle: u64) {
+        self.boundary.state_was_taken(before_cycle);
     }
 
     pub(crate) fn declare(&mut self, gap: &Gap) {
@@ -96,13 +120,20 @@ impl Disk {
 
     pub(crate) fn flush(&mut self) {
         self.try_again();
-        if !self.attempt(Writer::flush) {
+        if self.boundary.all_have_come()
+            && let Some(ending) = self.ending.take()
+        {
+            self.hand_over(Slow::Finish(Box::new(ending.writer)));
+        }
+        let flushed = self.ending.as_mut().map_or(Ok(()), |ending| ending.writer.flush());
+        if !self.judge(flushed) || !self.attempt(Writer::flush) {
             return;
         }
         self.bytes = self.writer.as_ref().map_or(0, Writer::bytes_written);
-        if self.bytes >= self.ring.segment_bytes() {
-            self.next_segment();
-        } else if self.last_sync.elapsed() >= SYNC_EVERY {
+        if self.bytes >= self.ring.segment_bytes() && self.ending.is_none() {
+            self.boundary.plan();
+        }
+        if self.last_sync.elapsed() >= SYNC_EVERY {
             self.last_sync = Instant::now();
             match self.writer.as_ref().map(Writer::sync_handle) {
                 Some(Ok(file)) => self.hand_over(Slow::Sync(file)),
@@ -126,10 +157,10 @@ impl Disk {
 
     /// Ends the record; says why it could not be written, if so.
     pub(crate) fn finish(mut self) -> Option<String> {
-        if let Some(writer) = self.writer.take()
-            && let Err(error) = writer.finish()
-        {
-            self.fail(error.to_string());
+        let ending = self.ending.take().map(|ending| ending.writer);
+        for writer in ending.into_iter().chain(self.writer.take()) {
+            let finished = writer.finish();
+            self.judge(finished);
         }
         if self.faults > 0 {
             self.ring.mark_fault(self.number);
@@ -160,14 +191,13 @@ impl Disk {
     }
 
     /// The next segment is open before the last one is closed, which may take as long as the disk wants.
-    fn next_segment(&mut self) {
+    fn next_segment(&mut self, from_cycle: u64) {
         let closed = self.number;
         self.number += 1;
         match self.begin() {
             Ok(writer) => {
-                if let Some(old) = self.writer.replace(writer) {
-                    self.hand_over(Slow::Finish(Box::new(old)));
-                }
+                let old = self.writer.replace(writer);
+                self.ending = old.map(|writer| Ending { writer, before_cycle: from_cycle });
             }
             Err(error) => self.fail(error.to_string()),
         }
@@ -203,7 +233,13 @@ impl Disk {
 
     fn attempt(&mut self, write: impl FnOnce(&mut Writer) -> Result<(), RecordingError>) -> bool {
         let Some(writer) = &mut self.writer else { return false };
-        match write(writer) {
+        let written = write(writer);
+        self.judge(written)
+    }
+
+    /// Whether it was written; where not, the record ends here for now.
+    fn judge(&mut self, written: Result<(), RecordingError>) -> bool {
+        match written {
             Ok(()) => true,
             Err(error) => {
                 self.fail(error.to_string());
@@ -215,6 +251,7 @@ impl Disk {
     fn fail(&mut self, reason: String) {
         self.complaints.tell(format!("run-recorder: {reason}; the loop goes on unrecorded"));
         self.writer = None;
+        self.ending = None;
         self.last_sync = Instant::now();
         self.error.get_or_insert(reason);
     }

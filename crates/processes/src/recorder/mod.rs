@@ -1,5 +1,6 @@
 //! run-recorder: every message of the bus into an MCAP record; what it can't keep is counted, the loop never waits.
 
+mod boundary;
 mod disk;
 mod flight;
 mod ring;

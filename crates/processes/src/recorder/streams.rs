@@ -19,7 +19,14 @@ trait Drain {
 struct Stream<B: Service> {
     reader: StreamReader<B>,
     source: Source,
+    /// Cycles from the publication of a message to the cycle that it is of.
+    ahead_cycles: u64,
 }
+
+/// Reference k is published in cycle k - 2.
+const REFERENCE_AHEAD: u64 = 2;
+/// StepCommand k is published in cycle k - 1.
+const COMMAND_AHEAD: u64 = 1;
 
 impl<B: Service> Stream<B> {
     /// Hands every message that is there to the disk, and shows it to `look`; the number of messages.
@@ -30,11 +37,16 @@ impl<B: Service> Stream<B> {
                 let Header { generation, sequence, .. } = message.header;
                 disk.declare(&Gap { topic, generation, first_missing: sequence - lost, missed: lost });
             }
-            disk.write(self.source, &message);
+            let published_in = message.header.cycle.saturating_sub(self.ahead_cycles);
+            disk.write(self.source, &message, published_in);
             look(&message);
             count += 1;
         }
         count
+    }
+
+    fn ahead_by(self, ahead_cycles: u64) -> Self {
+        Self { ahead_cycles, ..self }
     }
 
     fn missed(&self) -> u64 {
@@ -64,6 +76,7 @@ pub(crate) struct News {
 pub(crate) struct Streams {
     feedback: Stream<Feedback>,
     status: Stream<ControlStatus>,
+    snapshots: Stream<ControllerSnapshot>,
     timing: Vec<Stream<LoopTiming>>,
     others: Vec<Box<dyn Drain>>,
     feedback_cycle: u64,
@@ -77,11 +90,11 @@ impl Streams {
         Ok(Self {
             feedback: stream(bus, Source::Plant, first)?,
             status: stream(bus, Source::Controller, first)?,
+            snapshots: stream(bus, Source::Controller, first)?,
             timing: timed.into_iter().map(|source| stream(bus, source, first)).collect::<Result<_, _>>()?,
             others: vec![
-                Box::new(stream::<Reference>(bus, Source::Trajectory, first)?),
-                Box::new(stream::<StepCommand>(bus, Source::Controller, first)?),
-                Box::new(stream::<ControllerSnapshot>(bus, Source::Controller, first)?),
+                Box::new(stream::<Reference>(bus, Source::Trajectory, first)?.ahead_by(REFERENCE_AHEAD)),
+                Box::new(stream::<StepCommand>(bus, Source::Controller, first)?.ahead_by(COMMAND_AHEAD)),
                 Box::new(stream::<PlantTruth>(bus, Source::Plant, first)?),
                 Box::new(stream::<BusStatus>(bus, Source::Plant, first)?),
                 Box::new(stream::<SetPoint>(bus, Source::Supervisor, first)?),
@@ -103,6 +116,11 @@ impl Streams {
             last = message.body.fault;
         });
         self.fault = last;
+        let mut taken = None;
+        count += self.snapshots.each(disk, |message| taken = Some(message.body.taken_before_cycle));
+        if let Some(cycle) = taken {
+            disk.state_was_taken(cycle);
+        }
         for stream in &mut self.timing {
             let source = stream.source;
             count += stream.each(disk, |message| flight.note(source, message));
@@ -118,6 +136,7 @@ impl Streams {
     pub(crate) fn missed(&self) -> u64 {
         self.feedback.missed()
             + self.status.missed()
+            + self.snapshots.missed()
             + self.timing.iter().map(Stream::missed).sum::<u64>()
             + self.others.iter().map(|stream| stream.missed()).sum::<u64>()
     }
@@ -128,5 +147,5 @@ fn stream<B: Service>(bus: &Bus, source: Source, first: bool) -> Result<Stream<B
     if first {
         reader.expect_from_start();
     }
-    Ok(Stream { reader, source })
+    Ok(Stream { reader, source, ahead_cycles: 0 })
 }
