@@ -85,7 +85,16 @@ pub(crate) fn judge<'a>(
         Few::Found(few) => *few,
         Few::Not(few) => {
             let selected = select(&setting, asked.able, given, earlier, &mut ranked)?;
-            few.filter(|few| few_stay(&setting, few, &selected)).map_or(selected, |few| *few)
+            let stay = |few: &Selection| {
+                Ok::<_, DiagnosisError>(
+                    few_stay(&setting, few, &selected)
+                        || more_are_worth_it(&setting, few, (&selected, corrected.as_ref()), asked)?,
+                )
+            };
+            match few {
+                Some(few) if stay(&few)? => *few,
+                _ => selected,
+            }
         }
     };
     tell(Event::Step("measuring the gain"));
@@ -224,6 +233,32 @@ fn in_place_of_colour(
 fn few_stay(setting: &Setting<'_>, few: &Selection, selected: &Selection) -> bool {
     setting.is_over() && few.has_more_than(selected)
         || is_no_better(Reached::of(selected), Reached::of(few), few.rms_first)
+}
+
+/// Whether the few stay though others are fewer: beside corrections, too, these leave more by what the further causes have to cut. A search
+/// without corrections may have taken one cause in place of another for what numbers within their tolerance do.
+fn more_are_worth_it(
+    setting: &Setting<'_>,
+    few: &Selection,
+    (others, corrected): (&Selection, Option<&Fitted>),
+    asked: Asked<'_>,
+) -> Result<bool, DiagnosisError> {
+    if !(1..few.causes()).contains(&others.causes()) || few.rms >= others.rms {
+        return Ok(false);
+    }
+    let beside = (asked.corrections, asked.able);
+    let others = setting
+        .campaign
+        .with_reserve(|| with_corrections(setting, others.clone(), corrected.cloned(), beside))?;
+    Ok(is_worth_it(Reached::of(few), Reached::of(&others), few.rms_first))
+}
+
+/// Whether the few, which are more than the others, cut what their further causes have to beside these.
+fn is_worth_it(few: Reached, others: Reached, rms_first: f64) -> bool {
+    let further = few.causes.saturating_sub(others.causes);
+    let cut = others.rms.powi(2) - few.rms.powi(2);
+    let explained = rms_first.powi(2) - others.rms.powi(2);
+    others.causes > 0 && cut >= further.max(1) as f64 * MISFIT * explained
 }
 
 /// Whether other causes than the few are no better: they are no fewer and leave no less, or are more for what the forms of the few may leave.
@@ -405,7 +440,9 @@ fn few_beside_corrections(
         }
         done = is_done(&state)?;
     }
-    drop_idle_transducer(setting, &mut state)?;
+    if drop_idle_transducer(setting, &mut state)? {
+        done = done && is_done(&state)?;
+    }
     (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
     let state = Box::new(state);
     Ok(if done { Few::Found(state) } else { Few::Not(Some(state)) })

@@ -12,7 +12,7 @@ use crate::fit::equations::{Point, Setting};
 use crate::name::refine::refine;
 use crate::name::rivals::{Rival, as_good, numbers};
 use crate::name::selection::{Round, Selection};
-use crate::name::threshold::FLOOR;
+use crate::name::threshold::{FLOOR, rms_threshold};
 use crate::name::tried::{STEPS, Tried};
 use crate::name::twins::are_twins;
 use valve_model::EffectId;
@@ -59,22 +59,34 @@ pub(crate) fn with_late_transducer_alone(
     Ok(Some(with))
 }
 
-/// Drops the transducer's lateness where the other causes leave as much without it: it stood in for them.
+/// Drops the late transducer that a search began with, where the other causes leave as much without it: it stood in for them. What has taken
+/// its place since has to pay like any other cause; the transducer did not have to. True if something was dropped.
 pub(crate) fn drop_idle_transducer(
     setting: &Setting<'_>,
     state: &mut Selection,
-) -> Result<(), DiagnosisError> {
+) -> Result<bool, DiagnosisError> {
+    let begun =
+        state.rounds.first().filter(|round| round.rivals.iter().all(|(id, _)| *id == EffectId::SensorDelay));
+    let id = begun.and_then(|round| round.accepted).unwrap_or(EffectId::SensorDelay);
     let Point { hypothesis, starts } = &state.fitted.point;
-    let place = hypothesis.members.iter().position(|of| of.candidate.id == EffectId::SensorDelay);
-    let Some(place) = place.filter(|_| state.causes() > 1 && !setting.is_over()) else { return Ok(()) };
+    let place = hypothesis.members.iter().position(|of| of.candidate.id == id);
+    let Some(place) = place.filter(|_| state.causes() > 1 && !setting.is_over()) else { return Ok(false) };
     let begin = Point { hypothesis: hypothesis.without(place), starts: starts.clone() };
-    let tried = if_possible(Tried::from(setting, begin, STEPS))?;
-    if let Some(tried) = tried.filter(|tried| tried.rms <= state.rms + FLOOR * state.rms.max(1.0)) {
-        state.take(tried);
-        state.refuse(EffectId::SensorDelay, "what it does is done by the other causes as well");
-        state.ambiguous.retain(|(best, _)| *best != EffectId::SensorDelay);
+    let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(false) };
+    let mut without = state.clone();
+    without.take(tried);
+    let least = if id == EffectId::SensorDelay {
+        FLOOR * state.rms.max(1.0)
+    } else {
+        rms_threshold(&without, setting.loss())
+    };
+    if without.rms > state.rms + least {
+        return Ok(false);
     }
-    Ok(())
+    *state = without;
+    state.refuse(id, "what it does is done by the other causes as well");
+    state.ambiguous.retain(|(best, _)| *best != id);
+    Ok(true)
 }
 
 /// The best of the simpler rivals with a late transducer beside it, if that is as good as the `chosen` one; the transducer stands before

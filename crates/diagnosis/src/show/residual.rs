@@ -5,6 +5,7 @@ use crate::fit::equations::{Additive, Column, Nuisances, PieceEquations, Point, 
 use crate::fit::gauss_newton::{fit, with_best_starts};
 use crate::log::piece::Piece;
 use crate::workers::map;
+use std::collections::BTreeMap;
 
 /// A piece's residual with the nuisances subtracted, and the prediction that they were added to.
 pub(crate) struct PieceResidual {
@@ -100,7 +101,7 @@ pub(crate) struct OwnZero {
     pub told: f64,
 }
 
-/// The own zeros of all pieces.
+/// The own zeros of all runs: pieces of one run have one zero, and are no further witnesses of what zeros scatter about.
 pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZero>, DiagnosisError> {
     let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
     let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
@@ -111,7 +112,19 @@ pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZ
         let all = (data + ridge).max(f64::MIN_POSITIVE);
         OwnZero { zero: cross / all, told: data / all }
     };
-    Ok(equations.into_iter().flatten().map(zero).collect())
+    let mut runs: BTreeMap<usize, Vec<OwnZero>> = BTreeMap::new();
+    for (piece, equations) in setting.campaign.pieces.iter().zip(equations) {
+        runs.entry(piece.run).or_default().extend(equations.map(zero));
+    }
+    Ok(runs.into_values().filter_map(|pieces| zero_of_run(&pieces)).collect())
+}
+
+/// A run's zero: the mean of its pieces', each by what it tells. The run tells what the best of them does.
+fn zero_of_run(pieces: &[OwnZero]) -> Option<OwnZero> {
+    let told: f64 = pieces.iter().map(|of| of.told).sum();
+    let sum: f64 = pieces.iter().map(|of| of.told * of.zero).sum();
+    let best = pieces.iter().map(|of| of.told).reduce(f64::max)?;
+    Some(OwnZero { zero: sum / told.max(f64::MIN_POSITIVE), told: best })
 }
 
 /// RMS of own zeros, each by what its run tells of it.
