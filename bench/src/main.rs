@@ -95,6 +95,8 @@ enum Bench {
     SafetyBus(safety::Arguments),
     /// A valve that turns for half an hour beside stress-ng; --docs docs/safety.md
     Soak(safety::SoakArguments),
+    /// A day of simulated time in one thread, and whether anything drifts; --docs docs/safety.md
+    Day,
     /// The live view: how late a page draws, what the scope costs, whether the loop notices it; --docs docs/scope.md
     Scope(scope::Arguments),
     /// The valve's integrator beside SUNDIALS CVODE: error and cost by law, parameters and motion
@@ -224,6 +226,7 @@ fn results_of(bench: &Bench, arguments: &Arguments) -> Result<Results> {
         Bench::SafetyLive(arguments) => safety::run_live(arguments, quick),
         Bench::SafetyBus(arguments) => safety::run_bus(arguments, quick),
         Bench::Soak(arguments) => safety::run_soak(arguments, quick),
+        Bench::Day => safety::run_day(quick),
         Bench::Scope(arguments) => scope::run(arguments, quick),
         Bench::Integrator => integrator::run(quick),
         Bench::Predict => predict::run(quick),

@@ -8,9 +8,9 @@ use nix::unistd::Pid;
 use std::os::unix::fs::{PermissionsExt, chown, symlink};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use stepvalve_tests::{Finished, TestPlace, end_instance};
+use stepvalve_tests::{Finished, TestPlace, end_instance, program};
 use test_needs::skip_on_this_machine;
 
 const NAME: &str = "victim";
@@ -187,8 +187,8 @@ fn a_hang_up_is_a_clean_stop_unless_it_is_ignored() {
     end_instance(run, Signal::SIGHUP).expect_code(130);
     place.assert_nothing_left(&[NAME]);
 
-    let mut nohup = std::process::Command::new("nohup");
-    nohup.arg(stepvalve_tests::program("stepvalve")).args(["run", "--instance", NAME, "--out"]);
+    let mut nohup = Command::new("nohup");
+    nohup.arg(program("stepvalve")).args(["run", "--instance", NAME, "--out"]);
     nohup.arg(place.path("out")).arg(scenario(&place));
     let run = place.within(nohup).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     place.wait_for("the instance", || place.status());
@@ -275,4 +275,33 @@ fn a_recorder_whose_complaints_nobody_reads_records_again() {
     place.wait_for("the next segment", || healthy()?.then_some(()));
     end_instance(run, Signal::SIGTERM).expect_code(0);
     place.assert_nothing_left(&[NAME]);
+}
+
+/// `command` in a mount namespace of its own, with shared memory of this size.
+fn in_shared_memory_of(place: &TestPlace, size: &str, command: &[&str]) -> Finished {
+    let mount = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm && exec \"$@\"");
+    let mut unshare = Command::new("unshare");
+    unshare.args(["-Urm", "sh", "-c", &mount, "sh"]).args(command);
+    place.within(unshare).output().unwrap().into()
+}
+
+#[test]
+fn shared_memory_that_is_too_small_is_told_by_name() {
+    let place = TestPlace::new();
+    let possible = in_shared_memory_of(&place, "1M", &["true"]);
+    if possible.code != Some(0) {
+        return skip_on_this_machine(&format!("no mount namespace: {}", possible.stderr.trim()));
+    }
+    let (program, scenario) = (program("stepvalve"), scenario(&place));
+    let simulate = |size: &str| {
+        let out = place.path(size);
+        let paths = [program.as_path(), out.as_path(), scenario.as_path()].map(|path| path.to_str().unwrap());
+        let command = [paths[0], "simulate", "--mode", "lockstep", "--out", paths[1], paths[2]];
+        in_shared_memory_of(&place, size, &command)
+    };
+    let said = simulate("16M").expect_code(1).stderr;
+    assert!(said.contains("/dev/shm has 16 MB") && said.contains("mount -o remount,size="), "{said}");
+    // As much as it asks for is enough.
+    let needed = said.split("at least ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    simulate(&format!("{needed}M")).expect_code(0);
 }

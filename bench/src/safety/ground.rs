@@ -4,9 +4,10 @@
 use crate::scenario::repository;
 use anyhow::{Context, Result, anyhow};
 use closed_loop::{Parts, wire};
-use config::{parse_model, parse_scenario};
+use config::{Scenario, parse_model, parse_scenario};
 use oracle::Limits;
 use toml_edit::{DocumentMut, Item, value};
+use valve_model::Model;
 
 /// A valve in motion.
 #[derive(Debug, Clone)]
@@ -17,10 +18,30 @@ pub struct Ground {
     pub text: String,
     /// For one thread.
     pub parts: Parts,
+    /// What it is made of.
+    pub scenario: Scenario,
+    /// The plant's model, and the controller's.
+    pub models: (Model, Model),
     /// What the oracle holds it to.
     pub limits: Limits,
     /// Largest following error before it is a fault, at full speed, rad.
     pub following_error_rad: f64,
+}
+
+/// What the oracle holds a scenario's valve to.
+pub fn limits(scenario: &Scenario) -> Limits {
+    let driver = &scenario.driver;
+    Limits {
+        period_s: scenario.period_s(),
+        max_pulse_rate_hz: driver.max_pulse_rate_hz,
+        max_pulse_acceleration_hz_per_s: driver.max_pulse_acceleration_hz_per_s,
+        quick_stop_deceleration_hz_per_s: driver.quick_stop_deceleration_hz_per_s,
+        silence_cycles: scenario.safety.silence_cycles,
+        command_delay_cycles: scenario.loop_delay_cycles - 1,
+        // The controller gives up after 2 s of arming.
+        arming_cycles: (2.0 / scenario.period_s()) as u64,
+        neutral_pulse_rate_hz: 0.0,
+    }
 }
 
 /// What is different from the shipped scenario.
@@ -77,22 +98,12 @@ impl Variant {
         };
         let (truth, belief) = (model(&scenario.truth)?, model(&scenario.belief)?);
         let parts = wire(&scenario, &truth, &belief)?;
-        let driver = &scenario.driver;
-        let limits = Limits {
-            period_s: scenario.period_s(),
-            max_pulse_rate_hz: driver.max_pulse_rate_hz,
-            max_pulse_acceleration_hz_per_s: driver.max_pulse_acceleration_hz_per_s,
-            quick_stop_deceleration_hz_per_s: driver.quick_stop_deceleration_hz_per_s,
-            silence_cycles: scenario.safety.silence_cycles,
-            command_delay_cycles: scenario.loop_delay_cycles - 1,
-            // The controller gives up after 2 s of arming.
-            arming_cycles: (2.0 / scenario.period_s()) as u64,
-            neutral_pulse_rate_hz: 0.0,
-        };
-        let safety = &scenario.safety;
+        let limits = limits(&scenario);
+        let safety = scenario.safety;
         let following_error_rad = safety.max_following_error_rad
             + safety.following_error_per_speed_s * scenario.limits.max_speed_rad_per_s;
-        Ok(Ground { name: format!("{self:?}"), text, parts, limits, following_error_rad })
+        let models = (truth, belief);
+        Ok(Ground { name: format!("{self:?}"), text, parts, scenario, models, limits, following_error_rad })
     }
 
     fn changed(&self, mut scenario: DocumentMut) -> Result<String> {

@@ -5,14 +5,18 @@
 //! their seed; every trial's seed and fault are in the JSON where something was found.
 
 mod bus;
+mod day;
 mod files;
 mod ground;
+mod homing;
 mod in_process;
 mod live;
 mod live_record;
 mod lockstep;
 mod odd;
+mod operated;
 mod recorded_orders;
+mod restarted;
 mod soak;
 mod stopped;
 mod tally;
@@ -108,13 +112,19 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
         let mut processes = Tally::default();
         let between = arguments.lockstep.unwrap_or(if quick { 20 } else { trials / 20 });
         lockstep::campaign(seed, between, &mut processes)?;
+        let mut orders = Tally::default();
+        let each = trials.div_ceil(40);
+        homing::campaign(seed, each, &mut orders)?;
+        restarted::campaign(seed, each, &mut orders)?;
         let mut inputs = Tally::default();
         if trials > 0 {
             files::campaign(seed, trials, &mut inputs)?;
         }
-        Ok(vec![one_thread, processes, inputs])
+        Ok(vec![one_thread, processes, orders, inputs])
     })?;
-    let [one_thread, processes, inputs] = counts.tallies.as_slice() else { bail!("three tables expected") };
+    let [one_thread, processes, orders, inputs] = counts.tallies.as_slice() else {
+        bail!("four tables expected")
+    };
     Ok(Results {
         command: "safety",
         quick,
@@ -123,6 +133,7 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
         sheets: vec![
             one_thread.sheet("safety-in-process", "Faults in one thread, by kind; times in cycles"),
             processes.sheet("safety-lockstep", "The same between processes in lockstep; times in cycles"),
+            orders.short_sheet("safety-zero", "Homing interrupted, and starts anew, in one thread"),
             inputs.short_sheet("safety-files", "Files that are wrong, cut or damaged"),
         ],
         data: counts.json(),
@@ -182,6 +193,14 @@ pub fn run_bus(arguments: &Arguments, quick: bool) -> Result<Results> {
         )],
         data: counts.json(),
     })
+}
+
+/// A day without a clock.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_day(quick: bool) -> Result<Results> {
+    day::run(quick)
 }
 
 /// A long run beside a load.

@@ -20,6 +20,8 @@ pub struct PlantStart {
     pub energised: bool,
     /// The newest zero that the drive took.
     pub zero_id: u64,
+    /// What friction holds, N·m: against it the rotor rests off the teeth.
+    pub friction_torque_nm: f64,
 }
 
 impl PlantStart {
@@ -33,6 +35,7 @@ impl PlantStart {
             homed: true,
             energised: false,
             zero_id: 0,
+            friction_torque_nm: 0.0,
         }
     }
 
@@ -66,6 +69,7 @@ impl PlantStart {
             homed: has(validity::HOMED) && (energised || absolute_encoder),
             energised,
             zero_id: feedback.zero_id,
+            friction_torque_nm: truth.friction_torque_nm,
         }
     }
 }

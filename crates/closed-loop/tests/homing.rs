@@ -3,96 +3,29 @@
 
 mod common;
 
-use closed_loop::{ControllerRole, CycleMessages, Parts, PlantRole, PlantStart, TrajectoryRole, wire};
+use closed_loop::{CycleMessages, Operated, Parts, PlantStart, Wanted, wire};
 use common::{Valve, scenario};
 use config::{HomingMarks, HomingMethod, HomingSearch, Scenario};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use signals::{
-    ControllerState, FaultCode, HomingPhase, OperatorCommand, OperatorKind, OperatorResult, SetPoint,
-    SetPointKind, SetPointRefusal, validity,
+    ControllerState, FaultCode, HomingPhase, OperatorCommand, OperatorKind, OperatorResult, SetPointKind,
+    SetPointRefusal, validity,
 };
 
-/// A loop without a scenario's course, and what is asked of it.
-struct Bench {
-    plant: PlantRole,
-    trajectory: TrajectoryRole,
-    controller: ControllerRole,
-    cycle: u64,
-    orders: u64,
-    set_points: u64,
-    last: Option<CycleMessages>,
+/// Gives an order that takes its time, and says what came of it.
+fn complete(bench: &mut Operated, kind: OperatorKind) -> (OperatorResult, CycleMessages) {
+    bench.order(kind);
+    let result = bench.end_of_order(200_000);
+    let last = *bench.last().unwrap();
+    assert_ne!(result, OperatorResult::Begun, "{kind} never ends: {:?}", last.status);
+    (result, last)
 }
 
-impl Bench {
-    fn new(parts: Parts) -> Self {
-        let parts = parts.without_end();
-        Self {
-            plant: PlantRole::new(parts.plant.clone()),
-            trajectory: TrajectoryRole::new(parts.trajectory.clone()),
-            controller: ControllerRole::new(&parts.controller),
-            cycle: 0,
-            orders: 0,
-            set_points: 0,
-            last: None,
-        }
-    }
-
-    fn step(&mut self, order: Option<OperatorCommand>, set_point: Option<SetPoint>) -> CycleMessages {
-        let cycle = self.cycle;
-        let (command, status) = (self.last.map(|last| last.command), self.last.map(|last| last.status));
-        let plant = self.plant.sample(cycle);
-        let feedback = Some(&plant.feedback);
-        let reference = self.trajectory.step(cycle, feedback, status.as_ref(), set_point.as_ref());
-        let output = self.controller.step(cycle, feedback, Some(&reference), order.as_ref());
-        self.plant.advance(cycle, command.as_ref());
-        self.cycle += 1;
-        let (command, status) = (output.command, output.status);
-        let messages = CycleMessages { cycle, plant, reference, command, status };
-        self.last = Some(messages);
-        messages
-    }
-
-    fn run(&mut self, cycles: u64) -> CycleMessages {
-        (0..cycles).map(|_| self.step(None, None)).last().unwrap()
-    }
-
-    fn order(&mut self, kind: OperatorKind) -> CycleMessages {
-        self.orders += 1;
-        let order = OperatorCommand {
-            id: self.orders,
-            valid_until_cycle: self.cycle + 10,
-            kind: kind.code(),
-            ..OperatorCommand::default()
-        };
-        self.step(Some(order), None)
-    }
-
-    /// Gives an order that takes its time, and says what came of it.
-    fn complete(&mut self, kind: OperatorKind) -> (OperatorResult, CycleMessages) {
-        let mut last = self.order(kind);
-        for _ in 0..200_000 {
-            let result = OperatorResult::from_code(last.status.operator_result).unwrap();
-            if result != OperatorResult::Begun {
-                return (result, last);
-            }
-            last = self.step(None, None);
-        }
-        panic!("{kind} never ends: {:?}", last.status);
-    }
-
-    fn set(&mut self, kind: SetPointKind, value: f64) -> CycleMessages {
-        self.set_points += 1;
-        let set_point = SetPoint {
-            id: self.set_points,
-            valid_until_cycle: u64::MAX,
-            kind: kind.code(),
-            value,
-            ..SetPoint::default()
-        };
-        self.step(None, Some(set_point));
-        self.run(3)
-    }
+/// Gives a set-point; the messages once it has been answered.
+fn set(bench: &mut Operated, kind: SetPointKind, value: f64) -> CycleMessages {
+    bench.set(kind, value);
+    bench.run(3)
 }
 
 fn parts(scenario: &Scenario, truth: &Valve) -> Parts {
@@ -108,7 +41,7 @@ fn disarmed_means_without_current_and_arming_waits_for_the_drive() {
     let scenario = scenario(1.0, "");
     let mut slow = scenario.clone();
     slow.driver.energise_time_s = 0.2;
-    let mut bench = Bench::new(parts(&slow, &Valve::default()));
+    let mut bench = Operated::new(parts(&slow, &Valve::default()));
     let disarmed = bench.run(50);
     assert_eq!((disarmed.command.energise, disarmed.command.follow), (0, 0));
     assert_eq!(disarmed.plant.feedback.validity & validity::ENERGISED, 0);
@@ -129,7 +62,7 @@ fn disarmed_means_without_current_and_arming_waits_for_the_drive() {
 
     slow.driver.energise_time_s = 0.0;
     slow.driver.holds_when_disarmed = true;
-    let held = Bench::new(parts(&slow, &Valve::default())).run(50);
+    let held = Operated::new(parts(&slow, &Valve::default())).run(50);
     assert_eq!((state(&held), held.command.energise), (ControllerState::Disarmed, 1));
     assert!(held.plant.feedback.validity & validity::ENERGISED != 0);
 }
@@ -138,17 +71,17 @@ fn disarmed_means_without_current_and_arming_waits_for_the_drive() {
 fn a_drive_that_never_energises_is_a_fault_and_nothing_was_followed() {
     let mut scenario = scenario(1.0, "");
     scenario.driver.energise_time_s = 3.0;
-    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    let mut bench = Operated::new(parts(&scenario, &Valve::default()));
     bench.run(20);
-    let (result, last) = bench.complete(OperatorKind::Arm);
+    let (result, last) = complete(&mut bench, OperatorKind::Arm);
     assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::NotEnergised.code()));
-    assert!((2000..2100).contains(&(bench.cycle - 20)), "after {} cycles", bench.cycle - 20);
+    assert!((2000..2100).contains(&(bench.cycle() - 20)), "after {} cycles", bench.cycle() - 20);
     assert_eq!(last.command.follow, 0);
 }
 
 #[test]
 fn an_order_that_comes_too_late_does_nothing() {
-    let mut bench = Bench::new(parts(&scenario(1.0, ""), &Valve::default()));
+    let mut bench = Operated::new(parts(&scenario(1.0, ""), &Valve::default()));
     bench.run(30);
     let late = OperatorCommand {
         id: 1,
@@ -156,13 +89,16 @@ fn an_order_that_comes_too_late_does_nothing() {
         kind: OperatorKind::Arm.code(),
         ..OperatorCommand::default()
     };
-    let refused = bench.step(Some(late), None);
+    let refused = bench.step(Wanted { order: Some(late), set_point: None });
     assert_eq!(refused.status.operator_result, OperatorResult::Expired.code());
     assert_eq!(state(&bench.run(50)), ControllerState::Disarmed);
     // The same id once more, in time: it was looked at already.
-    bench.step(Some(OperatorCommand { valid_until_cycle: 1000, ..late }), None);
+    bench.step(Wanted { order: Some(OperatorCommand { valid_until_cycle: 1000, ..late }), set_point: None });
     assert_eq!(state(&bench.run(50)), ControllerState::Disarmed);
-    bench.step(Some(OperatorCommand { id: 2, valid_until_cycle: bench.cycle, ..late }), None);
+    bench.step(Wanted {
+        order: Some(OperatorCommand { id: 2, valid_until_cycle: bench.cycle(), ..late }),
+        set_point: None,
+    });
     assert_eq!(state(&bench.run(50)), ControllerState::Running);
 }
 
@@ -173,9 +109,9 @@ fn energising_pulls_the_rotor_to_the_nearest_tooth_of_the_phase() {
         scenario.initial_angle_rad = angle_rad;
         scenario.homing.begins_homed = false;
         let truth = Valve { coulomb_torque_nm: 0.05, static_torque_nm: 0.06, ..Valve::default() };
-        let mut bench = Bench::new(parts(&scenario, &truth));
+        let mut bench = Operated::new(parts(&scenario, &truth));
         bench.run(20);
-        assert_eq!(bench.complete(OperatorKind::Arm).0, OperatorResult::Done);
+        assert_eq!(complete(&mut bench, OperatorKind::Arm).0, OperatorResult::Done);
         let rests = bench.run(300);
         let tooth_rad = std::f64::consts::TAU / 50.0;
         let nearest_rad = (angle_rad / tooth_rad).round() * tooth_rad;
@@ -190,19 +126,19 @@ fn a_valve_that_is_not_homed_jogs_slowly_and_does_nothing_else() {
     let mut scenario = scenario(1.0, "");
     scenario.homing.begins_homed = false;
     (scenario.limits.min_angle_rad, scenario.limits.max_angle_rad) = (Some(-0.1), Some(0.1));
-    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    let mut bench = Operated::new(parts(&scenario, &Valve::default()));
     bench.run(20);
-    assert_eq!(bench.complete(OperatorKind::Arm).0, OperatorResult::Done);
+    assert_eq!(complete(&mut bench, OperatorKind::Arm).0, OperatorResult::Done);
     let most = scenario.limits.unhomed_speed_rad_per_s;
     let refused =
         [(SetPointKind::Angle, 0.01), (SetPointKind::Sine, 0.01), (SetPointKind::Speed, 1.1 * most)];
-    for (kind, value) in refused {
-        let answer = bench.set(kind, value);
+    for (number, (kind, value)) in (1..).zip(refused) {
+        let answer = set(&mut bench, kind, value);
         assert_eq!(answer.reference.refusal, SetPointRefusal::NotHomed.code(), "{kind}");
-        assert_eq!(answer.reference.refused_id, bench.set_points, "{kind}");
+        assert_eq!(answer.reference.refused_id, number, "{kind}");
     }
-    let jogs = bench.set(SetPointKind::Speed, most);
-    assert_eq!(jogs.reference.set_point_id, bench.set_points);
+    let jogs = set(&mut bench, SetPointKind::Speed, most);
+    assert_eq!(jogs.reference.set_point_id, 4);
     let far = bench.run(2000);
     assert!(far.plant.feedback.angle_rad > 0.2, "limits of angle mean nothing yet: {:?}", far.plant.feedback);
     assert_eq!((state(&far), far.status.fault), (ControllerState::Running, 0));
@@ -243,9 +179,9 @@ fn homing_finds_zero_and_teeth_wherever_they_are() {
         for seed in 0..12 {
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
             let (scenario, mark_rad) = switched_on(&mut rng, method);
-            let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+            let mut bench = Operated::new(parts(&scenario, &Valve::default()));
             bench.run(20);
-            let (result, last) = bench.complete(OperatorKind::Home);
+            let (result, last) = complete(&mut bench, OperatorKind::Home);
             let what = format!("{method:?}, seed {seed}, mark at {mark_rad}: {:?}", last.status);
             assert_eq!(result, OperatorResult::Done, "{what}");
             assert_eq!(last.status.homing_phase, HomingPhase::Done.code(), "{what}");
@@ -269,12 +205,12 @@ fn homing_finds_zero_and_teeth_wherever_they_are() {
 #[test]
 fn a_homed_valve_goes_where_it_is_sent() {
     let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Switch);
-    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    let mut bench = Operated::new(parts(&scenario, &Valve::default()));
     bench.run(20);
-    assert_eq!(bench.complete(OperatorKind::Home).0, OperatorResult::Done);
+    assert_eq!(complete(&mut bench, OperatorKind::Home).0, OperatorResult::Done);
     bench.run(100);
-    assert_eq!(bench.complete(OperatorKind::Arm).0, OperatorResult::Done);
-    bench.set(SetPointKind::Angle, 0.25);
+    assert_eq!(complete(&mut bench, OperatorKind::Arm).0, OperatorResult::Done);
+    set(&mut bench, SetPointKind::Angle, 0.25);
     let there = bench.run(500);
     assert!((there.plant.truth.angle_rad - 0.25).abs() < 1e-3, "{}", there.plant.truth.angle_rad);
     assert_eq!(there.status.fault, 0);
@@ -290,9 +226,9 @@ fn homing_that_finds_nothing_is_a_fault_and_the_valve_stays_unhomed() {
             low_stop_rad: None,
             high_stop_rad: None,
         };
-        let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+        let mut bench = Operated::new(parts(&scenario, &Valve::default()));
         bench.run(20);
-        let (result, last) = bench.complete(OperatorKind::Home);
+        let (result, last) = complete(&mut bench, OperatorKind::Home);
         assert_eq!(
             (result, last.status.fault),
             (OperatorResult::Failed, FaultCode::Homing.code()),
@@ -308,9 +244,9 @@ fn homing_that_finds_nothing_is_a_fault_and_the_valve_stays_unhomed() {
 fn friction_beyond_the_reduced_current_is_no_stop() {
     let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(3), HomingMethod::Stop);
     let stiff = Valve { coulomb_torque_nm: 4.4, static_torque_nm: 4.6, ..Valve::default() };
-    let mut bench = Bench::new(parts(&scenario, &stiff));
+    let mut bench = Operated::new(parts(&scenario, &stiff));
     bench.run(20);
-    let (result, last) = bench.complete(OperatorKind::Home);
+    let (result, last) = complete(&mut bench, OperatorKind::Home);
     assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::Homing.code()));
 }
 
@@ -320,9 +256,9 @@ fn teeth_that_do_not_agree_refuse_the_alignment() {
     if let Some(search) = scenario.homing.search.as_mut() {
         search.largest_spread_rad = 1e-7;
     }
-    let mut bench = Bench::new(parts(&scenario, &Valve::default()));
+    let mut bench = Operated::new(parts(&scenario, &Valve::default()));
     bench.run(20);
-    let (result, last) = bench.complete(OperatorKind::Home);
+    let (result, last) = complete(&mut bench, OperatorKind::Home);
     assert_eq!((result, last.status.fault), (OperatorResult::Failed, FaultCode::Homing.code()));
     assert!(last.status.alignment_spread_rad > 1e-7, "{:?}", last.status);
     assert_eq!(bench.run(200).plant.feedback.validity & validity::HOMED, 0);
@@ -330,7 +266,7 @@ fn teeth_that_do_not_agree_refuse_the_alignment() {
 
 /// Cycles at which homing is interrupted: the first, middle and last of each phase, and all of the few in which the drive takes its zero.
 fn moments(parts: &Parts) -> Vec<(HomingPhase, u64)> {
-    let mut bench = Bench::new(parts.clone());
+    let mut bench = Operated::new(parts.clone());
     bench.run(20);
     let mut last = bench.order(OperatorKind::Home);
     let mut phases: Vec<(u64, std::ops::Range<u64>)> = Vec::new();
@@ -343,7 +279,7 @@ fn moments(parts: &Parts) -> Vec<(HomingPhase, u64)> {
         if phase == HomingPhase::Done.code() {
             break;
         }
-        last = bench.step(None, None);
+        last = bench.step(Wanted::default());
     }
     let named = phases.into_iter().map(|(code, range)| (HomingPhase::from_code(code).unwrap(), range));
     let inner = named.filter(|(phase, _)| ![HomingPhase::None, HomingPhase::Done].contains(phase));
@@ -369,7 +305,7 @@ fn homing_interrupted_in_any_phase_stops_and_can_be_repeated() {
             met.insert(phase.code());
             let what =
                 format!("{method:?}, seed {seed}: interrupted {after} cycles after the order, in {phase}");
-            let mut bench = Bench::new(parts.clone());
+            let mut bench = Operated::new(parts.clone());
             bench.run(20);
             let mut begun = bench.order(OperatorKind::Home);
             if after > 0 {
@@ -388,7 +324,7 @@ fn homing_interrupted_in_any_phase_stops_and_can_be_repeated() {
             assert!(!homed || zero_rad.abs() < 1e-3, "{what}: the zero is {zero_rad} rad off");
             let towards = scenario.homing.search.as_ref().unwrap().speed_rad_per_s.signum();
             let rests_rad = stopped.plant.truth.angle_rad;
-            let (result, again) = bench.complete(OperatorKind::Home);
+            let (result, again) = complete(&mut bench, OperatorKind::Home);
             // An index that lies behind is not met by going on: that is a fault, and nothing is homed.
             let behind = method == HomingMethod::Index && towards * (rests_rad - mark_rad) > -1e-3;
             if behind && result == OperatorResult::Failed {
@@ -410,7 +346,7 @@ fn a_zero_that_nobody_waits_for_any_more_is_withdrawn() {
     let (scenario, _) = switched_on(&mut Pcg64Mcg::seed_from_u64(5), HomingMethod::Switch);
     let parts = parts(&scenario, &Valve::default());
     let set_zero = moments(&parts).into_iter().find(|(phase, _)| *phase == HomingPhase::SetZero).unwrap().1;
-    let mut bench = Bench::new(parts);
+    let mut bench = Operated::new(parts);
     bench.run(20);
     bench.order(OperatorKind::Home);
     let asks = bench.run(set_zero);
@@ -427,10 +363,10 @@ fn what_is_known_of_the_position_outlives_the_process_where_current_or_encoder_k
     {
         scenario.driver.holds_when_disarmed = holds;
         scenario.encoder.absolute = absolute;
-        let mut before = Bench::new(parts(&scenario, &Valve::default()));
+        let mut before = Operated::new(parts(&scenario, &Valve::default()));
         before.run(20);
-        assert_eq!(before.complete(OperatorKind::Arm).0, OperatorResult::Done);
-        before.set(SetPointKind::Angle, 0.5);
+        assert_eq!(complete(&mut before, OperatorKind::Arm).0, OperatorResult::Done);
+        set(&mut before, SetPointKind::Angle, 0.5);
         before.run(500);
         before.order(OperatorKind::Disarm);
         let left = before.run(100);
@@ -438,7 +374,7 @@ fn what_is_known_of_the_position_outlives_the_process_where_current_or_encoder_k
         let microstep_rad = again.plant.drive.microstep_angle_rad;
         let (feedback, truth) = (&left.plant.feedback, &left.plant.truth);
         again.plant.start = PlantStart::left_by(feedback, truth, microstep_rad, absolute);
-        let first = Bench::new(again).run(1).plant.feedback;
+        let first = Operated::new(again).run(1).plant.feedback;
         assert!((first.angle_rad - truth.angle_rad).abs() < 1e-4, "{}", first.angle_rad);
         assert_eq!(first.accepted_microsteps, feedback.accepted_microsteps);
         assert_eq!(first.validity & validity::HOMED != 0, homed, "{holds} {absolute}");

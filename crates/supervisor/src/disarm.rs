@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_millis(950);
 /// How long the supervisor has for it.
 const SUPERVISORS_PATIENCE: Duration = Duration::from_millis(750);
+/// An operator hears within a second what came of it, whatever is stopped or hung.
+const _: () = assert!(PATIENCE.as_millis() < 1000 && SUPERVISORS_PATIENCE.as_millis() < PATIENCE.as_millis());
 
 /// The socket of an instance's controller, on which every connection is a disarm.
 pub fn disarm_path(folder: &Path) -> PathBuf {

@@ -1,0 +1,161 @@
+//! A valve moved by orders in one thread, under the oracle's eyes.
+
+use super::ground::limits;
+use closed_loop::{CycleMessages, Operated, PlantSample, PlantStart, Wanted, wire};
+use config::Scenario;
+use oracle::{Judge, Limits, Order, Wish};
+use signals::{OperatorCommand, OperatorKind, OperatorResult, SetPointKind, validity};
+use valve_model::Model;
+
+/// No order takes longer, in cycles: homing beyond its longest way is a fault before.
+const MOST_CYCLES: u64 = 100_000;
+/// A zero further off than this, at rest, is wrong, rad: some of the encoder's noise, and what friction holds the rotor off its teeth.
+const ZERO_RAD: f64 = 1e-3;
+
+/// The valve, and everything that its trial found.
+pub struct Watched<'a> {
+    valve: Operated,
+    judge: Judge,
+    limits: Limits,
+    of: (&'a Scenario, &'a (Model, Model)),
+    /// What must not be, in words.
+    pub violations: Vec<String>,
+}
+
+impl<'a> Watched<'a> {
+    /// A valve as the scenario begins it.
+    ///
+    /// # Errors
+    /// Where the models don't fit the scenario.
+    pub fn new(scenario: &'a Scenario, models: &'a (Model, Model)) -> anyhow::Result<Self> {
+        let valve = Operated::new(wire(scenario, &models.0, &models.1)?);
+        let limits = limits(scenario);
+        Ok(Self { valve, judge: Judge::new(limits), limits, of: (scenario, models), violations: Vec::new() })
+    }
+
+    /// One cycle, in which an order is given.
+    fn step(&mut self, order: Option<OperatorCommand>) -> CycleMessages {
+        let received = self.valve.command().copied();
+        let messages = self.valve.step(Wanted { order, set_point: None });
+        self.see(&messages.plant, messages.cycle);
+        if let Some(command) = received {
+            self.judge.command(messages.cycle, &command);
+        }
+        messages
+    }
+
+    fn see(&mut self, plant: &PlantSample, cycle: u64) {
+        self.judge.truth(cycle, &plant.truth);
+    }
+
+    /// So many cycles, at least one.
+    pub fn run(&mut self, cycles: u64) -> CycleMessages {
+        for _ in 1..cycles {
+            self.step(None);
+        }
+        self.step(None)
+    }
+
+    /// Gives an order.
+    pub fn order(&mut self, kind: OperatorKind) -> CycleMessages {
+        let order = self.valve.next_order(kind);
+        let cycle = self.valve.cycle();
+        let wish = match kind {
+            OperatorKind::Arm | OperatorKind::Home => Some((Wish::Move, order.valid_until_cycle)),
+            OperatorKind::Disarm => Some((Wish::Stop, cycle)),
+            _ => None,
+        };
+        if let Some((wish, until_cycle)) = wish {
+            self.judge.order(Order { wish, from_cycle: cycle, until_cycle });
+        }
+        self.step(Some(order))
+    }
+
+    /// Gives an order and waits for what comes of it.
+    pub fn complete(&mut self, kind: OperatorKind) -> (OperatorResult, CycleMessages) {
+        let mut last = self.order(kind);
+        for _ in 0..MOST_CYCLES {
+            match OperatorResult::from_code(last.status.operator_result) {
+                Some(OperatorResult::Begun) | None => last = self.step(None),
+                Some(result) => return (result, last),
+            }
+        }
+        self.violations.push(format!("{kind} never ended"));
+        (OperatorResult::Begun, last)
+    }
+
+    /// Sends the valve somewhere.
+    pub fn set(&mut self, kind: SetPointKind, value: f64) -> CycleMessages {
+        let set_point = self.valve.next_set_point(kind, value);
+        let received = self.valve.command().copied();
+        let messages = self.valve.step(Wanted { order: None, set_point: Some(set_point) });
+        self.see(&messages.plant, messages.cycle);
+        if let Some(command) = received {
+            self.judge.command(messages.cycle, &command);
+        }
+        messages
+    }
+
+    /// Trajectory and controller die; after so many cycles the plant side ends too, and a next generation begins where it left the valve.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn die(&mut self, cycles: u64) -> anyhow::Result<PlantSample> {
+        // The last command was sent before the death.
+        if let Some(command) = self.valve.command() {
+            self.judge.command(self.valve.cycle(), command);
+        }
+        let mut left = self.step_alone();
+        for _ in 1..cycles {
+            left = self.step_alone();
+        }
+        self.end_generation();
+        let (scenario, models) = self.of;
+        let mut parts = wire(scenario, &models.0, &models.1)?;
+        let microstep_rad = parts.plant.drive.microstep_angle_rad;
+        let start =
+            PlantStart::left_by(&left.feedback, &left.truth, microstep_rad, scenario.encoder.absolute);
+        // As the supervisor tells the processes of a next generation.
+        parts.controller.initial_microsteps = start.count_microsteps;
+        parts.trajectory.initial_angle_rad = left.feedback.angle_rad;
+        parts.plant.start = start;
+        self.valve = Operated::new(parts);
+        self.judge = Judge::new(self.limits);
+        Ok(left)
+    }
+
+    fn step_alone(&mut self) -> PlantSample {
+        let cycle = self.valve.cycle();
+        let plant = self.valve.step_alone();
+        self.see(&plant, cycle);
+        plant
+    }
+
+    /// A valve at rest that says that it is homed says the true angle.
+    pub fn check_zero(&mut self, plant: &PlantSample, when: &str) -> bool {
+        let homed = plant.feedback.validity & validity::HOMED != 0;
+        let off_rad = plant.feedback.angle_rad - plant.truth.angle_rad;
+        if homed && off_rad.abs() > ZERO_RAD {
+            self.violations.push(format!("{when}: homed, and the zero is {off_rad} rad off"));
+        }
+        homed
+    }
+
+    /// Notes what is not as it should be.
+    pub fn expect(&mut self, is_so: bool, otherwise: impl FnOnce() -> String) {
+        if !is_so {
+            self.violations.push(otherwise());
+        }
+    }
+
+    fn end_generation(&mut self) {
+        let found = self.judge.verdict().findings;
+        self.violations.extend(found.iter().take(3).map(|finding| format!("{finding:?}")));
+    }
+
+    /// Everything that was found.
+    pub fn end(mut self) -> Vec<String> {
+        self.end_generation();
+        self.violations
+    }
+}
