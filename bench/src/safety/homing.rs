@@ -18,6 +18,8 @@ const PHASES: [HomingPhase; 5] = [
     HomingPhase::Align,
     HomingPhase::SetZero,
 ];
+/// By so much a current that comes moves the rotor at most: what static friction held it off its teeth by, rad.
+const PULL_RAD: f64 = 1e-2;
 /// No phase is reached later, in cycles.
 const MOST_CYCLES: u64 = 100_000;
 
@@ -59,9 +61,10 @@ impl SwitchedOn {
         Self { scenario, method, towards, mark_rad }
     }
 
-    /// Whether a repeated search goes the other way from its mark. An index that lies behind is not met by going on.
+    /// Whether a repeated search goes the other way from its mark: an index that lies behind is not met by going on. One just ahead is
+    /// passed when the current comes.
     fn is_behind(&self, rests_rad: f64) -> bool {
-        self.method == HomingMethod::Index && self.towards * (rests_rad - self.mark_rad) > -1e-3
+        self.method == HomingMethod::Index && self.towards * (rests_rad - self.mark_rad) > -PULL_RAD
     }
 }
 
@@ -141,7 +144,8 @@ fn repeat(on: &SwitchedOn, valve: &mut Watched<'_>, rests_rad: f64) {
         });
     } else {
         valve.expect(result == OperatorResult::Done && is_homed, || {
-            format!("homing again: {result}, fault {}", last.status.fault)
+            let ahead_rad = on.towards * (on.mark_rad - rests_rad);
+            format!("homing again, {ahead_rad} rad before the mark: {result}, fault {}", last.status.fault)
         });
     }
 }

@@ -73,7 +73,10 @@ pub(crate) fn judge<'a>(
         let found = if belong {
             Some(found)
         } else {
-            same_causes_with_zeros(&with_zeros, without)?.map(|same| Few::Not(Some(Box::new(same))))
+            match same_causes_with_zeros(&with_zeros, &fitted.0, without)? {
+                Some(same) if leaves_noise(&with_zeros, &same.fitted)? => Some(Few::Found(Box::new(same))),
+                same => same.map(|same| Few::Not(Some(Box::new(same)))),
+            }
         };
         if let Some(found) = found {
             (setting, few) = (with_zeros, found);

@@ -5,6 +5,9 @@ use crate::asked::Asked;
 use crate::corrected::leaves_noise;
 use crate::extend::hypothesis::Correction;
 use crate::fit::equations::{Nuisances, Point, Setting};
+use crate::fit::gauss_newton::Fitted;
+use crate::name::prune::drop_idle;
+use crate::name::select::nothing_yet;
 use crate::name::selection::Selection;
 use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
@@ -45,10 +48,11 @@ pub(crate) fn with_zeros_by_run<'a>(
     Ok(Some((Setting { nuisances, ..*setting }, without_common_zero(asked.first, nuisances))))
 }
 
-/// The causes found `without` zeros of each run, fitted beside such zeros, if these belong there: a search of its own beside them may have been ended
-/// before it came so far. Where too few runs go both ways, the torque that the causes leave of each is friction's just as well.
+/// The causes found `without` zeros of each run, fitted beside such zeros, if these belong there, without those that stood in for
+/// zeros: a search of its own beside them may have been ended before it came so far. Where too few runs go both ways, the torque that the causes leave of each is friction's just as well.
 pub(crate) fn same_causes_with_zeros(
     with_zeros: &Setting<'_>,
+    given: &Fitted,
     without: Option<&Selection>,
 ) -> Result<Option<Selection>, DiagnosisError> {
     let Some(found) = without.filter(|found| found.causes() > 0) else { return Ok(None) };
@@ -59,7 +63,14 @@ pub(crate) fn same_causes_with_zeros(
     let mut same = found.clone();
     same.take(with_zeros.campaign.with_reserve(|| Tried::from(with_zeros, begin, STEPS))?);
     let belong = leaves_noise(with_zeros, &same.fitted)? || zeros_belong(with_zeros, &same, without)?;
-    Ok(belong.then_some(same))
+    if !belong {
+        return Ok(None);
+    }
+    // One of them may have stood in for the zeros.
+    drop_idle(with_zeros, &mut same)?;
+    let first = nothing_yet(with_zeros, given.clone());
+    (same.rms_first, same.held_out_first) = (first.rms_first, first.held_out_first);
+    Ok(Some(same))
 }
 
 /// Whether a residual differs from run to run, and not as friction does.
