@@ -1,5 +1,5 @@
-//! `bench robustness`: whether compensation is ever worse than none, over valves that differ from the belief in one thing,
-//! cycles and encoders.
+//! `bench robustness`: whether compensation is ever worse than none, over valves that differ from the belief in one thing
+//! or in several, cycles and encoders.
 
 mod valves;
 mod variations;
@@ -9,10 +9,12 @@ use crate::progress::Progress;
 use anyhow::{Context, Result, anyhow};
 use closed_loop::{Level, Outcome};
 use config::{Scenario, parse_model, parse_scenario};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 use serde_json::{Value, json};
 use std::path::Path;
 use valve_model::{Model, MotorParams};
-use variations::{Variation, variations};
+use variations::{Variation, mixed, variations};
 
 /// How much worse than none the compensated valve may be: what another sampling of the same friction events makes of it.
 const WORST_RMS: f64 = 1.02;
@@ -27,6 +29,9 @@ pub struct Arguments {
     /// Valves drawn at random instead of the bench rig
     #[arg(long, value_name = "N")]
     valves: Option<u64>,
+    /// Runs of a valve that differs from the belief in several things at once, drawn at random, as are scenario and cycle
+    #[arg(long, value_name = "N", conflicts_with = "valves")]
+    mixed: Option<u64>,
     /// What they are drawn from; with N more than one, each further one is the next seed's
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
@@ -86,16 +91,20 @@ pub fn run(arguments: &Arguments, quick: bool) -> Result<Results> {
     let periods: &[f64] = if quick { &QUICK_PERIODS_MS } else { &PERIODS_MS };
     let rig = parse_model(&read(Path::new("rt-config/models/rig.toml"))?, "rig.toml")
         .map_err(|errors| anyhow!("{errors}"))?;
-    let (sheets, cells) = match arguments.valves {
-        None => {
-            let cells = grid(&rig, periods, |shipped| shipped)?;
-            (vec![by_variation("robustness", &cells)], cells)
+    let (command, (sheets, cells)) = match (arguments.valves, arguments.mixed) {
+        (Some(count), _) => ("robustness-valves", drawn(&rig, arguments.seed, count, periods)?),
+        (None, Some(count)) => {
+            let cells = mixed_runs(&rig, arguments.seed, count)?;
+            ("robustness-mixed", (vec![by_variation("robustness-mixed", &cells)], cells))
         }
-        Some(count) => drawn(&rig, arguments.seed, count, periods)?,
+        (None, None) => {
+            let cells = grid(&rig, periods, |shipped| shipped)?;
+            ("robustness", (vec![by_variation("robustness", &cells)], cells))
+        }
     };
     let records: Vec<_> = cells.iter().map(record).collect();
     Ok(Results {
-        command: if arguments.valves.is_some() { "robustness-valves" } else { "robustness" },
+        command,
         quick,
         machine: realtime::machine_facts(),
         scheduling: "no clock".to_owned(),
@@ -121,6 +130,42 @@ fn drawn(rig: &Model, seed: u64, count: u64, periods: &[f64]) -> Result<(Vec<She
     Ok((vec![by_variation("robustness-valves", &all), by_valve], all))
 }
 
+/// Runs of valves that differ in several things at once, a row for how many.
+fn mixed_runs(belief: &Model, seed: u64, count: u64) -> Result<Vec<Cell>> {
+    println!("mixed: seed {seed}");
+    let random = &mut Pcg64::seed_from_u64(seed);
+    let scenarios = SCENARIOS.map(|name| (name, shipped(name)));
+    let progress = Progress::new(count as usize);
+    let mut cells = Vec::new();
+    for _ in 0..count {
+        let (variation, differs) = mixed(belief, random)?;
+        progress.next(variation.name.clone());
+        let (name, scenario) =
+            scenarios.get(random.random_range(0..scenarios.len())).context("a scenario")?;
+        let scenario = scenario.as_ref().map_err(|error| anyhow!("{error:#}"))?;
+        let period_ms = *PERIODS_MS.get(random.random_range(0..PERIODS_MS.len())).context("a period")?;
+        let place = |period_ms: f64| format!("{name}, {period_ms} ms");
+        let pairs = runs(&variation, belief, scenario, &[period_ms])?;
+        let variation = match differs {
+            0..=2 => "two things at the most",
+            3 | 4 => "three or four",
+            _ => "five or more",
+        };
+        cells.extend(pairs.into_iter().map(|(period_ms, pair)| Cell {
+            variation: variation.to_owned(),
+            place: place(period_ms),
+            pair,
+        }));
+    }
+    cells.sort_by(|a, b| b.variation.cmp(&a.variation));
+    Ok(cells)
+}
+
+fn shipped(name: &str) -> Result<Scenario> {
+    let path = format!("rt-config/scenarios/{name}.toml");
+    parse_scenario(&read(Path::new(&path))?, &path).map_err(|errors| anyhow!("{errors}"))
+}
+
 fn grid(belief: &Model, periods: &[f64], fit: impl Fn(Scenario) -> Scenario) -> Result<Vec<Cell>> {
     let variations = variations(belief)?;
     let progress = Progress::new(variations.len());
@@ -128,10 +173,7 @@ fn grid(belief: &Model, periods: &[f64], fit: impl Fn(Scenario) -> Scenario) -> 
     for variation in &variations {
         progress.next(variation.name.clone());
         for name in SCENARIOS {
-            let path = format!("rt-config/scenarios/{name}.toml");
-            let shipped =
-                parse_scenario(&read(Path::new(&path))?, &path).map_err(|errors| anyhow!("{errors}"))?;
-            cells.extend(runs(variation, belief, &fit(shipped), periods)?.into_iter().map(
+            cells.extend(runs(variation, belief, &fit(shipped(name)?), periods)?.into_iter().map(
                 |(period_ms, pair)| Cell {
                     variation: variation.name.clone(),
                     place: format!("{name}, {period_ms} ms"),

@@ -1,8 +1,9 @@
-//! What differs between a valve and the belief that it is compensated with, one thing at a time.
+//! What differs between a valve and the belief that it is compensated with: one thing at a time, or several drawn at random.
 
 use anyhow::{Context, Result};
 use closed_loop::{Level, Outcome, WiringError, measure_parts, wire_level};
 use config::Scenario;
+use rand::{Rng, RngExt};
 use valve_model::{Effect, EffectId, EffectValue, FrictionParams, Model, MotorParams};
 
 /// A valve that is not as believed, or an encoder.
@@ -94,38 +95,95 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
         let name = format!("encoder {degrees}° off the teeth");
         all.push(Variation { offset_rad, ..with_encoder(name, belief.clone()) });
     }
-    let number = |key, value| vec![(key, EffectValue::Number(value))];
-    let first = |value| vec![("cos", EffectValue::List(vec![value]))];
     for stiffness in COUPLINGS_NM_PER_RAD {
         let name = format!("coupling of {stiffness} N·m/rad");
-        all.push(with_effect(
-            belief,
-            name,
-            EffectId::CouplingCompliance,
-            &number("stiffness_nm_per_rad", stiffness * scale.torque / scale.angle),
-        )?);
+        all.push(with_effect(belief, name, coupling(&scale, stiffness)?));
     }
     for half_width in BACKLASHES_RAD {
-        all.push(with_effect(
-            belief,
-            format!("backlash of ± {half_width} rad"),
-            EffectId::Backlash,
-            &number("half_width_rad", half_width * scale.angle),
-        )?);
+        let name = format!("backlash of ± {half_width} rad");
+        all.push(with_effect(belief, name, backlash(&scale, half_width)?));
     }
     for torque in DETENTS_NM {
         let name = format!("detent of {torque} N·m");
-        all.push(with_effect(belief, name, EffectId::DetentTorque, &first(torque * scale.torque))?);
+        all.push(with_effect(belief, name, detent(&scale, torque)?));
     }
     for error in MICROSTEP_ERRORS_RAD {
-        all.push(with_effect(
-            belief,
-            format!("micro-step error of {error} rad"),
-            EffectId::MicrostepError,
-            &first(error * scale.angle),
-        )?);
+        let name = format!("micro-step error of {error} rad");
+        all.push(with_effect(belief, name, microstep_error(&scale, error)?));
     }
     Ok(all)
+}
+
+/// A valve that differs in several of these things at once, each as likely as not, and of each in one of its sizes or of its range; and in
+/// how many.
+///
+/// # Errors
+/// As [`variations`].
+pub fn mixed(belief: &Model, random: &mut impl Rng) -> Result<(Variation, usize)> {
+    let scale = Scale::of(belief.motor.as_ref().context("a motor")?);
+    let mut truth = belief.clone();
+    let mut differs = 0;
+    let mut is_drawn = |random: &mut dyn Rng| {
+        let drawn = random.random_bool(0.5);
+        differs += usize::from(drawn);
+        drawn
+    };
+    if is_drawn(random) {
+        truth = with_friction(belief, random.random_range(0.0..2.0_f64).max(0.01));
+    }
+    if is_drawn(random) {
+        let factor = random.random_range(0.4..2.5);
+        truth.motor.as_mut().context("a motor")?.rotor_inertia_kg_m2 *= factor;
+        truth.load.as_mut().context("a load")?.inertia_kg_m2 *= factor;
+    }
+    if is_drawn(random) {
+        truth.effects.push(coupling(&scale, random.random_range(300.0..5000.0))?);
+    }
+    if is_drawn(random) {
+        truth.effects.push(backlash(&scale, random.random_range(0.0..2e-3))?);
+    }
+    if is_drawn(random) {
+        truth.effects.push(detent(&scale, random.random_range(0.0..0.3))?);
+    }
+    if is_drawn(random) {
+        truth.effects.push(microstep_error(&scale, random.random_range(0.0..2.5e-3))?);
+    }
+    let degrees = if is_drawn(random) { random.random_range(-1.2..1.2) } else { 0.0_f64 };
+    let counts = if is_drawn(random) {
+        ENCODERS.get(random.random_range(0..ENCODERS.len())).copied().flatten()
+    } else {
+        Some(COUNTS)
+    };
+    let offset_rad = scale.angle * degrees.to_radians();
+    Ok((Variation { name: format!("{differs} things"), truth, counts, offset_rad }, differs))
+}
+
+fn coupling(scale: &Scale, stiffness: f64) -> Result<Effect> {
+    number(EffectId::CouplingCompliance, "stiffness_nm_per_rad", stiffness * scale.torque / scale.angle)
+}
+
+fn backlash(scale: &Scale, half_width_rad: f64) -> Result<Effect> {
+    number(EffectId::Backlash, "half_width_rad", half_width_rad * scale.angle)
+}
+
+fn detent(scale: &Scale, torque_nm: f64) -> Result<Effect> {
+    first_order(EffectId::DetentTorque, torque_nm * scale.torque)
+}
+
+fn microstep_error(scale: &Scale, error_rad: f64) -> Result<Effect> {
+    first_order(EffectId::MicrostepError, error_rad * scale.angle)
+}
+
+fn number(id: EffectId, key: &str, value: f64) -> Result<Effect> {
+    effect(id, &[(key, EffectValue::Number(value))])
+}
+
+fn first_order(id: EffectId, value: f64) -> Result<Effect> {
+    effect(id, &[("cos", EffectValue::List(vec![value]))])
+}
+
+fn effect(id: EffectId, parameters: &[(&str, EffectValue)]) -> Result<Effect> {
+    Effect::new(id, parameters).map_err(|error| anyhow::anyhow!("{id}: {error}"))
 }
 
 fn with_encoder(name: String, truth: Model) -> Variation {
@@ -144,13 +202,8 @@ fn with_friction(belief: &Model, factor: f64) -> Model {
     truth
 }
 
-fn with_effect(
-    belief: &Model,
-    name: String,
-    id: EffectId,
-    parameters: &[(&str, EffectValue)],
-) -> Result<Variation> {
+fn with_effect(belief: &Model, name: String, effect: Effect) -> Variation {
     let mut truth = belief.clone();
-    truth.effects.push(Effect::new(id, parameters).map_err(|error| anyhow::anyhow!("{id}: {error}"))?);
-    Ok(with_encoder(name, truth))
+    truth.effects.push(effect);
+    with_encoder(name, truth)
 }

@@ -74,7 +74,7 @@ impl PlantRole {
             drive::State::at_rest(start.count_microsteps)
         };
         let encoder = part.encoder.map(|params| Encoder::new(params, start.angle_rad));
-        let valve = part.valve.at_rest(start.angle_rad, start.friction_torque_nm);
+        let valve = ValveState::holding(&part.valve, start.angle_rad, start.friction_torque_nm);
         let mut role = Self {
             part,
             drive: drive.with_zero(start.zero_id, start.rebased_microsteps),

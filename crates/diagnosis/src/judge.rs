@@ -474,4 +474,19 @@ mod tests {
             assert_eq!(is_no_better(reached(others), reached(few), 10.0), stay, "{few:?} beside {others:?}");
         }
     }
+
+    #[test]
+    fn more_causes_stay_where_they_cut_what_each_has_to() {
+        let reached = |(causes, rms)| Reached { causes, of_the_valve: causes, rms };
+        for (few, others, stay) in [
+            // Each further cause has to cut 0.02 of 100 − 9.
+            ((2, 2.0), (1, 3.0), true),
+            ((2, 2.7), (1, 3.0), false),
+            ((3, 2.5), (1, 3.0), false),
+            ((3, 2.2), (1, 3.0), true),
+            ((1, 2.0), (0, 9.0), false),
+        ] {
+            assert_eq!(is_worth_it(reached(few), reached(others), 10.0), stay, "{few:?} beside {others:?}");
+        }
+    }
 }

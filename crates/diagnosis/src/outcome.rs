@@ -196,6 +196,9 @@ pub struct Unnamed {
     pub acts_on: String,
     /// The quantities that it depends on, the one that alone explains most first.
     pub depends_on: Vec<String>,
+    /// The cause of the list that acts on the same by the same quantities, in another form.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<EffectId>,
     /// What it is.
     #[serde(flatten)]
     pub rule: UnnamedRule,

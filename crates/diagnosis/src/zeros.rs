@@ -48,8 +48,9 @@ pub(crate) fn with_zeros_by_run<'a>(
     Ok(Some((Setting { nuisances, ..*setting }, without_common_zero(asked.first, nuisances))))
 }
 
-/// The causes found `without` zeros of each run, fitted beside such zeros, if these belong there, without those that stood in for
-/// zeros: a search of its own beside them may have been ended before it came so far. Where too few runs go both ways, the torque that the causes leave of each is friction's just as well.
+/// The causes found `without` zeros of each run, fitted beside such zeros if these belong there, and without those that stood in for zeros: a search
+/// of its own beside them may have been ended before it came so far. Where too few runs go both ways, the torque that the causes leave of each is
+/// friction's just as well.
 pub(crate) fn same_causes_with_zeros(
     with_zeros: &Setting<'_>,
     given: &Fitted,

@@ -20,8 +20,13 @@ pub fn sentence(found: &Found) -> String {
     )
 }
 
-/// How a law goes.
+/// How a law goes, and what the list has of its kind.
 pub fn goes(law: &Unnamed) -> String {
+    let kind = law.kind.map_or(String::new(), |id| format!(": {id}, of another form than the list has"));
+    format!("{}{kind}", form(law))
+}
+
+fn form(law: &Unnamed) -> String {
     let acts = match law.acts_on.as_str() {
         "level" => "friction's levels change",
         "viscous" => "viscous friction changes",
@@ -80,6 +85,7 @@ pub fn comment(law: &Unnamed, found: &Found) -> String {
             .to_owned(),
         format!("What could make it: {makes}."),
     ];
+    lines.extend(law.kind.map(|id| format!("It acts as {id} does, in another form than the list has.")));
     if let Some(gain) = &found.diagnosis.gain.unnamed {
         lines.push(format!(
             "With all laws without a name, and what is corrected beside them, the error on runs not used for fitting is {} times as large (95 % \

@@ -19,14 +19,22 @@ impl Found {
         ids(self.json.get("causes"))
     }
 
-    /// Whether it is named, or one of a group.
+    /// Whether it is named, or one of a group, or what a law of another form is told to be.
     pub fn names_or_groups(&self, id: &str) -> bool {
         let groups = self.json.get("ambiguous").and_then(Value::as_array);
         let grouped = |group: &Value| {
             let ids = group.get("ids").and_then(Value::as_array);
             ids.is_some_and(|ids| ids.iter().any(|one| one == id))
         };
-        self.named().contains(&id) || groups.is_some_and(|groups| groups.iter().any(grouped))
+        self.named().contains(&id)
+            || groups.is_some_and(|groups| groups.iter().any(grouped))
+            || self.kinds_of_laws().contains(&id)
+    }
+
+    /// The causes whose kind the laws without a name are.
+    fn kinds_of_laws(&self) -> Vec<&str> {
+        let laws = self.json.get("unnamed").and_then(Value::as_array);
+        laws.into_iter().flatten().filter_map(|law| law.get("kind")?.as_str()).collect()
     }
 
     /// A parameter's value, of a cause or of the best of a group.
@@ -74,7 +82,9 @@ impl Found {
             format!("one of ({})", ids.filter_map(Value::as_str).collect::<Vec<_>>().join(", "))
         };
         let groups = groups.into_iter().flatten().map(group);
-        let all: Vec<String> = self.named().into_iter().map(str::to_owned).chain(groups).collect();
+        let laws = self.kinds_of_laws().into_iter().map(|id| format!("{id} of another form"));
+        let all: Vec<String> =
+            self.named().into_iter().map(str::to_owned).chain(groups).chain(laws).collect();
         format!("{verdict}: {} in {:.0} s", all.join(" + "), self.wall_s)
     }
 }

@@ -3,6 +3,7 @@
 mod factor;
 mod judge;
 mod kept;
+mod kind;
 mod knots;
 mod library;
 mod search;

@@ -9,6 +9,7 @@ use crate::outcome::{Cause, Corrected, Covariance, Parameters, Unnamed, UnnamedG
 use crate::show::residual::PieceResidual;
 use crate::unnamed::factor::Factor;
 use crate::unnamed::kept::Kept;
+use crate::unnamed::kind::kind;
 use crate::unnamed::term::Term;
 use valve_model::{CustomLaw, Effect, EffectId, Grid, Model, Rule};
 
@@ -79,6 +80,7 @@ fn words(term: &Term, effect: &Effect, parameters: Parameters) -> Option<Unnamed
         id: effect.id(),
         acts_on: law.acts_on.name().to_owned(),
         depends_on: term.covariates().map(|of| of.name().to_owned()).collect(),
+        kind: kind(term),
         rule,
         parameters,
     })

@@ -40,11 +40,17 @@ impl Boundary {
     /// The segment is full: it ends before the next cycle whose state will be stated and of which nothing has come yet, or
     /// right away where no state was ever stated.
     pub(crate) fn plan(&mut self) {
-        let next = self.newest_cycle + 1;
-        let cycle = self
-            .state_before
-            .map_or(next, |taken| taken + next.saturating_sub(taken).next_multiple_of(self.every_cycles));
+        let next = self.newest_cycle.saturating_add(1);
+        let states_until = |taken: u64| next.saturating_sub(taken).div_ceil(self.every_cycles);
+        let cycle = self.state_before.map_or(next, |taken| {
+            taken.saturating_add(states_until(taken).saturating_mul(self.every_cycles))
+        });
         self.planned.get_or_insert(cycle);
+    }
+
+    /// The segment ends before the next message, whatever its cycle: the boundary that was planned was never reached.
+    pub(crate) fn plan_at_once(&mut self) {
+        self.planned = Some(0);
     }
 
     /// A message published in this cycle has come: the planned boundary, where this is the first message behind it.
@@ -95,6 +101,13 @@ mod tests {
             assert_eq!(boundary.crossed(expected + 1), Some(expected), "{state:?}, {newest}");
             assert_eq!(boundary.crossed(expected + 1), None, "crossed once");
         }
+        let mut lost = Boundary::new(1_000_000);
+        lost.state_was_taken(1000);
+        lost.crossed(u64::MAX);
+        lost.plan();
+        assert_eq!(lost.crossed(1001), None);
+        lost.plan_at_once();
+        assert_eq!(lost.crossed(1002), Some(0));
     }
 
     #[test]

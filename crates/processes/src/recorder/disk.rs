@@ -20,6 +20,9 @@ const TRY_AGAIN_AFTER: Duration = Duration::from_secs(10);
 /// At most one fsync in this time.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
+/// A segment is ended anywhere once it is so many times as large as it was to be: its boundary is a second away at most.
+const FULL_TIMES: u64 = 8;
+
 /// A segment whose last messages may still come, and the cycle from which on they belong to the next one.
 struct Ending {
     writer: Writer,
@@ -85,7 +88,9 @@ impl Disk {
     }
 
     pub(crate) fn write<B: Service>(&mut self, source: Source, message: &Message<B>, published_in: u64) {
-        if let Some(from_cycle) = self.boundary.crossed(published_in) {
+        if let Some(from_cycle) = self.boundary.crossed(published_in)
+            && self.writer.is_some()
+        {
             self.next_segment(from_cycle);
         }
         let written = match &mut self.ending {
@@ -130,7 +135,10 @@ impl Disk {
             return;
         }
         self.bytes = self.writer.as_ref().map_or(0, Writer::bytes_written);
-        if self.bytes >= self.ring.segment_bytes() && self.ending.is_none() {
+        let most = self.ring.segment_bytes();
+        if self.bytes >= most.saturating_mul(FULL_TIMES) {
+            self.boundary.plan_at_once();
+        } else if self.bytes >= most && self.ending.is_none() {
             self.boundary.plan();
         }
         if self.last_sync.elapsed() >= SYNC_EVERY {

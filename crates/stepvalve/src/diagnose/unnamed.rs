@@ -17,7 +17,7 @@ pub fn section(found: &Found) -> Option<Section> {
     };
     let header = ["in the extended model", "what it does", "what could make it", "how to look for it"];
     let table = Table { header: header.map(str::to_owned).to_vec(), rows: laws.iter().map(row).collect() };
-    let what = "No cause of the list does this. The simplest law in the recorded quantities that leaves as little is in the extended \
+    let what = "No cause of the list does this, or not in this form. The simplest law in the recorded quantities that leaves as little is in the extended \
                 model, fitted through it, and judged on runs kept aside. It holds over the range that these runs cover, and says nothing \
                 of why.";
     let section = Section::new("Beyond the list: laws without a name");

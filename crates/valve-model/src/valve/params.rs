@@ -9,7 +9,7 @@ use super::tolerance::ANGLE_TOLERANCE;
 use crate::error::positive;
 use crate::friction::FrictionLaw;
 use crate::motor::SpeedLimit;
-use crate::{FrictionState, LoadParams, Model, MotorParams, OrificeParams, ParamError, ValveState};
+use crate::{LoadParams, Model, MotorParams, OrificeParams, ParamError};
 
 /// The errors that the integrator accepts are so many times the usual ones at most.
 const COARSEST: f64 = 100.0;
@@ -149,16 +149,6 @@ impl ValveParams {
     /// angle of the moment; who samples it delays it.
     pub fn sensor_delay(&self) -> SensorDelay {
         self.measurement.delay
-    }
-
-    /// A valve that rests at `angle_rad` and holds a torque (N·m) by its friction, as after motion that ended there.
-    pub fn at_rest(&self, angle_rad: f64, friction_torque_nm: f64) -> ValveState {
-        let relaxed = ValveState::at_rest(angle_rad);
-        if friction_torque_nm == 0.0 {
-            return relaxed;
-        }
-        let deflection_rad = self.friction.deflection_rad(friction_torque_nm);
-        ValveState { friction: FrictionState::deflected(&self.friction, deflection_rad), ..relaxed }
     }
 
     /// The friction law with the effects that change its numbers.

@@ -45,6 +45,16 @@ impl ValveState {
         }
     }
 
+    /// A valve that rests at `angle_rad` and holds a torque (N·m) by its friction, as after motion that ended there.
+    pub fn holding(params: &ValveParams, angle_rad: f64, friction_torque_nm: f64) -> Self {
+        if friction_torque_nm == 0.0 {
+            return Self::at_rest(angle_rad);
+        }
+        let law = &params.friction;
+        let friction = FrictionState::deflected(law, law.deflection_rad(friction_torque_nm));
+        Self { friction, ..Self::at_rest(angle_rad) }
+    }
+
     fn jump(&mut self, jump_rad: f64) {
         self.angle_rad += jump_rad;
         self.rotor_angle_rad += jump_rad;
