@@ -1,10 +1,9 @@
 //! Homing interrupted in every phase, by a disarm or by a death, and then repeated.
 
-use super::ground::{Ground, VARIANTS};
-use super::operated::Watched;
+use super::ground::Ground;
+use super::operated::{self, Watched};
 use super::tally::{Outcome, Tally};
-use crate::progress::Progress;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use config::{HomingMarks, HomingMethod, HomingSearch, Scenario};
 use injection::SplitSeed;
 use signals::{ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult};
@@ -73,15 +72,7 @@ impl SwitchedOn {
 /// # Errors
 /// Where the shipped scenarios can't be used.
 pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
-    let ground = VARIANTS.first().context("a variant")?.ground()?;
-    let first = seed << 32;
-    println!("homing interrupted: seeds {first} to {}", first + trials.saturating_sub(1));
-    let progress = Progress::new(trials as usize);
-    for seed in first..first + trials {
-        progress.next("homing interrupted");
-        tally.note(trial(&ground, seed)?);
-    }
-    Ok(())
+    operated::campaign("homing interrupted", (seed, trials), tally, trial)
 }
 
 fn trial(ground: &Ground, seed: u64) -> Result<Outcome> {

@@ -1,16 +1,40 @@
 //! A valve moved by orders in one thread, under the oracle's eyes.
 
-use super::ground::limits;
+use super::ground::{Ground, VARIANTS, limits};
+use super::tally::{Outcome, Tally};
+use crate::progress::Progress;
+use anyhow::Context;
 use closed_loop::{CycleMessages, Operated, PlantSample, PlantStart, Wanted, wire};
 use config::Scenario;
 use oracle::{Judge, Limits, Order, Wish};
-use signals::{OperatorCommand, OperatorKind, OperatorResult, SetPointKind, validity};
+use signals::{OperatorKind, OperatorResult, SetPointKind, validity};
 use valve_model::Model;
 
 /// No order takes longer, in cycles: homing beyond its longest way is a fault before.
 const MOST_CYCLES: u64 = 100_000;
 /// A zero further off than this, at rest, is wrong, rad: some of the encoder's noise, and what friction holds the rotor off its teeth.
 const ZERO_RAD: f64 = 1e-3;
+
+/// Makes many trials, each from a seed of its own.
+///
+/// # Errors
+/// Where the shipped scenarios can't be used.
+pub fn campaign(
+    what: &'static str,
+    (seed, trials): (u64, u64),
+    tally: &mut Tally,
+    trial: impl Fn(&Ground, u64) -> anyhow::Result<Outcome>,
+) -> anyhow::Result<()> {
+    let ground = VARIANTS.first().context("a variant")?.ground()?;
+    let first = seed << 32;
+    println!("{what}: seeds {first} to {}", first + trials.saturating_sub(1));
+    let progress = Progress::new(trials as usize);
+    for seed in first..first + trials {
+        progress.next(what);
+        tally.note(trial(&ground, seed)?);
+    }
+    Ok(())
+}
 
 /// The valve, and everything that its trial found.
 pub struct Watched<'a> {
@@ -33,10 +57,9 @@ impl<'a> Watched<'a> {
         Ok(Self { valve, judge: Judge::new(limits), limits, of: (scenario, models), violations: Vec::new() })
     }
 
-    /// One cycle, in which an order is given.
-    fn step(&mut self, order: Option<OperatorCommand>) -> CycleMessages {
+    fn step(&mut self, wanted: Wanted) -> CycleMessages {
         let received = self.valve.command().copied();
-        let messages = self.valve.step(Wanted { order, set_point: None });
+        let messages = self.valve.step(wanted);
         self.see(&messages.plant, messages.cycle);
         if let Some(command) = received {
             self.judge.command(messages.cycle, &command);
@@ -51,9 +74,9 @@ impl<'a> Watched<'a> {
     /// So many cycles, at least one.
     pub fn run(&mut self, cycles: u64) -> CycleMessages {
         for _ in 1..cycles {
-            self.step(None);
+            self.step(Wanted::default());
         }
-        self.step(None)
+        self.step(Wanted::default())
     }
 
     /// Gives an order.
@@ -68,7 +91,7 @@ impl<'a> Watched<'a> {
         if let Some((wish, until_cycle)) = wish {
             self.judge.order(Order { wish, from_cycle: cycle, until_cycle });
         }
-        self.step(Some(order))
+        self.step(Wanted { order: Some(order), set_point: None })
     }
 
     /// Gives an order and waits for what comes of it.
@@ -76,7 +99,7 @@ impl<'a> Watched<'a> {
         let mut last = self.order(kind);
         for _ in 0..MOST_CYCLES {
             match OperatorResult::from_code(last.status.operator_result) {
-                Some(OperatorResult::Begun) | None => last = self.step(None),
+                Some(OperatorResult::Begun) | None => last = self.step(Wanted::default()),
                 Some(result) => return (result, last),
             }
         }
@@ -87,13 +110,7 @@ impl<'a> Watched<'a> {
     /// Sends the valve somewhere.
     pub fn set(&mut self, kind: SetPointKind, value: f64) -> CycleMessages {
         let set_point = self.valve.next_set_point(kind, value);
-        let received = self.valve.command().copied();
-        let messages = self.valve.step(Wanted { order: None, set_point: Some(set_point) });
-        self.see(&messages.plant, messages.cycle);
-        if let Some(command) = received {
-            self.judge.command(messages.cycle, &command);
-        }
-        messages
+        self.step(Wanted { order: None, set_point: Some(set_point) })
     }
 
     /// Trajectory and controller die; after so many cycles the plant side ends too, and a next generation begins where it left the valve.

@@ -1,10 +1,9 @@
 //! A valve whose trajectory and controller die at a random moment: what the next generation knows of its position.
 
-use super::ground::{Ground, VARIANTS};
-use super::operated::Watched;
+use super::ground::Ground;
+use super::operated::{self, Watched};
 use super::tally::{Outcome, Tally};
-use crate::progress::Progress;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use config::AfterStop;
 use injection::SplitSeed;
 use signals::{OperatorKind, OperatorResult, SetPointKind, SetPointRefusal};
@@ -22,15 +21,7 @@ const KEEPERS: [(&str, bool, bool, AfterStop); 4] = [
 /// # Errors
 /// Where the shipped scenarios can't be used.
 pub fn campaign(seed: u64, trials: u64, tally: &mut Tally) -> Result<()> {
-    let ground = VARIANTS.first().context("a variant")?.ground()?;
-    let first = seed << 32;
-    println!("starts anew: seeds {first} to {}", first + trials.saturating_sub(1));
-    let progress = Progress::new(trials as usize);
-    for seed in first..first + trials {
-        progress.next("starts anew");
-        tally.note(trial(&ground, seed)?);
-    }
-    Ok(())
+    operated::campaign("starts anew", (seed, trials), tally, trial)
 }
 
 fn trial(ground: &Ground, seed: u64) -> Result<Outcome> {
