@@ -79,6 +79,8 @@ impl Pair {
 /// A valve that differs from its belief in one thing, in one scenario and cycle.
 struct Cell {
     variation: String,
+    /// The same in full, where it is drawn.
+    differs: String,
     place: String,
     pair: Pair,
 }
@@ -139,20 +141,21 @@ fn mixed_runs(belief: &Model, seed: u64, count: u64) -> Result<Vec<Cell>> {
     let mut cells = Vec::new();
     for _ in 0..count {
         let (variation, differs) = mixed(belief, random)?;
-        progress.next(variation.name.clone());
+        progress.next("mixed");
         let (name, scenario) =
             scenarios.get(random.random_range(0..scenarios.len())).context("a scenario")?;
         let scenario = scenario.as_ref().map_err(|error| anyhow!("{error:#}"))?;
         let period_ms = *PERIODS_MS.get(random.random_range(0..PERIODS_MS.len())).context("a period")?;
         let place = |period_ms: f64| format!("{name}, {period_ms} ms");
         let pairs = runs(&variation, belief, scenario, &[period_ms])?;
-        let variation = match differs {
+        let group = match differs {
             0..=2 => "two things at the most",
             3 | 4 => "three or four",
             _ => "five or more",
         };
         cells.extend(pairs.into_iter().map(|(period_ms, pair)| Cell {
-            variation: variation.to_owned(),
+            variation: group.to_owned(),
+            differs: variation.name.clone(),
             place: place(period_ms),
             pair,
         }));
@@ -176,6 +179,7 @@ fn grid(belief: &Model, periods: &[f64], fit: impl Fn(Scenario) -> Scenario) -> 
             cells.extend(runs(variation, belief, &fit(shipped(name)?), periods)?.into_iter().map(
                 |(period_ms, pair)| Cell {
                     variation: variation.name.clone(),
+                    differs: variation.name.clone(),
                     place: format!("{name}, {period_ms} ms"),
                     pair,
                 },
@@ -303,6 +307,7 @@ fn record(cell: &Cell) -> Value {
     };
     json!({
         "variation": cell.variation,
+        "differs": cell.differs,
         "place": cell.place,
         "none": outcome(&cell.pair.none),
         "with": outcome(&cell.pair.with),

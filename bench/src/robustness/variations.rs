@@ -122,40 +122,51 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
 pub fn mixed(belief: &Model, random: &mut impl Rng) -> Result<(Variation, usize)> {
     let scale = Scale::of(belief.motor.as_ref().context("a motor")?);
     let mut truth = belief.clone();
-    let mut differs = 0;
-    let mut is_drawn = |random: &mut dyn Rng| {
-        let drawn = random.random_bool(0.5);
-        differs += usize::from(drawn);
-        drawn
-    };
-    if is_drawn(random) {
-        truth = with_friction(belief, random.random_range(0.0..2.0_f64).max(0.01));
+    let mut differs: Vec<String> = Vec::new();
+    if random.random_bool(0.5) {
+        let factor = random.random_range(0.0..2.0_f64).max(0.01);
+        truth = with_friction(belief, factor);
+        differs.push(format!("friction × {factor:.2}"));
     }
-    if is_drawn(random) {
+    if random.random_bool(0.5) {
         let factor = random.random_range(0.4..2.5);
         truth.motor.as_mut().context("a motor")?.rotor_inertia_kg_m2 *= factor;
         truth.load.as_mut().context("a load")?.inertia_kg_m2 *= factor;
+        differs.push(format!("inertia × {factor:.2}"));
     }
-    if is_drawn(random) {
-        truth.effects.push(coupling(&scale, random.random_range(300.0..5000.0))?);
+    if random.random_bool(0.5) {
+        let stiffness = random.random_range(300.0..5000.0);
+        truth.effects.push(coupling(&scale, stiffness)?);
+        differs.push(format!("coupling of {stiffness:.0} N·m/rad"));
     }
-    if is_drawn(random) {
-        truth.effects.push(backlash(&scale, random.random_range(0.0..2e-3))?);
+    if random.random_bool(0.5) {
+        let half_width = random.random_range(0.0..2e-3);
+        truth.effects.push(backlash(&scale, half_width)?);
+        differs.push(format!("backlash of ± {half_width:.5} rad"));
     }
-    if is_drawn(random) {
-        truth.effects.push(detent(&scale, random.random_range(0.0..0.3))?);
+    if random.random_bool(0.5) {
+        let torque = random.random_range(0.0..0.3);
+        truth.effects.push(detent(&scale, torque)?);
+        differs.push(format!("detent of {torque:.3} N·m"));
     }
-    if is_drawn(random) {
-        truth.effects.push(microstep_error(&scale, random.random_range(0.0..2.5e-3))?);
+    if random.random_bool(0.5) {
+        let error = random.random_range(0.0..2.5e-3);
+        truth.effects.push(microstep_error(&scale, error)?);
+        differs.push(format!("micro-step error of {error:.5} rad"));
     }
-    let degrees = if is_drawn(random) { random.random_range(-1.2..1.2) } else { 0.0_f64 };
-    let counts = if is_drawn(random) {
-        ENCODERS.get(random.random_range(0..ENCODERS.len())).copied().flatten()
-    } else {
-        Some(COUNTS)
-    };
-    let offset_rad = scale.angle * degrees.to_radians();
-    Ok((Variation { name: format!("{differs} things"), truth, counts, offset_rad }, differs))
+    let mut offset_rad = 0.0;
+    if random.random_bool(0.5) {
+        let degrees: f64 = random.random_range(-1.2..1.2);
+        offset_rad = scale.angle * degrees.to_radians();
+        differs.push(format!("encoder {degrees:.2}° off the teeth"));
+    }
+    let mut counts = Some(COUNTS);
+    if random.random_bool(0.5) {
+        counts = *ENCODERS.get(random.random_range(0..ENCODERS.len())).context("an encoder")?;
+        differs.push(counts.map_or("no encoder".to_owned(), |counts| format!("encoder of {counts} counts")));
+    }
+    let count = differs.len();
+    Ok((Variation { name: differs.join(", "), truth, counts, offset_rad }, count))
 }
 
 fn coupling(scale: &Scale, stiffness: f64) -> Result<Effect> {
