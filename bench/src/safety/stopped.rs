@@ -145,7 +145,8 @@ fn watch(session: &Session, order: &str, done: bool, outcome: &mut Outcome) {
             _ => None,
         };
         if let Some(violation) = violation {
-            return outcome.violations.push(violation.to_owned());
+            let seen = format!("{state}, {} Hz, set-point {}", status["pulse_rate_hz"], status["set_point"]);
+            return outcome.violations.push(format!("{violation}: {seen}"));
         }
         std::thread::sleep(Duration::from_millis(10));
     }
