@@ -76,10 +76,11 @@ impl Pair {
     }
 }
 
-/// A valve that differs from its belief in one thing, in one scenario and cycle.
+/// A valve that differs from its belief, in one scenario and cycle.
 struct Cell {
+    /// The table's row.
     variation: String,
-    /// The same in full, where it is drawn.
+    /// What differs, in full.
     differs: String,
     place: String,
     pair: Pair,
@@ -136,32 +137,38 @@ fn drawn(rig: &Model, seed: u64, count: u64, periods: &[f64]) -> Result<(Vec<She
 fn mixed_runs(belief: &Model, seed: u64, count: u64) -> Result<Vec<Cell>> {
     println!("mixed: seed {seed}");
     let random = &mut Pcg64::seed_from_u64(seed);
-    let scenarios = SCENARIOS.map(|name| (name, shipped(name)));
     let progress = Progress::new(count as usize);
-    let mut cells = Vec::new();
+    let mut drawn = Vec::new();
     for _ in 0..count {
         let (variation, differs) = mixed(belief, random)?;
         progress.next("mixed");
-        let (name, scenario) =
-            scenarios.get(random.random_range(0..scenarios.len())).context("a scenario")?;
-        let scenario = scenario.as_ref().map_err(|error| anyhow!("{error:#}"))?;
+        let name = SCENARIOS.get(random.random_range(0..SCENARIOS.len())).context("a scenario")?;
         let period_ms = *PERIODS_MS.get(random.random_range(0..PERIODS_MS.len())).context("a period")?;
-        let place = |period_ms: f64| format!("{name}, {period_ms} ms");
-        let pairs = runs(&variation, belief, scenario, &[period_ms])?;
-        let group = match differs {
-            0..=2 => "two things at the most",
-            3 | 4 => "three or four",
-            _ => "five or more",
-        };
-        cells.extend(pairs.into_iter().map(|(period_ms, pair)| Cell {
-            variation: group.to_owned(),
-            differs: variation.name.clone(),
-            place: place(period_ms),
-            pair,
-        }));
+        for (period_ms, pair) in runs(&variation, belief, &shipped(name)?, &[period_ms])? {
+            let cell = Cell {
+                variation: how_many(differs).to_owned(),
+                differs: variation.name.clone(),
+                place: place(name, period_ms),
+                pair,
+            };
+            drawn.push((differs, cell));
+        }
     }
-    cells.sort_by(|a, b| b.variation.cmp(&a.variation));
-    Ok(cells)
+    drawn.sort_by_key(|(differs, _)| *differs);
+    Ok(drawn.into_iter().map(|(_, cell)| cell).collect())
+}
+
+/// The row of a valve that differs in so many things.
+fn how_many(things: usize) -> &'static str {
+    match things {
+        0..=2 => "two things at the most",
+        3 | 4 => "three or four",
+        _ => "five or more",
+    }
+}
+
+fn place(scenario: &str, period_ms: f64) -> String {
+    format!("{scenario}, {period_ms} ms")
 }
 
 fn shipped(name: &str) -> Result<Scenario> {
@@ -180,7 +187,7 @@ fn grid(belief: &Model, periods: &[f64], fit: impl Fn(Scenario) -> Scenario) -> 
                 |(period_ms, pair)| Cell {
                     variation: variation.name.clone(),
                     differs: variation.name.clone(),
-                    place: format!("{name}, {period_ms} ms"),
+                    place: place(name, period_ms),
                     pair,
                 },
             ));

@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use closed_loop::{Level, Outcome, WiringError, measure_parts, wire_level};
 use config::Scenario;
 use rand::{Rng, RngExt};
+use std::ops::Range;
 use valve_model::{Effect, EffectId, EffectValue, FrictionParams, Model, MotorParams};
 
 /// A valve that is not as believed, or an encoder.
@@ -45,13 +46,50 @@ const ENCODERS: [Option<u64>; 5] = [None, Some(4_000), Some(20_000), Some(COUNTS
 const INERTIAS: [f64; 7] = [0.4, 0.6, 0.7, 1.3, 1.5, 2.0, 2.5];
 /// The largest is what the motor can still turn.
 const FRICTIONS: [f64; 5] = [0.01, 0.5, 0.7, 1.3, 1.9];
-const COUPLINGS_NM_PER_RAD: [f64; 5] = [300.0, 500.0, 1000.0, 2000.0, 5000.0];
-const BACKLASHES_RAD: [f64; 2] = [5e-4, 2e-3];
-const DETENTS_NM: [f64; 2] = [0.1, 0.3];
 /// The first is within what homing's alignment leaves; the last takes most of the motor's torque.
 const OFFSETS_DEG: [f64; 4] = [0.05, 0.35, 0.7, 1.2];
-/// A micro-step error of 5 % and 20 % of a full step.
-const MICROSTEP_ERRORS_RAD: [f64; 2] = [6e-4, 2.5e-3];
+
+/// An effect that the belief does not have.
+struct Kind {
+    /// What it is called with a size, in the bench rig's units.
+    name: fn(&str) -> String,
+    effect: fn(&Scale, f64) -> Result<Effect>,
+    /// One at a time.
+    sizes: &'static [f64],
+    /// Drawn.
+    range: Range<f64>,
+}
+
+/// Couplings, N·m/rad; backlashes, rad; detents, N·m; micro-step errors of up to 5 % and 20 % of a full step, rad.
+const EFFECTS: [Kind; 4] = [
+    Kind {
+        name: |size| format!("coupling of {size} N·m/rad"),
+        effect: |scale, size| {
+            let stiffness = size * scale.torque / scale.angle;
+            number(EffectId::CouplingCompliance, "stiffness_nm_per_rad", stiffness)
+        },
+        sizes: &[300.0, 500.0, 1000.0, 2000.0, 5000.0],
+        range: 300.0..5000.0,
+    },
+    Kind {
+        name: |size| format!("backlash of ± {size} rad"),
+        effect: |scale, size| number(EffectId::Backlash, "half_width_rad", size * scale.angle),
+        sizes: &[5e-4, 2e-3],
+        range: 0.0..2e-3,
+    },
+    Kind {
+        name: |size| format!("detent of {size} N·m"),
+        effect: |scale, size| first_order(EffectId::DetentTorque, size * scale.torque),
+        sizes: &[0.1, 0.3],
+        range: 0.0..0.3,
+    },
+    Kind {
+        name: |size| format!("micro-step error of {size} rad"),
+        effect: |scale, size| first_order(EffectId::MicrostepError, size * scale.angle),
+        sizes: &[6e-4, 2.5e-3],
+        range: 0.0..2.5e-3,
+    },
+];
 
 /// By how much a motor's torques and angles are larger than the bench rig's, for which the numbers above are.
 struct Scale {
@@ -95,27 +133,16 @@ pub fn variations(belief: &Model) -> Result<Vec<Variation>> {
         let name = format!("encoder {degrees}° off the teeth");
         all.push(Variation { offset_rad, ..with_encoder(name, belief.clone()) });
     }
-    for stiffness in COUPLINGS_NM_PER_RAD {
-        let name = format!("coupling of {stiffness} N·m/rad");
-        all.push(with_effect(belief, name, coupling(&scale, stiffness)?));
-    }
-    for half_width in BACKLASHES_RAD {
-        let name = format!("backlash of ± {half_width} rad");
-        all.push(with_effect(belief, name, backlash(&scale, half_width)?));
-    }
-    for torque in DETENTS_NM {
-        let name = format!("detent of {torque} N·m");
-        all.push(with_effect(belief, name, detent(&scale, torque)?));
-    }
-    for error in MICROSTEP_ERRORS_RAD {
-        let name = format!("micro-step error of {error} rad");
-        all.push(with_effect(belief, name, microstep_error(&scale, error)?));
+    for kind in &EFFECTS {
+        for size in kind.sizes {
+            all.push(with_effect(belief, (kind.name)(&size.to_string()), (kind.effect)(&scale, *size)?));
+        }
     }
     Ok(all)
 }
 
-/// A valve that differs in several of these things at once, each as likely as not, and of each in one of its sizes or of its range; and in
-/// how many.
+/// A valve that differs in several of these things at once, each as likely as not and of a size from its range, named in full; and in how
+/// many.
 ///
 /// # Errors
 /// As [`variations`].
@@ -134,25 +161,12 @@ pub fn mixed(belief: &Model, random: &mut impl Rng) -> Result<(Variation, usize)
         truth.load.as_mut().context("a load")?.inertia_kg_m2 *= factor;
         differs.push(format!("inertia × {factor:.2}"));
     }
-    if random.random_bool(0.5) {
-        let stiffness = random.random_range(300.0..5000.0);
-        truth.effects.push(coupling(&scale, stiffness)?);
-        differs.push(format!("coupling of {stiffness:.0} N·m/rad"));
-    }
-    if random.random_bool(0.5) {
-        let half_width = random.random_range(0.0..2e-3);
-        truth.effects.push(backlash(&scale, half_width)?);
-        differs.push(format!("backlash of ± {half_width:.5} rad"));
-    }
-    if random.random_bool(0.5) {
-        let torque = random.random_range(0.0..0.3);
-        truth.effects.push(detent(&scale, torque)?);
-        differs.push(format!("detent of {torque:.3} N·m"));
-    }
-    if random.random_bool(0.5) {
-        let error = random.random_range(0.0..2.5e-3);
-        truth.effects.push(microstep_error(&scale, error)?);
-        differs.push(format!("micro-step error of {error:.5} rad"));
+    for kind in &EFFECTS {
+        if random.random_bool(0.5) {
+            let size = random.random_range(kind.range.clone());
+            truth.effects.push((kind.effect)(&scale, size)?);
+            differs.push((kind.name)(&format!("{size:.2e}")));
+        }
     }
     let mut offset_rad = 0.0;
     if random.random_bool(0.5) {
@@ -167,22 +181,6 @@ pub fn mixed(belief: &Model, random: &mut impl Rng) -> Result<(Variation, usize)
     }
     let count = differs.len();
     Ok((Variation { name: differs.join(", "), truth, counts, offset_rad }, count))
-}
-
-fn coupling(scale: &Scale, stiffness: f64) -> Result<Effect> {
-    number(EffectId::CouplingCompliance, "stiffness_nm_per_rad", stiffness * scale.torque / scale.angle)
-}
-
-fn backlash(scale: &Scale, half_width_rad: f64) -> Result<Effect> {
-    number(EffectId::Backlash, "half_width_rad", half_width_rad * scale.angle)
-}
-
-fn detent(scale: &Scale, torque_nm: f64) -> Result<Effect> {
-    first_order(EffectId::DetentTorque, torque_nm * scale.torque)
-}
-
-fn microstep_error(scale: &Scale, error_rad: f64) -> Result<Effect> {
-    first_order(EffectId::MicrostepError, error_rad * scale.angle)
 }
 
 fn number(id: EffectId, key: &str, value: f64) -> Result<Effect> {

@@ -40,8 +40,6 @@ impl SwitchedOn {
         scenario.seed = details.whole(0, 1 << 60);
         scenario.initial_angle_rad = mark_rad - towards * details.real(0.1, 0.8);
         scenario.encoder.absolute = method == HomingMethod::Absolute;
-        let at = |wanted: HomingMethod| (method == wanted).then_some(mark_rad);
-        let stop = at(HomingMethod::Stop);
         scenario.homing.begins_homed = false;
         scenario.homing.search = Some(HomingSearch {
             method,
@@ -51,12 +49,7 @@ impl SwitchedOn {
             stop_current: 0.7,
             largest_spread_rad: 4e-3,
         });
-        scenario.homing.marks = HomingMarks {
-            switch_angle_rad: at(HomingMethod::Switch),
-            index_angle_rad: at(HomingMethod::Index),
-            low_stop_rad: stop.filter(|_| towards < 0.0),
-            high_stop_rad: stop.filter(|_| towards > 0.0),
-        };
+        scenario.homing.marks = HomingMarks::of(method, mark_rad, towards);
         Self { scenario, method, towards, mark_rad }
     }
 

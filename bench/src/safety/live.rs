@@ -25,6 +25,16 @@ pub const SILENCE_CYCLES: i64 = 20;
 /// An instance that takes longer for anything hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// An armed valve that has not moved for so long stands.
+const STANDS_FOR: Duration = Duration::from_millis(100);
+/// A valve moves beyond this rate, Hz; a pulse now and then corrects its angle.
+const MOVES_HZ: f64 = 1e3;
+
+/// Whether the valve moves, by an instance's status.
+pub fn moves(status: &Value) -> bool {
+    status["pulse_rate_hz"].as_f64().is_some_and(|rate| rate.abs() > MOVES_HZ)
+}
+
 /// Kinds of faults, the likelier ones more than once.
 const KINDS: [&str; 20] = [
     "kill step-controller",
@@ -301,6 +311,25 @@ impl Session {
                 None => {}
             }
             std::thread::sleep(Duration::from_millis(2));
+        }
+        Ok(false)
+    }
+
+    /// Armed, and without pulses for so long that none comes of arming any more; `false` where that can't be had.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn stand(&mut self) -> Result<bool> {
+        let _ = self.ask(&json!({"request": "arm"}));
+        let (begun, mut moved) = (Instant::now(), Instant::now());
+        while begun.elapsed() < PATIENCE && self.alive()? {
+            let status = self.status().unwrap_or(Value::Null);
+            if status["state"] != "running" || moves(&status) {
+                moved = Instant::now();
+            } else if moved.elapsed() > STANDS_FOR {
+                return Ok(true);
+            }
+            std::thread::sleep(Duration::from_millis(3));
         }
         Ok(false)
     }

@@ -4,7 +4,7 @@ use super::ground::{Ground, VARIANTS, limits};
 use super::tally::{Outcome, Tally};
 use crate::progress::Progress;
 use anyhow::Context;
-use closed_loop::{CycleMessages, Operated, PlantSample, PlantStart, Wanted, wire};
+use closed_loop::{CycleMessages, Operated, PlantSample, Wanted, wire};
 use config::Scenario;
 use oracle::{Judge, Limits, Order, Wish};
 use signals::{OperatorKind, OperatorResult, SetPointKind, validity};
@@ -58,17 +58,10 @@ impl<'a> Watched<'a> {
     }
 
     fn step(&mut self, wanted: Wanted) -> CycleMessages {
-        let received = self.valve.command().copied();
         let messages = self.valve.step(wanted);
-        self.see(&messages.plant, messages.cycle);
-        if let Some(command) = received {
-            self.judge.command(messages.cycle, &command);
-        }
+        self.judge.truth(messages.cycle, &messages.plant.truth);
+        self.judge.command(messages.cycle + 1, &messages.command);
         messages
-    }
-
-    fn see(&mut self, plant: &PlantSample, cycle: u64) {
-        self.judge.truth(cycle, &plant.truth);
     }
 
     /// So many cycles, at least one.
@@ -118,25 +111,14 @@ impl<'a> Watched<'a> {
     /// # Errors
     /// As [`Self::new`].
     pub fn die(&mut self, cycles: u64) -> anyhow::Result<PlantSample> {
-        // The last command was sent before the death.
-        if let Some(command) = self.valve.command() {
-            self.judge.command(self.valve.cycle(), command);
-        }
         let mut left = self.step_alone();
         for _ in 1..cycles {
             left = self.step_alone();
         }
         self.end_generation();
         let (scenario, models) = self.of;
-        let mut parts = wire(scenario, &models.0, &models.1)?;
-        let microstep_rad = parts.plant.drive.microstep_angle_rad;
-        let start =
-            PlantStart::left_by(&left.feedback, &left.truth, microstep_rad, scenario.encoder.absolute);
-        // As the supervisor tells the processes of a next generation.
-        parts.controller.initial_microsteps = start.count_microsteps;
-        parts.trajectory.initial_angle_rad = left.feedback.angle_rad;
-        parts.plant.start = start;
-        self.valve = Operated::new(parts);
+        let parts = wire(scenario, &models.0, &models.1)?;
+        self.valve = Operated::new(parts.left_by(&left.feedback, &left.truth, scenario.encoder.absolute));
         self.judge = Judge::new(self.limits);
         Ok(left)
     }
@@ -144,7 +126,7 @@ impl<'a> Watched<'a> {
     fn step_alone(&mut self) -> PlantSample {
         let cycle = self.valve.cycle();
         let plant = self.valve.step_alone();
-        self.see(&plant, cycle);
+        self.judge.truth(cycle, &plant.truth);
         plant
     }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "a key that JSON lacks reads as null")]
 
 use super::ground::Ground;
-use super::live::{Session, Trials, over_instances};
+use super::live::{Session, Trials, moves, over_instances};
 use super::live_record::judge_orders;
 use super::tally::{Outcome, Tally};
 use crate::programs::Workplace;
@@ -75,10 +75,10 @@ fn trial(session: &mut Session, place: &Workplace, details: &mut SplitSeed) -> R
     if !ready {
         return Ok(None);
     }
-    if order == "set" {
-        let _ = session.ask(&json!({"request": "arm"}));
+    // A valve that was armed just now is still pulled to its reference, and a supervisor that was stopped would tell of that late.
+    if order == "set" && !session.stand()? {
+        return Ok(None);
     }
-    let set_point = session.status().map(|status| status["set_point"].clone());
     let ms = |details: &mut SplitSeed, most: u64| Duration::from_micros(details.whole(0, most * 1000));
     let (phase, before, patience, after) =
         (ms(details, 3), ms(details, 40), Duration::from_millis(20) + ms(details, 180), ms(details, 200));
@@ -105,7 +105,7 @@ fn trial(session: &mut Session, place: &Workplace, details: &mut SplitSeed) -> R
     if order == "disarm" && took > DISARM_WITHIN {
         outcome.violations.push(format!("the operator knew after {took:?}"));
     }
-    watch(session, order, (answer == Some(true), set_point), &mut outcome);
+    watch(session, order, answer == Some(true), &mut outcome);
     Ok(Some(outcome))
 }
 
@@ -126,9 +126,8 @@ fn give(session: &Session, place: &Workplace, order: &str, patience: Duration) -
     Ok(answer.and_then(|answer| answer["done"].as_bool()))
 }
 
-/// What the order must not have brought about, looked at for some time; `before`: the set-point that was followed before it. A valve that was armed
-/// just now is pulled to its reference, and a supervisor that was stopped tells of that late: such motion is no set-point's.
-fn watch(session: &Session, order: &str, (done, before): (bool, Option<Value>), outcome: &mut Outcome) {
+/// What the order must not have brought about, looked at for some time.
+fn watch(session: &Session, order: &str, done: bool, outcome: &mut Outcome) {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_millis(120) {
         let status = session.status().unwrap_or(Value::Null);
@@ -138,13 +137,7 @@ fn watch(session: &Session, order: &str, (done, before): (bool, Option<Value>), 
                 Some("armed by an order that was refused")
             }
             "reset" if ["running", "arming"].contains(&state) => Some("armed by a reset"),
-            "set"
-                if !done
-                    && before.as_ref() != Some(&status["set_point"])
-                    && status["pulse_rate_hz"].as_f64().is_some_and(|rate| rate.abs() > 1e3) =>
-            {
-                Some("moves by a set-point that was refused")
-            }
+            "set" if !done && moves(&status) => Some("moves by a set-point that was refused"),
             "disarm" if done && ["running", "arming"].contains(&state) => {
                 Some("runs after a disarm that was done")
             }

@@ -1,7 +1,7 @@
 //! The loop in one thread as an operator has it: without a scenario's course, moved by orders and set-points.
 
 use crate::{ControllerRole, CycleMessages, Parts, PlantRole, PlantSample, TrajectoryRole};
-use signals::{OperatorCommand, OperatorKind, OperatorResult, SetPoint, SetPointKind, StepCommand};
+use signals::{OperatorCommand, OperatorKind, OperatorResult, SetPoint, SetPointKind};
 
 /// Cycles in which an order of [`Operated::order`] may be obeyed.
 const VALID_CYCLES: u64 = 10;
@@ -49,11 +49,6 @@ impl Operated {
     /// The messages of the last cycle; `None` before the first.
     pub fn last(&self) -> Option<&CycleMessages> {
         self.last.as_ref()
-    }
-
-    /// The command that the drive follows in the next cycle; `None` before the first.
-    pub fn command(&self) -> Option<&StepCommand> {
-        self.last.as_ref().map(|last| &last.command)
     }
 
     /// Makes one cycle.

@@ -9,7 +9,7 @@ use crate::timeline::Timeline;
 use crate::trajectory::{DueSetPoint, TrajectoryPart};
 use config::{FlowPressure, Scenario, ScheduledSetPoint, SetPoint};
 use serde::{Deserialize, Serialize};
-use signals::SetPointKind;
+use signals::{Feedback, PlantTruth, SetPointKind};
 use std::f64::consts::TAU;
 use step_control::ObserverSettings;
 use thiserror::Error;
@@ -55,6 +55,17 @@ pub struct Parts {
 }
 
 impl Parts {
+    /// The same where an earlier process left the valve, by its last messages.
+    #[must_use]
+    pub fn left_by(mut self, feedback: &Feedback, truth: &PlantTruth, absolute_encoder: bool) -> Self {
+        let microstep_rad = self.plant.drive.microstep_angle_rad;
+        let start = PlantStart::left_by(feedback, truth, microstep_rad, absolute_encoder);
+        self.controller.initial_microsteps = start.count_microsteps;
+        self.trajectory.initial_angle_rad = feedback.angle_rad;
+        self.plant.start = start;
+        self
+    }
+
     /// The same valve without the scenario's course: it arms, moves and ends only when it is told to.
     #[must_use]
     pub fn without_end(mut self) -> Self {

@@ -161,14 +161,7 @@ fn switched_on(rng: &mut Pcg64Mcg, method: HomingMethod) -> (Scenario, f64) {
         stop_current: 0.7,
         largest_spread_rad: 4e-3,
     });
-    let at = |wanted: HomingMethod| (method == wanted).then_some(mark_rad);
-    let stop = at(HomingMethod::Stop);
-    scenario.homing.marks = HomingMarks {
-        switch_angle_rad: at(HomingMethod::Switch),
-        index_angle_rad: at(HomingMethod::Index),
-        low_stop_rad: stop.filter(|_| towards < 0.0),
-        high_stop_rad: stop.filter(|_| towards > 0.0),
-    };
+    scenario.homing.marks = HomingMarks::of(method, mark_rad, towards);
     (scenario, mark_rad)
 }
 

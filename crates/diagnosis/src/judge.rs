@@ -88,14 +88,8 @@ pub(crate) fn judge<'a>(
         Few::Found(few) => *few,
         Few::Not(few) => {
             let selected = select(&setting, asked.able, given, earlier, &mut ranked)?;
-            let stay = |few: &Selection| {
-                Ok::<_, DiagnosisError>(
-                    few_stay(&setting, few, &selected)
-                        || more_are_worth_it(&setting, few, (&selected, corrected.as_ref()), asked)?,
-                )
-            };
             match few {
-                Some(few) if stay(&few)? => *few,
+                Some(few) if few_stay(&setting, &few, (&selected, corrected.as_ref()), asked)? => *few,
                 _ => selected,
             }
         }
@@ -232,10 +226,16 @@ fn in_place_of_colour(
 }
 
 /// Whether the few causes found beside corrections stay, though they leave more than noise: a search without corrections was ended before it found
-/// as much, or found nothing better.
-fn few_stay(setting: &Setting<'_>, few: &Selection, selected: &Selection) -> bool {
-    setting.is_over() && few.has_more_than(selected)
-        || is_no_better(Reached::of(selected), Reached::of(few), few.rms_first)
+/// as much, or found nothing better, or fewer causes that leave too much.
+fn few_stay(
+    setting: &Setting<'_>,
+    few: &Selection,
+    (selected, corrected): (&Selection, Option<&Fitted>),
+    asked: Asked<'_>,
+) -> Result<bool, DiagnosisError> {
+    let cut_short = setting.is_over() && few.has_more_than(selected);
+    let no_better = is_no_better(Reached::of(selected), Reached::of(few), few.rms_first);
+    Ok(cut_short || no_better || more_are_worth_it(setting, few, (selected, corrected), asked)?)
 }
 
 /// Whether the few stay though others are fewer: beside corrections, too, these leave more by what the further causes have to cut. A search
@@ -261,7 +261,7 @@ fn is_worth_it(few: Reached, others: Reached, rms_first: f64) -> bool {
     let further = few.causes.saturating_sub(others.causes);
     let cut = others.rms.powi(2) - few.rms.powi(2);
     let explained = rms_first.powi(2) - others.rms.powi(2);
-    others.causes > 0 && cut >= further.max(1) as f64 * MISFIT * explained
+    others.causes > 0 && cut >= further as f64 * MISFIT * explained
 }
 
 /// Whether other causes than the few are no better: they are no fewer and leave no less, or are more for what the forms of the few may leave.
@@ -446,7 +446,7 @@ fn few_beside_corrections(
     if drop_idle_transducer(setting, &mut state)? {
         done = done && is_done(&state)?;
     }
-    (state.rms_first, state.held_out_first) = (first.rms_first, first.held_out_first);
+    state.begin_from(&first);
     let state = Box::new(state);
     Ok(if done { Few::Found(state) } else { Few::Not(Some(state)) })
 }

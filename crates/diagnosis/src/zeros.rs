@@ -69,8 +69,7 @@ pub(crate) fn same_causes_with_zeros(
     }
     // One of them may have stood in for the zeros.
     drop_idle(with_zeros, &mut same)?;
-    let first = nothing_yet(with_zeros, given.clone());
-    (same.rms_first, same.held_out_first) = (first.rms_first, first.held_out_first);
+    same.begin_from(&nothing_yet(with_zeros, given.clone()));
     Ok(Some(same))
 }
 

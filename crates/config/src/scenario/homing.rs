@@ -67,3 +67,17 @@ pub struct HomingMarks {
     /// A hard stop above, in radians.
     pub high_stop_rad: Option<f64>,
 }
+
+impl HomingMarks {
+    /// The one mark that a search with this method and speed meets at `angle_rad`; none for an absolute encoder.
+    pub fn of(method: HomingMethod, angle_rad: f64, speed_rad_per_s: f64) -> Self {
+        let at = |wanted: HomingMethod| (method == wanted).then_some(angle_rad);
+        let stop = at(HomingMethod::Stop);
+        Self {
+            switch_angle_rad: at(HomingMethod::Switch),
+            index_angle_rad: at(HomingMethod::Index),
+            low_stop_rad: stop.filter(|_| speed_rad_per_s < 0.0),
+            high_stop_rad: stop.filter(|_| speed_rad_per_s > 0.0),
+        }
+    }
+}

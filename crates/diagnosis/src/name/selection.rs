@@ -52,6 +52,11 @@ impl Selection {
         self.ambiguous.retain(|(_, others)| !others.is_empty());
     }
 
+    /// Counts what it explains from where `first` begins, a selection without causes.
+    pub fn begin_from(&mut self, first: &Self) {
+        (self.rms_first, self.held_out_first) = (first.rms_first, first.held_out_first.clone());
+    }
+
     /// Whether it has all of the other's causes and more: what a search had found when it was ended.
     pub fn has_more_than(&self, other: &Self) -> bool {
         is_more(&self.ids(), &other.ids())

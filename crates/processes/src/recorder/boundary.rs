@@ -37,6 +37,11 @@ impl Boundary {
         self.state_before = Some(before_cycle);
     }
 
+    /// The newest cycle in which a message was published.
+    pub(crate) fn newest_cycle(&self) -> u64 {
+        self.newest_cycle
+    }
+
     /// The segment is full: it ends before the next cycle whose state will be stated and of which nothing has come yet, or
     /// right away where no state was ever stated.
     pub(crate) fn plan(&mut self) {

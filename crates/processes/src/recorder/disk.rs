@@ -87,7 +87,14 @@ impl Disk {
         Ok(disk)
     }
 
-    pub(crate) fn write<B: Service>(&mut self, source: Source, message: &Message<B>, published_in: u64) {
+    /// Writes a message to the segment of the cycle that it was published in; `None` is now.
+    pub(crate) fn write<B: Service>(
+        &mut self,
+        source: Source,
+        message: &Message<B>,
+        published_in: Option<u64>,
+    ) {
+        let published_in = published_in.unwrap_or(self.boundary.newest_cycle());
         if let Some(from_cycle) = self.boundary.crossed(published_in)
             && self.writer.is_some()
         {

@@ -19,14 +19,22 @@ trait Drain {
 struct Stream<B: Service> {
     reader: StreamReader<B>,
     source: Source,
-    /// Cycles from the publication of a message to the cycle that it is of.
-    ahead_cycles: u64,
+    published: Published,
+}
+
+/// In which cycle a message was published.
+#[derive(Clone, Copy)]
+enum Published {
+    /// So many cycles before the one that it is of.
+    Ahead(u64),
+    /// Now: what the supervisor sends is of no cycle.
+    Now,
 }
 
 /// Reference k is published in cycle k - 2.
-const REFERENCE_AHEAD: u64 = 2;
+const REFERENCE: Published = Published::Ahead(2);
 /// StepCommand k is published in cycle k - 1.
-const COMMAND_AHEAD: u64 = 1;
+const COMMAND: Published = Published::Ahead(1);
 
 impl<B: Service> Stream<B> {
     /// Hands every message that is there to the disk, and shows it to `look`; the number of messages.
@@ -37,7 +45,10 @@ impl<B: Service> Stream<B> {
                 let Header { generation, sequence, .. } = message.header;
                 disk.declare(&Gap { topic, generation, first_missing: sequence - lost, missed: lost });
             }
-            let published_in = message.header.cycle.saturating_sub(self.ahead_cycles);
+            let published_in = match self.published {
+                Published::Ahead(cycles) => Some(message.header.cycle.saturating_sub(cycles)),
+                Published::Now => None,
+            };
             disk.write(self.source, &message, published_in);
             look(&message);
             count += 1;
@@ -45,8 +56,8 @@ impl<B: Service> Stream<B> {
         count
     }
 
-    fn ahead_by(self, ahead_cycles: u64) -> Self {
-        Self { ahead_cycles, ..self }
+    fn published(self, published: Published) -> Self {
+        Self { published, ..self }
     }
 
     fn missed(&self) -> u64 {
@@ -93,12 +104,14 @@ impl Streams {
             snapshots: stream(bus, Source::Controller, first)?,
             timing: timed.into_iter().map(|source| stream(bus, source, first)).collect::<Result<_, _>>()?,
             others: vec![
-                Box::new(stream::<Reference>(bus, Source::Trajectory, first)?.ahead_by(REFERENCE_AHEAD)),
-                Box::new(stream::<StepCommand>(bus, Source::Controller, first)?.ahead_by(COMMAND_AHEAD)),
+                Box::new(stream::<Reference>(bus, Source::Trajectory, first)?.published(REFERENCE)),
+                Box::new(stream::<StepCommand>(bus, Source::Controller, first)?.published(COMMAND)),
                 Box::new(stream::<PlantTruth>(bus, Source::Plant, first)?),
                 Box::new(stream::<BusStatus>(bus, Source::Plant, first)?),
-                Box::new(stream::<SetPoint>(bus, Source::Supervisor, first)?),
-                Box::new(stream::<OperatorCommand>(bus, Source::Supervisor, first)?),
+                Box::new(stream::<SetPoint>(bus, Source::Supervisor, first)?.published(Published::Now)),
+                Box::new(
+                    stream::<OperatorCommand>(bus, Source::Supervisor, first)?.published(Published::Now),
+                ),
             ],
             feedback_cycle: 0,
             fault: 0,
@@ -147,5 +160,5 @@ fn stream<B: Service>(bus: &Bus, source: Source, first: bool) -> Result<Stream<B
     if first {
         reader.expect_from_start();
     }
-    Ok(Stream { reader, source, ahead_cycles: 0 })
+    Ok(Stream { reader, source, published: Published::Ahead(0) })
 }

@@ -17,7 +17,7 @@ use crate::recorder_keeper::RecorderKeeper;
 use crate::request::Request;
 use crate::watch::Watch;
 use anyhow::{Context, Result};
-use closed_loop::{Parts, PlantStart};
+use closed_loop::Parts;
 use processes::{ChildSummary, Keep, ORDER_ID_STEP, Pace, ToChild};
 use realtime::Obtained;
 use recording::RecordInfo;
@@ -97,15 +97,10 @@ impl Setup<'_> {
     fn parts(&self) -> Parts {
         let mut parts = self.mission.parts.clone();
         parts.controller.zero_in_doubt = self.left.angle_doubt.is_doubted();
-        if let Some((feedback, truth)) = &self.left.valve {
-            let (microstep_rad, absolute) =
-                (parts.plant.drive.microstep_angle_rad, self.mission.absolute_encoder);
-            let start = PlantStart::left_by(feedback, truth, microstep_rad, absolute);
-            parts.controller.initial_microsteps = start.count_microsteps;
-            parts.trajectory.initial_angle_rad = feedback.angle_rad;
-            parts.plant.start = start;
+        match &self.left.valve {
+            Some((feedback, truth)) => parts.left_by(feedback, truth, self.mission.absolute_encoder),
+            None => parts,
         }
-        parts
     }
 }
 
