@@ -94,7 +94,8 @@ pub fn wire(scenario: &Scenario, truth: &Model, belief: &Model) -> Result<Parts,
     let mut params =
         controller_params(scenario, belief, belief_motor, belief_load, with_effects, drive, &timeline);
     if scenario.control.observer && scenario.encoder.fitted {
-        params = params.with_observer(observer_settings(scenario, &belief_motor));
+        let settings = observer_settings(scenario, &params);
+        params = params.with_observer(settings);
     }
     if scenario.control.damping == config::Damping::Shaping {
         params = params.with_shaper();
@@ -252,13 +253,16 @@ fn homing(search: config::HomingSearch) -> step_control::Homing {
     }
 }
 
-fn observer_settings(scenario: &Scenario, motor: &MotorParams) -> ObserverSettings {
+fn observer_settings(scenario: &Scenario, params: &step_control::Params) -> ObserverSettings {
     let control = &scenario.control;
+    let count_rad = TAU / scenario.encoder.counts_per_turn as f64;
+    let noise_rad = scenario.encoder.noise_rad;
+    let suited_hz = || params.suited_bandwidth_hz(count_rad, noise_rad);
     ObserverSettings {
-        bandwidth_hz: control.observer_bandwidth_hz,
-        torque_limit_nm: control.observer_limit * motor.holding_torque_nm,
-        count_rad: TAU / scenario.encoder.counts_per_turn as f64,
-        noise_rad: scenario.encoder.noise_rad,
+        bandwidth_hz: control.observer_bandwidth_hz.unwrap_or_else(suited_hz),
+        torque_limit_nm: control.observer_limit * params.motor.holding_torque_nm,
+        count_rad,
+        noise_rad,
         delay_cycles: scenario.encoder.delay_cycles,
         damps: control.damping == config::Damping::Active,
     }

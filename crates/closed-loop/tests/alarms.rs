@@ -57,6 +57,29 @@ fn a_coarse_encoder_is_no_worse_in_shorter_cycles() {
     }
 }
 
+/// As fast as with a fine encoder, the observer takes a coarse one's rounding for a disturbance: of 16,000 counts it made up to 2.5 times the error.
+#[test]
+fn a_coarse_encoder_is_followed_more_slowly() {
+    for (name, factor) in ["step-sequence.toml", "flow-steps.toml"]
+        .map(|name| [0.7, 1.0, 1.3].map(|factor| (name, factor)))
+        .concat()
+    {
+        let (mut scenario, belief) = shipped(name);
+        scenario.encoder.counts_per_turn = 16_000;
+        let of = |observer_bandwidth_hz| {
+            let mut scenario = scenario.clone();
+            scenario.control.observer_bandwidth_hz = observer_bandwidth_hz;
+            measure(&scenario, &with_friction(&belief, factor), &belief, Level::OBSERVED).unwrap().rms_rad
+        };
+        let (suited, fast) = (of(None), of(Some(320.0)));
+        println!("{name}, friction × {factor}: {suited} rad RMS as suits, {fast} at 320 Hz");
+        assert!(
+            suited < 0.9 * fast,
+            "{name}, friction × {factor}: {suited} rad RMS as suits, {fast} at 320 Hz"
+        );
+    }
+}
+
 #[test]
 fn an_observer_that_the_shaft_does_not_suit_is_slowed_down_and_says_so() {
     // A valve that turns at the driver's greatest rate has nothing left to catch up with what a swing cost.

@@ -58,7 +58,7 @@ fn random_scenario(rng: &mut Pcg64Mcg) -> Scenario {
     let observer = scenario.encoder.fitted && rng.random_bool(0.7);
     scenario.control = Control {
         observer,
-        observer_bandwidth_hz: 160.0,
+        observer_bandwidth_hz: rng.random_bool(0.5).then_some(160.0),
         observer_limit: rng.random_range(0.1..1.0),
         damping: match rng.random_range(0..3) {
             0 if observer && scenario.period_ns <= 1_000_000 => Damping::Active,

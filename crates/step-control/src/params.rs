@@ -3,7 +3,7 @@
 use crate::homing_params::Homing;
 use crate::observer::design::design;
 use crate::observer::shaft::Shaft;
-use crate::observer::{Observer, ObserverSettings};
+use crate::observer::{Observer, ObserverSettings, suited_hz};
 use crate::reference::re_entry::ReEntryLimits;
 use crate::reference::shaper::Shaper;
 use serde::{Deserialize, Serialize};
@@ -220,6 +220,11 @@ impl Params {
     pub fn with_observer(self, settings: ObserverSettings) -> Self {
         let observer = design(&self.shaft(), settings, self.age_cycles(&settings));
         Self { observer: Some(observer), ..self }
+    }
+
+    /// The observer's bandwidth that suits belief and encoder, Hz: that of one with counts of `count_rad` and a noise of `noise_rad` (RMS).
+    pub fn suited_bandwidth_hz(&self, count_rad: f64, noise_rad: f64) -> f64 {
+        suited_hz(&self.shaft(), self.coulomb_torque_nm, count_rad, noise_rad)
     }
 
     /// Cycles from a reading to the end of the newest command.

@@ -223,8 +223,8 @@ pub enum Compensation {
 pub struct Control {
     /// Whether a disturbance observer makes up for what the belief leaves over; needs an encoder.
     pub observer: bool,
-    /// How fast it follows, in hertz.
-    pub observer_bandwidth_hz: f64,
+    /// How fast it follows, in hertz; without a number as fast as suits encoder and belief.
+    pub observer_bandwidth_hz: Option<f64>,
     /// The largest torque that it makes up for, as a part of the belief's holding torque.
     pub observer_limit: f64,
     /// What is done against the resonance.

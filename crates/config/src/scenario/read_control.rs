@@ -9,7 +9,6 @@ use crate::units::Dimension;
 pub const OBSERVER_BANDWIDTH_HZ: (f64, f64) = (0.1, 1000.0);
 const BANDWIDTH: Bounds = Bounds::within(OBSERVER_BANDWIDTH_HZ.0, OBSERVER_BANDWIDTH_HZ.1);
 const LIMIT: Bounds = Bounds::within(0.0, 1.0);
-const DEFAULT_BANDWIDTH_HZ: f64 = 320.0;
 const DEFAULT_LIMIT: f64 = 0.5;
 
 /// The longest period at which the observer can predict the resonance over its delay.
@@ -48,8 +47,8 @@ pub(super) fn read_compensation(
     if let Some(field) = section.find("damping") {
         control.damping = read_damping(&field, control.observer, period_ns);
     }
-    let bandwidth = section.optional_quantity("observer_bandwidth", Dimension::Frequency, BANDWIDTH);
-    control.observer_bandwidth_hz = bandwidth.unwrap_or(DEFAULT_BANDWIDTH_HZ);
+    control.observer_bandwidth_hz =
+        section.optional_quantity("observer_bandwidth", Dimension::Frequency, BANDWIDTH);
     let limit = section.optional_quantity("observer_limit", Dimension::Ratio, LIMIT);
     control.observer_limit = limit.unwrap_or(DEFAULT_LIMIT);
     section.finish();
@@ -75,7 +74,7 @@ fn usual(level: Compensation, encoder: &Encoder, period_ns: u64) -> Control {
     let observer = encoder.fitted && level != Compensation::None;
     Control {
         observer,
-        observer_bandwidth_hz: DEFAULT_BANDWIDTH_HZ,
+        observer_bandwidth_hz: None,
         observer_limit: DEFAULT_LIMIT,
         damping: usual_damping(observer, encoder, period_ns),
     }

@@ -20,7 +20,7 @@ fn the_controller_means_what_it_says() {
     let s = parse_scenario(&text, "x.toml").unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(s.compensation, Compensation::FullWithEffects);
     assert_eq!((s.control.observer, s.control.damping), (true, Damping::Active));
-    assert_eq!((s.control.observer_bandwidth_hz, s.control.observer_limit), (50.0, 0.25));
+    assert_eq!((s.control.observer_bandwidth_hz, s.control.observer_limit), (Some(50.0), 0.25));
     assert_eq!(s.safety.following_error_per_speed_s, 2e-3);
     assert_eq!(s.safety.lost_steps, LostSteps::Resynchronise);
 }

@@ -53,6 +53,29 @@ pub const LARGEST_HZ: f64 = 1000.0;
 /// Lower bound of the bandwidth, Hz: a slower observer would have no effect.
 pub const SLOWEST_HZ: f64 = 0.1;
 
+/// The fastest bandwidth that is chosen by itself, Hz.
+const FASTEST_SUITED_HZ: f64 = 320.0;
+
+/// How wrong the believed friction may be, as a part of it: what the margins are shown for (docs/robustness.md).
+const FRICTION_DOUBT: f64 = 0.3;
+
+/// How often the motion is expected to reverse, 1/s: then the disturbance changes by twice what friction is off by.
+const REVERSALS_PER_S: f64 = 1.0;
+
+/// Variance of a reading, rad²: rounding to counts, and noise.
+fn reading_variance(count_rad: f64, noise_rad: f64) -> f64 {
+    count_rad * count_rad / 12.0 + noise_rad * noise_rad
+}
+
+/// The bandwidth that suits an encoder, Hz. The disturbance is followed as fast as friction that is off by [`FRICTION_DOUBT`] of
+/// the Coulomb torque makes it wander. How fast that is does not depend on the encoder; with one bandwidth for all of them the
+/// observer would take a coarse encoder's rounding for a disturbance, and move the valve by it.
+pub(crate) fn suited_hz(shaft: &Shaft, coulomb_torque_nm: f64, count_rad: f64, noise_rad: f64) -> f64 {
+    let reading_nm = shaft.stiffness_nm_per_rad * reading_variance(count_rad, noise_rad).sqrt();
+    let wander_nm = 2.0 * FRICTION_DOUBT * coulomb_torque_nm * (REVERSALS_PER_S * shaft.period_s).sqrt();
+    (wander_nm / (TAU * shaft.period_s * reading_nm)).clamp(SLOWEST_HZ, FASTEST_SUITED_HZ)
+}
+
 /// The largest bandwidth of an observer without damping, Hz, so that it does not excite the resonance: the loop gain
 /// there, raised by the quality factor 1/(2ζ), is a quarter.
 fn quiet_hz(shaft: &Shaft) -> f64 {
@@ -107,8 +130,7 @@ impl Observer {
     pub(crate) fn with_noise(shaft: &Shaft, settings: ObserverSettings, noise_counts: f64) -> Self {
         let stiffness = shaft.stiffness_nm_per_rad;
         let (transition, by_start, by_end) = discrete(shaft, settings.damps);
-        let reading_variance =
-            settings.count_rad * settings.count_rad / 12.0 + settings.noise_rad * settings.noise_rad;
+        let reading_variance = reading_variance(settings.count_rad, settings.noise_rad);
         let reading_nm = stiffness * reading_variance.sqrt();
         let kick = noise_counts * reading_nm * shaft.period_s / shaft.inertia_kg_m2;
         let per_hz = TAU * shaft.period_s * reading_nm;
@@ -266,6 +288,21 @@ mod tests {
         let ringing = (omega * omega - decay * decay).sqrt();
         assert_relative_eq!(a * d - b * c, (-2.0 * decay * 1e-3).exp(), max_relative = 1e-9);
         assert_relative_eq!(a + d, 2.0 * (-decay * 1e-3).exp() * (ringing * 1e-3).cos(), max_relative = 1e-7);
+    }
+
+    #[test]
+    fn a_coarse_encoder_gets_a_slow_observer() {
+        let hz = |counts: f64, coulomb_nm: f64| suited_hz(&SHAFT, coulomb_nm, TAU / counts, 1e-5);
+        assert_eq!([hz(131_072.0, 1.5), hz(1e6, 1.5), hz(1e9, 1.5)], [FASTEST_SUITED_HZ; 3]);
+        assert!((120.0..150.0).contains(&hz(16_000.0, 1.5)), "{}", hz(16_000.0, 1.5));
+        // The noise is next to nothing then: as the counts.
+        assert_relative_eq!(hz(16_000.0, 1.5) / hz(4_000.0, 1.5), 4.0, max_relative = 0.01);
+        assert_relative_eq!(hz(4_000.0, 3.0) / hz(4_000.0, 1.5), 2.0, max_relative = 1e-9);
+        // Readings twice as often, each of them as coarse: √2.
+        let quick = Shaft { period_s: 5e-4, ..SHAFT };
+        let ratio = suited_hz(&quick, 1.5, TAU / 4_000.0, 0.0) / suited_hz(&SHAFT, 1.5, TAU / 4_000.0, 0.0);
+        assert_relative_eq!(ratio, std::f64::consts::SQRT_2, max_relative = 1e-9);
+        assert_eq!(hz(4_000.0, 0.0), SLOWEST_HZ, "no friction");
     }
 
     #[test]
