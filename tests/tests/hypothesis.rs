@@ -97,6 +97,21 @@ fn a_law_that_is_not_there_is_rejected() {
 }
 
 /// What a listed cause says in other words can't be told from it.
+/// With b below none the law fits these data best, and has no value at low speeds.
+#[test]
+fn a_law_is_not_fitted_to_where_it_has_no_value() {
+    let place = TestPlace::new();
+    let log = write(&place, "log.h5", dragged(DRAG));
+    let more = ["--hypothesis", "torque += a*speed*sqrt(b + abs(speed)); b = 0.1"];
+    diagnose(&place, &log, "out", &more).expect_code(0);
+    let found = json(&place, "out");
+    println!("{} {}", found["verdict"], found["causes"]);
+    for cause in found["causes"].as_array().unwrap().iter().filter(|cause| cause["id"] == "hypothesis") {
+        assert!(cause["parameters"]["b"]["value"].as_f64().unwrap() >= 0.0, "{cause}");
+    }
+    place.stepvalve(&["check", place.path("out/model-extended.toml").to_str().unwrap()]).expect_code(0);
+}
+
 #[test]
 fn a_law_that_is_listed_already_is_a_rival() {
     let place = TestPlace::new();

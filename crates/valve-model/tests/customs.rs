@@ -232,6 +232,19 @@ fn poles_within_what_valves_have_are_refused() {
     assert!(check_expression("a*speed*abs(speed)", &[("a", 1.0)], ActsOn::Torque).is_ok());
 }
 
+/// What a fit makes of parameters is refused where a file of it would be.
+#[test]
+fn parameters_that_leave_a_pole_are_refused() {
+    for (b, is_refused) in [(0.0, false), (0.5, false), (-1.8, true)] {
+        let text = "a*speed*sqrt(b + abs(speed))";
+        let law = CustomLaw { acts_on: ActsOn::Torque, rule: Rule::Formula(text.to_owned()) };
+        let effect = Effect::custom_named("own", law, &[("a", 0.01), ("b", b)]).unwrap();
+        assert_eq!(effect.check_values().is_err(), is_refused, "b = {b}");
+        let refused = check_expression(text, &[("a", 0.01), ("b", b)], ActsOn::Torque).is_err();
+        assert_eq!(refused, is_refused, "b = {b}");
+    }
+}
+
 /// A power of what is hardly above zero: 1e100 N·m and more.
 #[test]
 fn a_torque_beyond_all_reason_leaves_numbers() {

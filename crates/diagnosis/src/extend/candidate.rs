@@ -109,7 +109,12 @@ impl Candidate {
             }
         }
         match &self.own {
-            Some(own) => own.effect.with_parts(&parts),
+            Some(own) => {
+                let effect = own.effect.with_parts(&parts)?;
+                // A fit goes no further: what is written has to be read again.
+                effect.check_values()?;
+                Ok(effect)
+            }
             None => Effect::new(self.id, &parts),
         }
     }

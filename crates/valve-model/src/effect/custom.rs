@@ -74,7 +74,12 @@ pub fn check_expression(
 ) -> Result<(), ExpressionError> {
     let program = compiled(text, parameters)?;
     check_dimension(&program, acts_on)?;
-    let Some(pole) = pole(&program, &Covariate::ALL.map(Covariate::range)) else { return Ok(()) };
+    check_poles(&program)
+}
+
+/// Refuses an expression without a finite value somewhere that valves get.
+fn check_poles(program: &Program) -> Result<(), ExpressionError> {
+    let Some(pole) = pole(program, &Covariate::ALL.map(Covariate::range)) else { return Ok(()) };
     let used = Covariate::ALL.into_iter().zip(&pole.near).filter(|(of, _)| program.uses(of.place()));
     let near: Vec<String> =
         used.map(|(of, at)| format!("{} {} {}", of.name(), shown(*at), of.unit())).collect();
@@ -124,6 +129,16 @@ impl CustomLaw {
             }),
             Rule::Table(grid) => grid.validate().map(|()| Prepared::Table(grid.clone())),
         }
+    }
+
+    /// Refuses a formula that has no finite value somewhere that valves get ([`Covariate::range`]).
+    ///
+    /// # Errors
+    /// An expression that does not compile, or has a pole.
+    pub(super) fn check_values(&self, parameters: &[(&str, f64)]) -> Result<(), ParamError> {
+        let Rule::Formula(text) = &self.rule else { return Ok(()) };
+        let checked = compiled(text, parameters).and_then(|program| check_poles(&program));
+        checked.map_err(|error| ParamError::new("expression", error, "a finite value wherever valves get"))
     }
 
     /// The `id` in files.

@@ -113,15 +113,27 @@ impl Effect {
         self.prepared().is_some_and(|prepared| prepared.is_ok_and(|prepared| prepared.uses(covariate)))
     }
 
+    /// Refuses a formula whose parameters leave it without a finite value somewhere that valves get ([`Covariate::range`]), as
+    /// readers of model files do.
+    ///
+    /// # Errors
+    /// `expression`, and where it has none.
+    pub fn check_values(&self) -> Result<(), ParamError> {
+        self.custom.as_ref().map_or(Ok(()), |law| law.check_values(&self.numbers()))
+    }
+
     /// A formula or a table ready to run.
     pub(crate) fn prepared(&self) -> Option<Result<Prepared, ParamError>> {
-        let number = |(key, value): &'_ (String, EffectValue)| match value {
-            EffectValue::Number(number) => (key.clone(), *number),
-            EffectValue::List(_) => (key.clone(), f64::NAN),
+        self.custom.as_ref().map(|law| law.prepared(&self.numbers()))
+    }
+
+    /// A formula's parameters.
+    fn numbers(&self) -> Vec<(&str, f64)> {
+        let number = |value: &EffectValue| match value {
+            EffectValue::Number(number) => *number,
+            EffectValue::List(_) => f64::NAN,
         };
-        let numbers: Vec<(String, f64)> = self.parameters.iter().map(number).collect();
-        let numbers: Vec<(&str, f64)> = numbers.iter().map(|(key, number)| (key.as_str(), *number)).collect();
-        self.custom.as_ref().map(|law| law.prepared(&numbers))
+        self.parts().map(|(key, value)| (key, number(value))).collect()
     }
 
     fn validate_custom(&self) -> Result<(), ParamError> {
