@@ -105,7 +105,7 @@ fn wrong_texts_are_refused_with_their_place() {
     let cases: [(&str, &[&str]); 7] = [
         ("t,x\n0,1\n1,word\n", &["given.csv", "line 3", "column 2 (x)", "\"word\""]),
         ("t,x\n0,1\n1\n", &["line 3", "1 columns, expected 2"]),
-        ("t,x\n0,1\n0,2\n", &["line 3", "time is 0 s after 0 s"]),
+        ("t,x\n0,1\n0,2\n", &["line 3", "time is 0 s as in the row before"]),
         ("t,x\n0,1\n,2\n", &["line 3", "time is NaN"]),
         ("t,x\n0,1\n1,inf\n", &["line 3", "angle", "inf"]),
         ("t,x\n", &["no row"]),
@@ -271,11 +271,11 @@ fn a_motor_that_cogs() {
 #[test]
 fn preambles_units_dates_and_what_is_missing() {
     let place = TestPlace::new();
-    let text = "Drive 7\r\nrecorded;today\r\nwhen;x;F\r\nclock;mm;N\r\n\
+    let text = "Drive 7\r\nrecorded;today\r\nwhen;x;M\r\nclock;mm;Nm\r\n\
                 2020-07-08 23:59:59.5;1;n/a\r\n2020-07-09 00:00:00;2;-9999.0\r\n2020-07-09 00:00:00.5;-;3\r\n\
                 2020-07-09 00:00:01;4;4\r\n";
     let file = place.write("given.csv", text);
-    let maps = ["--map", "time=when", "--map", "angle=fill(x)", "--map", "torque=F", "--map", "travel[mm]=x"];
+    let maps = ["--map", "time=when", "--map", "angle=fill(x)", "--map", "torque=M", "--map", "travel[mm]=x"];
     let more = ["--missing", "-9999", "--skip", "2", "--units-line"];
     let log = imported(&place, &[&[file.to_str().unwrap()], &maps[..], &more].concat());
     let run = &log.runs[0];
@@ -302,10 +302,48 @@ fn a_column_in_another_unit_is_refused_with_the_map_that_was_meant() {
     );
     let angle = ["deg by its line of units", "angle='(-{Winkel [deg]})*pi/180'"];
     refused(&place, &given("time=Zeit/1000", "angle=-{Winkel [deg]}"), &angle);
+    let speed = ["deg by its name", "expected torque in N*m or another unit of it"];
+    let more = ["--skip", "1", "--map", "time=c1", "--map", "angle=c2*1", "--map", "torque={Winkel [deg]}"];
+    let named = place.write("named.csv", "\nZeit;c2;Winkel [deg]\n0;0;1\n1;2;3\n2;4;5\n");
+    refused(&place, &[&[named.to_str().unwrap()], &more[2..]].concat(), &speed);
     let log = imported(&place, &given("time=Zeit/1000", "angle={Winkel [deg]}*pi/180"));
     assert_eq!(log.runs[0].time_s, [0.0, 0.01, 0.02]);
     let log = imported(&place, &[&given("time=Zeit*1", "angle={Winkel [deg]}*1")[..], &["--force"]].concat());
     assert_eq!((log.runs[0].time_s[2], log.runs[0].angle_rad[2]), (20.0, 180.0));
+}
+
+/// A test bench writes commas in its clock too.
+#[test]
+fn clocks_with_decimal_commas() {
+    let place = TestPlace::new();
+    let rows = "10:15:30,000;0,1\n10:15:30,500;0,2\n10:15:31,000;0,3\n";
+    let times_s = [36_930.0, 36_930.5, 36_931.0];
+    let german = "30.11.2026 10:15:30,0;0,1\n30.11.2026 10:15:30,5;0,2\n30.11.2026 10:15:31,0;0,3\n";
+    for (text, more, time, angle) in [
+        (
+            format!("# bench 7\n# DN 16\nUhrzeit;w\n{rows}"),
+            &["--skip", "auto"][..],
+            "time=Uhrzeit",
+            "angle=w",
+        ),
+        (format!("bench 7\n\nUhrzeit;w\n{rows}"), &["--skip", "auto"], "time=Uhrzeit", "angle=w"),
+        (rows.to_owned(), &[], "time=c1", "angle=c2"),
+        (format!("t;w\n{german}"), &["--time-format", "%d.%m.%Y %H:%M:%S%.f"], "time=t", "angle=w"),
+    ] {
+        let file = place.write("clock.csv", &text);
+        let given = [file.to_str().unwrap(), "--decimal-comma", "--force", "--map", time, "--map", angle];
+        let run = &imported(&place, &[&given[..], more].concat()).runs[0];
+        let of_day: Vec<f64> = run.time_s.iter().map(|time_s| time_s % 86_400.0).collect();
+        assert_eq!((of_day, run.angle_rad.clone()), (times_s.to_vec(), vec![0.1, 0.2, 0.3]), "{text}");
+    }
+    // One place at a time.
+    drop(place);
+    let place = TestPlace::new();
+    let file = place.write("clock.csv", "t;w\n30/11/2026 10:15:30;1\n");
+    let given = ["--time-format", "%d.%m.%Y %H:%M:%S", "--map", "time=t", "--map", "angle=w"];
+    let says =
+        ["found \"30/11/2026 10:15:30\", expected a number or a time of the format \"%d.%m.%Y %H:%M:%S\""];
+    refused(&place, &[&[file.to_str().unwrap()], &given[..]].concat(), &says);
 }
 
 #[test]

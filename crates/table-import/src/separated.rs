@@ -218,7 +218,7 @@ impl Separated {
             names.len()
         );
         (reader.days, reader.names) = (vec![Days::default(); names.len()], names);
-        let wordy = |name: &String| !name.is_empty() && reader.value(name).is_none();
+        let wordy = |name: &String| !name.is_empty() && !reader.is_of_a_row(name);
         let has_names =
             format.header == Header::Yes || (format.header == Header::Auto && reader.names.iter().any(wordy));
         if has_names {
@@ -324,13 +324,17 @@ impl CellReader {
         if let Some(value) = self.value(&text) {
             return Ok(value);
         }
-        let time_s = clock::seconds(&text, self.format.time_format.as_deref());
-        match (time_s, self.days.get_mut(column)) {
+        match (self.time_s(&text), self.days.get_mut(column)) {
             (Some(time_s), Some(days)) => Ok(days.counted(time_s)),
             _ => {
                 let name = self.names.get(column).map_or("", String::as_str);
                 let (column, hint) = (column + 1, &self.hint);
-                Err(anyhow!("line {line}, column {column} ({name}): found {text:?}, expected a number{hint}"))
+                let format = self.format.time_format.as_ref();
+                let or_a_time =
+                    format.map_or(String::new(), |format| format!(" or a time of the format {format:?}"));
+                Err(anyhow!(
+                    "line {line}, column {column} ({name}): found {text:?}, expected a number{or_a_time}{hint}"
+                ))
             }
         }
     }
@@ -350,6 +354,19 @@ impl CellReader {
             anyhow!("line {line}: {found} columns, expected {expected}{hint}")
         })?;
         Ok(plain(cell))
+    }
+
+    /// Whether a text can be a cell of a row: a number, a time, or a sample that is missing.
+    fn is_of_a_row(&self, text: &str) -> bool {
+        self.value(text).is_some() || self.time_s(text).is_some()
+    }
+
+    /// The date or time of day that a text is, s. A format's %.f is the decimal mark of the table.
+    fn time_s(&self, text: &str) -> Option<f64> {
+        let format = self.format.time_format.as_deref();
+        let with_point =
+            || self.format.decimal_comma.then(|| clock::seconds(&text.replace(',', "."), format)).flatten();
+        clock::seconds(text, format).or_else(with_point)
     }
 
     /// The number that a text is; NaN where it says that a sample is missing.
@@ -454,9 +471,9 @@ fn found_rows_parted(reader: &CellReader, lines: &[&[u8]], separator: u8) -> Opt
     let mut cells = Cells::new(separator);
     let mut numbers = |line: &&[u8]| {
         cells.split(line);
-        let value = |cell: &[u8]| reader.value(&plain(cell)).is_some();
+        let is_of_a_row = |cell: &[u8]| reader.is_of_a_row(&plain(cell));
         let filled = cells.iter().filter(|cell| !cell.is_empty());
-        let (all, count) = filled.fold((true, 0), |(all, count), cell| (all && value(cell), count + 1));
+        let (all, count) = filled.fold((true, 0), |(all, count), cell| (all && is_of_a_row(cell), count + 1));
         (all && count > 1 && !is_no_row(line)).then(|| cells.iter().count())
     };
     let counts: Vec<Option<usize>> = lines.iter().map(&mut numbers).collect();

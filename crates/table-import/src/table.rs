@@ -199,7 +199,17 @@ fn check(map: &Map, values: &[f64]) -> Result<(), (usize, String)> {
         if is_time && !value.is_finite() {
             return Err((row, format!("time is {value}, expected a finite number")));
         }
-        if is_time && value <= last_s {
+        if is_time && value == last_s {
+            let taken = map.right_side();
+            return Err((
+                row,
+                format!(
+                    "time is {value} s as in the row before, expected it to increase; --where 'row==0 || difference({taken})>0' \
+                     leaves repeated rows out"
+                ),
+            ));
+        }
+        if is_time && value < last_s {
             return Err((row, format!("time is {value} s after {last_s} s, expected it to increase")));
         }
         if value.is_infinite() {

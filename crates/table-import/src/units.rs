@@ -42,6 +42,12 @@ const FLOW: Spellings =
 const TEMPERATURE: Spellings =
     &[(&["degc", "°c", "c", "celsius"], ""), (&["k", "kelvin"], "-273.15"), (&["degf", "°f"], "*5/9-160/9")];
 
+/// Units of what no channel is: speed, force, length, electricity, frequency, mass.
+const OF_NO_CHANNEL: &[&str] = &[
+    "rads", "degs", "°s", "rpm", "1min", "umin", "revmin", "rads2", "n", "kn", "mn", "lbf", "m", "mm", "µm",
+    "cm", "inch", "v", "mv", "a", "ma", "w", "kw", "hz", "khz", "kg", "1s", "mms",
+];
+
 const fn spellings(channel: Channel) -> Spellings {
     match channel {
         Channel::Time => TIME,
@@ -75,20 +81,45 @@ pub(crate) fn check(map: &Map, names: &[String], units: &[String]) -> anyhow::Re
                 channel.unit()
             )
         }
-        _ => Ok(()),
+        Some(_) => Ok(()),
+        None => refuse_another_quantity((map, channel), name, stated),
     }
+}
+
+/// Refuses a column whose line of units, or name in brackets, says that it is another quantity than the channel.
+fn refuse_another_quantity(
+    (map, channel): (&Map, Channel),
+    name: &str,
+    stated: Option<&str>,
+) -> anyhow::Result<()> {
+    let known = |unit: &&str| is_of_another(channel, unit);
+    let by_line = stated.filter(known).map(|unit| (unit, "line of units"));
+    let by_name = || in_brackets(name).filter(known).map(|unit| (unit, "name"));
+    let Some((unit, by)) = by_line.or_else(by_name) else { return Ok(()) };
+    let (target, taken) = (map.target(), map.right_side());
+    bail!(
+        "{map}: the column is in {unit} by its {by}, expected {target} in {} or another unit of it: map another column, calculate it from this \
+         one, or say '({taken})*1' if the file is wrong",
+        channel.unit()
+    )
+}
+
+/// Whether a unit is known, and of another quantity than the channel.
+fn is_of_another(channel: Channel, unit: &str) -> bool {
+    let plain = plain(unit);
+    let elsewhere = Channel::ALL.iter().any(|other| to_channel(*other, unit).is_some());
+    to_channel(channel, unit).is_none() && (elsewhere || OF_NO_CHANNEL.contains(&plain.as_str()))
+}
+
+/// A unit in small letters and without signs between them.
+fn plain(unit: &str) -> String {
+    let small = unit.to_lowercase().replace('μ', "µ").replace('²', "2").replace('³', "3");
+    small.chars().filter(|c| c.is_alphanumeric() || *c == '°').collect()
 }
 
 /// What makes a channel's unit of another; `None` where the other isn't known.
 fn to_channel(channel: Channel, unit: &str) -> Option<&'static str> {
-    let plain: String = unit
-        .to_lowercase()
-        .replace('μ', "µ")
-        .replace('²', "2")
-        .replace('³', "3")
-        .chars()
-        .filter(|c| c.is_alphanumeric() || *c == '°')
-        .collect();
+    let plain = plain(unit);
     // Milli- and mega- differ in their letter's size alone.
     let milli = unit.trim_matches(|c: char| !c.is_alphanumeric()).starts_with('m');
     if milli && plain == "mpa" {
@@ -103,10 +134,15 @@ fn to_channel(channel: Channel, unit: &str) -> Option<&'static str> {
 
 /// The unit in a name: "Time (ms)", "angle [deg]", "t_ms".
 fn in_name(name: &str) -> Option<&str> {
+    let bare = || name.rsplit_once('_').or_else(|| name.rsplit_once(" in "));
+    in_brackets(name).or_else(|| bare().map(|(_, unit)| unit.trim()))
+}
+
+/// The unit in the brackets behind a name.
+fn in_brackets(name: &str) -> Option<&str> {
     let name = name.trim();
     let bracket = |open, close| name.strip_suffix(close).and_then(|name| name.rsplit_once(open));
     let found = bracket('(', ')').or_else(|| bracket('[', ']')).or_else(|| bracket('{', '}'));
-    let found = found.or_else(|| name.rsplit_once('_')).or_else(|| name.rsplit_once(" in "));
     found.map(|(_, unit)| unit.trim())
 }
 
@@ -147,6 +183,25 @@ mod tests {
     }
 
     #[test]
+    fn another_quantity_is_refused() {
+        for (map, name, unit) in [
+            ("angle=n", "n", "rpm"),
+            ("angle=n", "n", "1/min"),
+            ("angle={n [1/min]}", "n [1/min]", ""),
+            ("angle=-n", "n", "rad/s"),
+            ("angle=x", "x", "mm"),
+            ("torque={p (bar)}", "p (bar)", ""),
+            ("torque={F [N]}", "F [N]", ""),
+            ("torque=M", "M", "V"),
+            ("flow={p [bar]}", "p [bar]", ""),
+            ("time=T", "T", "°C"),
+        ] {
+            let error = judged(map, name, unit).unwrap_err();
+            assert!(error.contains("or another unit of it"), "{map}, {unit}: {error}");
+        }
+    }
+
+    #[test]
     fn nothing_is_said_of_the_right_unit_an_unknown_one_or_a_column_that_was_changed() {
         for (map, name, unit) in [
             ("time=t", "t", "s"),
@@ -157,10 +212,11 @@ mod tests {
             ("time=row*0.01", "t", "ms"),
             ("torque=M", "M", "N m"),
             ("torque=M", "M", "N\u{b7}m"),
-            ("torque=M", "M", "V"),
             ("pressure_drop=p", "p", "mPa"),
             ("motor_current[A]=i", "i", "mA"),
+            // Behind a line a letter is seldom a unit.
             ("angle=x", "position_mm", ""),
+            ("torque=m", "torque_v", ""),
             ("angle=x", "x", ""),
             ("oil_temperature=T", "T", "°C"),
             ("flow=Q", "Q", "m³/s"),
