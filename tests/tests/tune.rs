@@ -86,6 +86,27 @@ fn numbers_that_are_half_as_large_again_are_found() {
     assert!(after < before && after < 1.2 * best, "{before} {after} {best}");
 }
 
+/// One fit goes 60 % of a number at most.
+#[test]
+fn a_number_that_is_twenty_times_the_belief_s_is_found_with_its_error() {
+    let place = TestPlace::new();
+    let scenario = scenario(&place, "sine-1hz.toml", &with(&[("viscous_nm_s_per_rad", "4.0e-3")]));
+    let tuned = place.path("tuned.toml");
+    let arguments = ["tune", scenario.to_str().unwrap(), "--out", tuned.to_str().unwrap()];
+    let finished = place.stepvalve(&arguments).expect_code(0);
+    println!("{}", finished.stdout);
+    let found = number(&numbers(&tuned), "friction", "viscous_nm_s_per_rad");
+    // Motor and friction damp alike: 3 % of the scale are 3 % of both together, 0.024 N·m·s/rad.
+    assert!((found - 4e-3).abs() < 2.0 * 0.03 * 0.024, "{found}");
+    assert!((found - 4e-3).abs() < 2e-4, "{found}");
+    let error = |key: &str| {
+        let line = finished.stdout.lines().find(|line| line.starts_with(key)).unwrap();
+        line.split_whitespace().nth(3).unwrap().parse::<f64>().unwrap()
+    };
+    assert!((0.03..0.04).contains(&(error("friction.coulomb_torque_nm") / 1.5)), "the data sheet's 3 %");
+    assert!((0.03..0.05).contains(&(error("friction.viscous_nm_s_per_rad") / 0.024)));
+}
+
 #[test]
 fn a_belief_that_is_right_stays_as_it_is() {
     for shipped in ["step-sequence.toml", "sine-1hz.toml"] {

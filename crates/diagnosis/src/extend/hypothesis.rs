@@ -48,6 +48,8 @@ pub(crate) struct Correction {
     pub deviation: f64,
     /// Whether the fit varies it.
     pub free: bool,
+    /// Factor on its finite-difference step.
+    pub finer: f64,
 }
 
 impl Correction {
@@ -288,7 +290,7 @@ impl Hypothesis {
     pub fn step(&self, free: Free) -> f64 {
         if let Free::Correction(index) = free {
             let Some(of) = self.corrections.get(index) else { return 1e-5 };
-            let size = Correction::STEP * of.deviation;
+            let size = of.finer * Correction::STEP * of.deviation;
             return if of.value > of.neutral { -size } else { size };
         }
         let Free::Number(member, number) = free else { return 1e-5 };
@@ -319,7 +321,7 @@ mod tests {
     use prediction::{Past, predict};
 
     fn correction(id: EffectId, value: f64) -> Correction {
-        Correction { id, key: "factor", neutral: 1.0, value, deviation: 0.03, free: true }
+        Correction { id, key: "factor", neutral: 1.0, value, deviation: 0.03, free: true, finer: 1.0 }
     }
 
     #[test]

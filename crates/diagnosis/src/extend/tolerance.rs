@@ -43,6 +43,7 @@ pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> 
         value: neutral,
         deviation,
         free: !is_held(id),
+        finer: 1.0,
     };
     let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance));
     let zero = correction(EffectId::TorqueOffset, "offset_nm", 0.0, tolerance * facts.coulomb_nm);

@@ -33,6 +33,10 @@ const STEPS: usize = 12;
 /// A fit that has not come to its end is continued, so many times at most.
 const AGAIN: usize = 4;
 
+/// Finite-difference steps of the errors, in parts of a fit's. A fit's steps are as wide as it may have to go, and over those the prediction
+/// bends.
+const FINER: f64 = 0.02;
+
 /// A delay must cut the held-out error by this share.
 const LATE: f64 = 0.02;
 
@@ -49,8 +53,8 @@ pub(super) struct Fit {
     pub model: Model,
     /// The effects that are factors on its numbers, and the relative standard error of each.
     pub errors: Vec<(EffectId, f64)>,
-    /// Whether a number went as far as one fit may take it.
-    pub at_bound: bool,
+    /// Numbers that went as far as one fit may take them.
+    pub at_bound: Vec<EffectId>,
 }
 
 impl Asked<'_> {
@@ -84,17 +88,25 @@ impl Asked<'_> {
         let tried = without_idle_corrections(&setting, Tried::judged(&setting, fitted))?;
         let tried = later(&setting, &able, tried)?;
         let hypothesis = &tried.fitted.point.hypothesis;
-        let errors = self.errors(&setting, &tried)?;
         let refused = |source| campaign.refused(source);
         let fitted = hypothesis.model(model).map_err(refused)?;
         let model = fitted.with_factors_in_its_numbers().map_err(refused)?;
-        let at_bound = hypothesis.corrections.iter().any(Correction::is_at_bound);
+        let errors = self.errors(&setting, &tried, &model)?;
+        let at_bound = hypothesis.corrections.iter().filter(|of| of.is_at_bound()).map(|of| of.id).collect();
         Ok(Fit { model, errors, at_bound })
     }
 
-    /// The relative standard error of each number, all of them taken as uncertain.
-    fn errors(&self, setting: &Setting<'_>, tried: &Tried) -> Result<Vec<(EffectId, f64)>, DiagnosisError> {
-        let hypothesis = tried.fitted.point.hypothesis.with_corrections_free();
+    /// The relative standard error of each number of the `model` that was found: by the record, beside what data sheets give, and by those.
+    fn errors(
+        &self,
+        setting: &Setting<'_>,
+        tried: &Tried,
+        model: &Model,
+    ) -> Result<Vec<(EffectId, f64)>, DiagnosisError> {
+        let mut hypothesis = tried.fitted.point.hypothesis.clone();
+        for of in &mut hypothesis.corrections {
+            (of.free, of.finer) = (!self.is_of_data_sheet(of.id), FINER);
+        }
         let point = Point { hypothesis: hypothesis.clone(), starts: tried.fitted.point.starts.clone() };
         let free = fit(setting, point, &Piece::is_fitted, 0)?;
         let spread = spread(&free, setting.loss());
@@ -110,20 +122,42 @@ impl Asked<'_> {
             let shared = of_coulomb
                 .filter(|_| of.id == EffectId::StaticLevel)
                 .and_then(|coulomb| Some(covariance(coulomb, coulomb)? + 2.0 * covariance(coulomb, index)?));
-            (of.id, (own + shared.unwrap_or(0.0)).max(0.0).sqrt() / of.value)
+            let by_record =
+                if of.free { (own + shared.unwrap_or(0.0)).max(0.0).sqrt() / of.value } else { 0.0 };
+            (of.id, by_record.hypot(self.by_data_sheets(of.id, model)))
         };
         Ok(hypothesis.corrections.iter().enumerate().map(error).collect())
+    }
+
+    /// Whether a number stays as its data sheet has it: the rotor's inertia, and the holding torque unless the load's inertia is known.
+    fn is_of_data_sheet(&self, id: EffectId) -> bool {
+        id == EffectId::RotorInertia
+            || id == EffectId::HoldingTorqueLevel && !self.options.fixed.contains(&EffectId::LoadInertia)
+    }
+
+    /// The relative standard error that data sheets' numbers bring to a number. A motion tells torques and inertias in parts of the holding
+    /// torque; if the load's inertia is known, in parts of that and the rotor's together.
+    fn by_data_sheets(&self, id: EffectId, model: &Model) -> f64 {
+        let Some(motor) = &model.motor else { return 0.0 };
+        let rotor = motor.rotor_inertia_kg_m2;
+        let load = model.load.map_or(0.0, |load| load.inertia_kg_m2);
+        let knows_load = self.options.fixed.contains(&EffectId::LoadInertia);
+        let scale = if knows_load { DATA_SHEET * rotor / (rotor + load) } else { DATA_SHEET };
+        let viscous = model.friction.viscous_nm_s_per_rad();
+        match id {
+            EffectId::RotorInertia => DATA_SHEET,
+            EffectId::LoadInertia => (scale * (rotor + load)).hypot(DATA_SHEET * rotor) / load,
+            // The motor's damping is as it was given, and does the same.
+            EffectId::ViscousLevel => scale * (viscous + motor.damping_nm_s_per_rad) / viscous,
+            EffectId::StribeckVelocity => 0.0,
+            _ => scale,
+        }
     }
 
     /// Every number as a first guess, but those that data sheets give. The motor's damping stays as it is: a viscous friction does
     /// the same. With a load's inertia that is known, the holding torque is what the motion shows.
     fn guesses(&self, campaign: &Campaign, able: &[Candidate]) -> Vec<Correction> {
         let known = |id: EffectId| self.options.fixed.contains(&id);
-        let of_data_sheet = |id: EffectId| match id {
-            EffectId::RotorInertia => true,
-            EffectId::HoldingTorqueLevel => !known(EffectId::LoadInertia),
-            _ => false,
-        };
         let mut guesses = corrections(&campaign.facts, able, GUESSED);
         guesses.retain(|of| {
             of.neutral != 0.0
@@ -132,8 +166,8 @@ impl Asked<'_> {
         });
         for of in &mut guesses {
             // A scale of all torques and inertias changes no motion: free, the data sheet's numbers would wander along with it.
-            of.free = !of_data_sheet(of.id);
-            if of_data_sheet(of.id) {
+            of.free = !self.is_of_data_sheet(of.id);
+            if !of.free {
                 of.deviation = DATA_SHEET;
             }
         }

@@ -66,9 +66,16 @@ pub(super) fn report(found: &Identification, given: &Model, of: &str) {
         say(format_args!("the encoder is {:.2} ms late", 1e3 * delay.number("delay_s")));
     }
     say(outcome(found));
+    for place in found.unfinished.iter().filter_map(|id| place(*id)) {
+        say(format_args!(
+            "{}.{} was still on its way when the last fit ended: begin from what was found",
+            place.section, place.key
+        ));
+    }
     if found.gain.over_noise_after > LEFT && found.better {
         say(format_args!(
-            "it leaves {:.1} times the noise: no number of the model explains the rest, `stepvalve diagnose` looks for what does",
+            "it leaves {:.1} times the noise: numbers farther from these than the fits came, or what is no number of the model, which \
+             `stepvalve diagnose` looks for",
             found.gain.over_noise_after
         ));
     }

@@ -72,6 +72,11 @@ impl FrictionParams {
         }
     }
 
+    /// σ2, N·m·s/rad.
+    pub fn viscous_nm_s_per_rad(&self) -> f64 {
+        *self.clone().viscous_mut()
+    }
+
     /// Sets σ2, N·m·s/rad.
     pub fn set_viscous(&mut self, viscous_nm_s_per_rad: f64) {
         *self.viscous_mut() = viscous_nm_s_per_rad;
