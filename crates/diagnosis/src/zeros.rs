@@ -13,7 +13,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::shows_zeros;
-use crate::show::residual::{OwnZero, PieceResidual, left, own_zeros, rms_of_zeros};
+use crate::show::residual::{OwnZero, PieceResidual, left, mean_of_zeros, own_zeros, rms_of_zeros};
 use crate::show::structure::structure;
 use log_data::AngleZero;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -121,7 +121,7 @@ pub(crate) fn zeros_are_about_none(
 /// Student's test of their mean, each by what it tells.
 fn are_about_none(zeros: &[OwnZero]) -> bool {
     let told: f64 = zeros.iter().map(|of| of.told).sum();
-    let mean = zeros.iter().map(|of| of.told * of.zero).sum::<f64>() / told.max(f64::MIN_POSITIVE);
+    let mean = mean_of_zeros(zeros);
     let square: f64 = zeros.iter().map(|of| of.told * (of.zero - mean).powi(2)).sum();
     let freedom = told - 1.0;
     let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return true };

@@ -73,8 +73,9 @@ pub fn headline(found: &Found, laws: &str) -> String {
             let (rms, noise, louder) = (short(rms), short(noise), rms > LOUDER * noise);
             let mut says = if louder {
                 let why = diagnosis.nearest.as_ref().map_or_else(|| no_cause(found), too_much_left);
+                let corrected = within_tolerance_alone(diagnosis).unwrap_or_default();
                 format!(
-                    "The model is wrong by {rms} {unit} where the measurement scatters by {noise}, and {why}."
+                    "The model is wrong by {rms} {unit} where the measurement scatters by {noise}{corrected}, and {why}."
                 )
             } else {
                 format!(
@@ -118,6 +119,24 @@ pub fn headline(found: &Found, laws: &str) -> String {
             )
         }
     }
+}
+
+/// Corrections that leave less than this part of an error are told with it.
+const CORRECTED: f64 = 0.9;
+
+/// What corrections within the tolerance take of an error that no cause explains, where they take part of it.
+fn within_tolerance_alone(diagnosis: &Diagnosis) -> Option<String> {
+    let gain = &diagnosis.gain;
+    let (before, after) = (gain.over_noise_before, gain.over_noise_after);
+    let is_part = diagnosis.unnamed.is_empty() && !diagnosis.within_tolerance.is_empty();
+    (is_part && after < CORRECTED * before).then(|| {
+        let numbers: Vec<String> = diagnosis.within_tolerance.iter().map(corrected).collect();
+        format!(
+            "; with its numbers corrected within their tolerance ({}) it leaves {after:.1} in place of {before:.1} times the noise, each sample \
+             counted by how well it is known",
+            numbers.join(", ")
+        )
+    })
 }
 
 /// How the error falls: where a few samples rule a plain RMS, by how well each is known.

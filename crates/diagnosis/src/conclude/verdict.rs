@@ -126,7 +126,7 @@ fn conclusion(
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
     let (rivals, contests) = with_rivals(judged, &mut ambiguous)?;
     let verdict = verdict(&causes, &ambiguous, noise);
-    let mut nuisances = judged.nuisances();
+    let mut nuisances = judged.nuisances()?;
     let Concluded { model, gain, after, corrected, covariance, structure: structure_kept, tone, told } =
         match laws {
             None => {

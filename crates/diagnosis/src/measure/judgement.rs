@@ -13,7 +13,7 @@ use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
 use crate::show::observe::{between_runs, shows_zeros, torque};
-use crate::show::residual::{PieceResidual, left, rms_left, settled};
+use crate::show::residual::{PieceResidual, left, own_zeros, rms_left, scatter_of_zeros, settled};
 use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
 use valve_model::EffectId;
@@ -101,14 +101,14 @@ impl Judgement<'_> {
     }
 
     /// The nuisances, in words: what differs from run to run or disturbs the measurement, without being a cause.
-    pub fn nuisances(&self) -> Vec<String> {
-        let nuisances = self.setting.nuisances;
+    ///
+    /// # Errors
+    /// As predictions have them.
+    pub fn nuisances(&self) -> Result<Vec<String>, DiagnosisError> {
         let mut found = Vec::new();
-        if nuisances.zero_nm > 0.0 {
-            found.push(format!(
-                "the torque's zero differs from run to run by about {}",
-                torque(nuisances.zero_nm)
-            ));
+        if self.setting.nuisances.zero_nm > 0.0 {
+            let scatter_nm = scatter_of_zeros(&own_zeros(&self.setting, &self.selection.fitted.point)?);
+            found.push(format!("the torque's zero differs from run to run by about {}", torque(scatter_nm)));
         }
         if self.noise.per_independent > 1.0 {
             let alike_s = self.noise.per_independent * self.setting.campaign.facts.step_s;
@@ -133,14 +133,14 @@ impl Judgement<'_> {
                 channel.name()
             ));
         }
-        if nuisances.angle_zero {
+        if self.setting.nuisances.angle_zero {
             found.push("each run has a zero of its own angle".to_owned());
         }
         let zero_rad = self.selection.fitted.point.hypothesis.zero_rad;
         if let Some(zero_rad) = zero_rad.filter(|zero_rad| zero_rad.abs() > 0.1 * self.noise.channel) {
             found.push(format!("the encoder's zero is {zero_rad:.2e} rad from the command's"));
         }
-        found
+        Ok(found)
     }
 
     /// Lost steps as a cause.

@@ -135,6 +135,20 @@ pub(crate) fn rms_of_zeros(zeros: &[OwnZero]) -> f64 {
     (squares / f64::max(told, f64::MIN_POSITIVE)).sqrt()
 }
 
+/// Mean of own zeros, each by what its run tells of it.
+pub(crate) fn mean_of_zeros(zeros: &[OwnZero]) -> f64 {
+    let told: f64 = zeros.iter().map(|of| of.told).sum();
+    zeros.iter().map(|of| of.told * of.zero).sum::<f64>() / told.max(f64::MIN_POSITIVE)
+}
+
+/// Standard deviation of own zeros about their mean.
+pub(crate) fn scatter_of_zeros(zeros: &[OwnZero]) -> f64 {
+    let mean = mean_of_zeros(zeros);
+    let about_it: Vec<OwnZero> =
+        zeros.iter().map(|of| OwnZero { zero: of.zero - mean, told: of.told }).collect();
+    rms_of_zeros(&about_it)
+}
+
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
 pub(crate) fn squares(
     setting: &Setting<'_>,

@@ -53,6 +53,11 @@ fn left(found: &Found) -> String {
         Verdict::Unexplained if !found.diagnosis.unnamed.is_empty() => {
             format!("No cause is accepted. What remains beside the laws without a name is, {times}.")
         }
+        Verdict::Unexplained if !found.diagnosis.within_tolerance.is_empty() => {
+            format!(
+                "No cause is accepted. What remains with the numbers corrected within their tolerance is, {times}."
+            )
+        }
         Verdict::Ambiguous | Verdict::Unexplained => {
             format!("No cause is accepted, so all of the model's error remains: {times}.")
         }
