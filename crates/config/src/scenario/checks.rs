@@ -29,7 +29,11 @@ pub(crate) fn angle_outside(angle_rad: f64, limits: &MotionLimits) -> bool {
 /// Reports an angle outside the limits.
 pub(crate) fn refuse_angle_outside(field: &Field<'_>, angle_rad: f64, limits: &MotionLimits) {
     if angle_outside(angle_rad, limits) {
-        field.refuse(angle_within(limits));
+        let found = field.found();
+        // 40 lies between -5 deg and 50 deg to who means degrees.
+        let is_bare = found.parse::<f64>().is_ok();
+        let found = if is_bare { format!("{found}, which is {found} rad without a unit") } else { found };
+        field.refuse_as(found, angle_within(limits));
     }
 }
 

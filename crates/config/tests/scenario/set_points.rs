@@ -25,7 +25,11 @@ fn angles_outside_the_limits() {
                 .to_owned(),
         );
         lines.push("x.toml:50:9: set_point[0].angle: found 17deg, expected ".to_owned() + within);
-        lines.push("x.toml:67:9: set_point[4].angle: found 0.3, expected ".to_owned() + within);
+        lines.push(
+            "x.toml:67:9: set_point[4].angle: found 0.3, which is 0.3 rad without a unit, expected "
+                .to_owned()
+                + within,
+        );
         lines.push(
             "x.toml:71:8: set_point[5].sine: found a sine from 5.72958 deg to 28.6479 deg, expected "
                 .to_owned()
@@ -33,6 +37,12 @@ fn angles_outside_the_limits() {
         );
         lines.join("\n")
     });
+}
+
+#[test]
+fn an_angle_without_a_unit_is_told_to_be_in_rad() {
+    let says = "found 40, which is 40 rad without a unit, expected an angle within [limits], 0 deg to 45 deg";
+    refused(FULL, "\"17deg\"", "40", &format!("x.toml:50:9: set_point[0].angle: {says}"));
 }
 
 #[test]
