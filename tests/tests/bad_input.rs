@@ -71,6 +71,22 @@ fn models() {
     }
 }
 
+/// A tone keeps the simulated spool from standing still, so that it is never armed: no success.
+#[test]
+fn a_valve_that_is_never_armed_is_no_success() {
+    let place = TestPlace::new();
+    let rig = std::fs::read_to_string(repository().join("rt-config/models/rig.toml")).unwrap();
+    let tone = "\n[[effect]]\nid = \"formula\"\nname = \"tone\"\nacts_on = \"torque\"\n\
+                expression = \"a*sin(106.8*time)\"\nparameters = { a = 0.3 }\n";
+    place.write("truth.toml", &(rig + tone));
+    let scenario = place.scenario("step-sequence.toml", &[("truth", "truth = \"truth.toml\"")]);
+    for mode in ["in-process", "lockstep"] {
+        let finished = place.simulate(&scenario, mode, mode).expect_code(1);
+        assert!(finished.stderr.contains("the valve never ran"), "{}", finished.stderr);
+        assert!(place.path(mode).join("run.html").exists(), "what it did is there to be seen");
+    }
+}
+
 #[test]
 fn unreachable_flows_and_rotation_within_limits() {
     let place = TestPlace::new();

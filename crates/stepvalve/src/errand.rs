@@ -39,6 +39,8 @@ pub struct Simulation {
     pub keep: Keep,
     /// Print the summary for machines.
     pub json: bool,
+    /// Whether faults were injected.
+    pub injected: bool,
 }
 
 /// Becomes the supervisor of the mission, with the errand.

@@ -86,6 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         out: arguments.out.clone(),
         keep: arguments.record,
         json: arguments.json,
+        injected: !injections.is_empty(),
     };
     match arguments.mode {
         Mode::InProcess => in_process(&simulation, &loaded, &output, &injections),
@@ -108,6 +109,7 @@ pub fn in_one_thread(loaded: &Loaded, output: &Output) -> Result<Outcome, Failur
         out: output.folder().to_owned(),
         keep: Keep::All,
         json: false,
+        injected: false,
     };
     in_process(&simulation, loaded, output, &[])
 }
@@ -190,7 +192,7 @@ fn tell(
         take_record(output, &mut summary)?;
     }
     print(&summary, simulation.json)?;
-    outcome(&summary)
+    outcome(simulation, &summary)
 }
 
 /// The faults that were asked for.
@@ -239,7 +241,7 @@ fn print(summary: &Summary, json: bool) -> Result<(), anyhow::Error> {
     Ok(())
 }
 
-fn outcome(summary: &Summary) -> Result<Outcome, Failure> {
+fn outcome(simulation: &Simulation, summary: &Summary) -> Result<Outcome, Failure> {
     if let Some(failure) = &summary.failure {
         return Err(Failure::Failed(anyhow!("{failure}")));
     }
@@ -248,6 +250,13 @@ fn outcome(summary: &Summary) -> Result<Outcome, Failure> {
     }
     if summary.interrupted {
         return Ok(Outcome::Interrupted);
+    }
+    // Of a fault that was injected before, that is what was to be seen.
+    if summary.never_ran() && !simulation.injected {
+        return Err(Failure::Failed(anyhow!(
+            "the valve never ran: it was not armed, which asks for a spool that stands still and a drive without fault in the scenario's \
+             first cycles; run.html shows what it did"
+        )));
     }
     Ok(if summary.fault.is_some() { Outcome::Fault } else { Outcome::Done })
 }

@@ -159,6 +159,12 @@ impl Summary {
         self.counts().map(|counts| counts.timing.skipped_cycles).sum()
     }
 
+    /// Whether the scenario passed and the valve was never moved, though nothing stopped it.
+    pub fn never_ran(&self) -> bool {
+        let errors = [self.following_error_rad.is_some(), self.true_following_error_rad.is_some()];
+        self.measured && !errors.contains(&true) && self.fault.is_none()
+    }
+
     fn missed(&self) -> u64 {
         self.counts().map(|counts| counts.missed_samples).sum()
     }
