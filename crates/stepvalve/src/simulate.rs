@@ -255,7 +255,7 @@ fn outcome(simulation: &Simulation, summary: &Summary) -> Result<Outcome, Failur
     if summary.never_ran() && !simulation.injected {
         return Err(Failure::Failed(anyhow!(
             "the valve never ran: it was not armed, which asks for a spool that stands still and a drive without fault in the scenario's \
-             first cycles; run.html shows what it did"
+             first cycles; run.html of a recorded run shows what it did"
         )));
     }
     Ok(if summary.fault.is_some() { Outcome::Fault } else { Outcome::Done })

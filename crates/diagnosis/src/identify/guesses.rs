@@ -124,7 +124,13 @@ impl Asked<'_> {
                 .and_then(|coulomb| Some(covariance(coulomb, coulomb)? + 2.0 * covariance(coulomb, index)?));
             let by_record =
                 if of.free { (own + shared.unwrap_or(0.0)).max(0.0).sqrt() / of.value } else { 0.0 };
-            (of.id, by_record.hypot(self.by_data_sheets(of.id, model)))
+            // A torque that was measured has its own scale.
+            let by_data_sheets = if setting.campaign.kind.residual_is_torque() {
+                0.0
+            } else {
+                self.by_data_sheets(of.id, model)
+            };
+            (of.id, by_record.hypot(by_data_sheets))
         };
         Ok(hypothesis.corrections.iter().enumerate().map(error).collect())
     }
