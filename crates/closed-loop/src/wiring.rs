@@ -13,9 +13,7 @@ use signals::{Feedback, PlantTruth, SetPointKind};
 use std::f64::consts::TAU;
 use step_control::ObserverSettings;
 use thiserror::Error;
-use valve_model::{
-    FrictionLaw, FrictionParams, LoadParams, Model, MotionParams, MotorParams, ParamError, ValveParams,
-};
+use valve_model::{FrictionLaw, LoadParams, Model, MotionParams, MotorParams, ParamError, ValveParams};
 
 // config and step-control may not use each other; here it is checked that they mean the same.
 const _: () = assert!(config::LARGEST_ENCODER_DELAY_CYCLES == step_control::LARGEST_ENCODER_DELAY_CYCLES);
@@ -198,7 +196,8 @@ fn controller_params(
     drive: drive::Params,
     timeline: &Timeline,
 ) -> step_control::Params {
-    let (coulomb_torque_nm, viscous_nm_s_per_rad) = coulomb_and_viscous(&belief.friction);
+    let coulomb_torque_nm = belief.friction.coulomb_torque_nm();
+    let viscous_nm_s_per_rad = belief.friction.viscous_nm_s_per_rad();
     step_control::Params {
         period_s: scenario.period_s(),
         loop_delay_cycles: scenario.loop_delay_cycles,
@@ -265,15 +264,6 @@ fn observer_settings(scenario: &Scenario, params: &step_control::Params) -> Obse
         noise_rad,
         delay_cycles: scenario.encoder.delay_cycles,
         damps: control.damping == config::Damping::Active,
-    }
-}
-
-fn coulomb_and_viscous(friction: &FrictionParams) -> (f64, f64) {
-    match friction {
-        FrictionParams::Stribeck(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
-        FrictionParams::Dahl(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
-        FrictionParams::LuGre(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
-        FrictionParams::Leuven(law) => (law.coulomb_torque_nm, law.viscous_nm_s_per_rad),
     }
 }
 

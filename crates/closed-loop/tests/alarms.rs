@@ -72,11 +72,9 @@ fn a_coarse_encoder_is_followed_more_slowly() {
             measure(&scenario, &with_friction(&belief, factor), &belief, Level::OBSERVED).unwrap().rms_rad
         };
         let (suited, fast) = (of(None), of(Some(320.0)));
-        println!("{name}, friction × {factor}: {suited} rad RMS as suits, {fast} at 320 Hz");
-        assert!(
-            suited < 0.9 * fast,
-            "{name}, friction × {factor}: {suited} rad RMS as suits, {fast} at 320 Hz"
-        );
+        let found = format!("{name}, friction × {factor}: {suited} rad RMS as suits, {fast} at 320 Hz");
+        println!("{found}");
+        assert!(suited < 0.9 * fast, "{found}");
     }
 }
 

@@ -13,7 +13,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::shows_zeros;
-use crate::show::residual::{OwnZero, PieceResidual, left, mean_of_zeros, own_zeros, rms_of_zeros};
+use crate::show::residual::{OwnZero, PieceResidual, left, mean_and_scatter, own_zeros, rms_of_zeros};
 use crate::show::structure::structure;
 use log_data::AngleZero;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -121,11 +121,10 @@ pub(crate) fn zeros_are_about_none(
 /// Student's test of their mean, each by what it tells.
 fn are_about_none(zeros: &[OwnZero]) -> bool {
     let told: f64 = zeros.iter().map(|of| of.told).sum();
-    let mean = mean_of_zeros(zeros);
-    let square: f64 = zeros.iter().map(|of| of.told * (of.zero - mean).powi(2)).sum();
+    let (mean, scatter) = mean_and_scatter(zeros);
     let freedom = told - 1.0;
     let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return true };
-    let t = mean.abs() / (square / freedom / told).sqrt();
+    let t = mean.abs() * freedom.sqrt() / scatter;
     t.is_nan() || 2.0 * student.sf(t) >= CHANCE
 }
 

@@ -2,8 +2,9 @@
 
 use crate::best::diagnose_best;
 use crate::experiment::{self, Asked, Experiment, Range, Valve};
+use crate::headline::headline;
 use crate::readings::{Reading, is_commanded, readings};
-use crate::{closed_loop, extended, quality, unnamed, words};
+use crate::{closed_loop, extended, quality, unnamed};
 use anyhow::Context;
 use diagnosis::{Event, Found, Options, Workers};
 use log_data::{Channel, Log};
@@ -95,7 +96,7 @@ pub struct Answer {
 impl Answer {
     /// The answer in a sentence or two.
     pub fn headline(&self) -> String {
-        let own = words::headline(&self.found, &unnamed::sentence(&self.found));
+        let own = headline(&self.found, &unnamed::sentence(&self.found));
         match quality::mistaken(&self.quality) {
             None => own,
             Some(warning) => format!("{warning} {own}"),

@@ -10,6 +10,7 @@ mod closed_loop;
 pub mod experiment;
 pub mod extended;
 mod fix;
+pub mod headline;
 mod makers;
 mod predicted;
 pub mod quality;

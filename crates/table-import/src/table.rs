@@ -199,18 +199,8 @@ fn check(map: &Map, values: &[f64]) -> Result<(), (usize, String)> {
         if is_time && !value.is_finite() {
             return Err((row, format!("time is {value}, expected a finite number")));
         }
-        if is_time && value == last_s {
-            let taken = map.right_side();
-            return Err((
-                row,
-                format!(
-                    "time is {value} s as in the row before, expected it to increase; --where 'row==0 || difference({taken})>0' \
-                     leaves repeated rows out"
-                ),
-            ));
-        }
-        if is_time && value < last_s {
-            return Err((row, format!("time is {value} s after {last_s} s, expected it to increase")));
+        if is_time && value <= last_s {
+            return Err((row, not_later(map, value, last_s)));
         }
         if value.is_infinite() {
             return Err((row, format!("{value}, expected a finite number or NaN")));
@@ -218,6 +208,17 @@ fn check(map: &Map, values: &[f64]) -> Result<(), (usize, String)> {
         last_s = value;
     }
     Ok(())
+}
+
+/// What is wrong with a time that is no later than the one before it.
+fn not_later(map: &Map, time_s: f64, last_s: f64) -> String {
+    if time_s < last_s {
+        return format!("time is {time_s} s after {last_s} s, expected it to increase");
+    }
+    let taken = map.right_side();
+    format!(
+        "time is {time_s} s as in the row before, expected it to increase; --where 'row==0 || difference({taken})>0' leaves repeated rows out"
+    )
 }
 
 fn decimate(channel: &mut Vec<f64>, every: usize, is_time: bool) -> anyhow::Result<()> {

@@ -137,8 +137,12 @@ impl Asked<'_> {
 
     /// Whether a number stays as its data sheet has it: the rotor's inertia, and the holding torque unless the load's inertia is known.
     fn is_of_data_sheet(&self, id: EffectId) -> bool {
-        id == EffectId::RotorInertia
-            || id == EffectId::HoldingTorqueLevel && !self.options.fixed.contains(&EffectId::LoadInertia)
+        id == EffectId::RotorInertia || id == EffectId::HoldingTorqueLevel && !self.knows_load()
+    }
+
+    /// Whether the load's inertia is known, which tells the scale of all torques.
+    pub fn knows_load(&self) -> bool {
+        self.options.fixed.contains(&EffectId::LoadInertia)
     }
 
     /// The relative standard error that data sheets' numbers bring to a number. A motion tells torques and inertias in parts of the holding
@@ -147,8 +151,7 @@ impl Asked<'_> {
         let Some(motor) = &model.motor else { return 0.0 };
         let rotor = motor.rotor_inertia_kg_m2;
         let load = model.load.map_or(0.0, |load| load.inertia_kg_m2);
-        let knows_load = self.options.fixed.contains(&EffectId::LoadInertia);
-        let scale = if knows_load { DATA_SHEET * rotor / (rotor + load) } else { DATA_SHEET };
+        let scale = if self.knows_load() { DATA_SHEET * rotor / (rotor + load) } else { DATA_SHEET };
         let viscous = model.friction.viscous_nm_s_per_rad();
         match id {
             EffectId::RotorInertia => DATA_SHEET,

@@ -92,11 +92,10 @@ pub fn identify(
     }
     tell(Event::Step("fitting all numbers through the model"));
     let mut best = judged(asked, model, converge(asked, &from)?)?;
-    let knows_scale = options.fixed.contains(&EffectId::LoadInertia);
-    let scales = SCALES.into_iter().filter(|_| knows_scale);
-    let scaled: Vec<_> = scales.map(|factor| with_factors(&from, &TORQUES, factor)).collect();
+    let scales = SCALES.into_iter().filter(|_| asked.knows_load());
+    let scaled = scales.map(|factor| with_factors(&from, &TORQUES, factor));
     let broken_away = BREAK_AWAY.map(|factor| with_factors(&from, &[EffectId::StaticLevel], factor));
-    let others = scaled.into_iter().chain([Some(model.clone())]).chain(broken_away);
+    let others = scaled.chain([Some(model.clone())]).chain(broken_away);
     for other in others.flatten().filter(|_| torques.is_some()) {
         if best.gain.over_noise_after <= FAR || workers.is_over() {
             break;
@@ -107,14 +106,6 @@ pub fn identify(
             if found.gain.over_noise_after < best.gain.over_noise_after {
                 best = found;
             }
-        }
-    }
-    if best.better && best.gain.over_noise_after > FAR && !workers.is_over() {
-        // The best of several beginnings may still be on its way.
-        let further = if_possible(converge(asked, &best.model.clone()))?;
-        let found = further.map(|fit| judged(asked, model, fit)).transpose()?;
-        if let Some(found) = found.filter(|found| found.gain.over_noise_after < best.gain.over_noise_after) {
-            best = found;
         }
     }
     Ok(best)

@@ -13,7 +13,7 @@ use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
 use crate::show::observe::{between_runs, shows_zeros, torque};
-use crate::show::residual::{PieceResidual, left, own_zeros, rms_left, scatter_of_zeros, settled};
+use crate::show::residual::{PieceResidual, left, mean_and_scatter, own_zeros, rms_left, settled};
 use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
 use valve_model::EffectId;
@@ -107,7 +107,8 @@ impl Judgement<'_> {
     pub fn nuisances(&self) -> Result<Vec<String>, DiagnosisError> {
         let mut found = Vec::new();
         if self.setting.nuisances.zero_nm > 0.0 {
-            let scatter_nm = scatter_of_zeros(&own_zeros(&self.setting, &self.selection.fitted.point)?);
+            let zeros = own_zeros(&self.setting, &self.selection.fitted.point)?;
+            let (_, scatter_nm) = mean_and_scatter(&zeros);
             found.push(format!("the torque's zero differs from run to run by about {}", torque(scatter_nm)));
         }
         if self.noise.per_independent > 1.0 {

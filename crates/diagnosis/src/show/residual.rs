@@ -135,18 +135,12 @@ pub(crate) fn rms_of_zeros(zeros: &[OwnZero]) -> f64 {
     (squares / f64::max(told, f64::MIN_POSITIVE)).sqrt()
 }
 
-/// Mean of own zeros, each by what its run tells of it.
-pub(crate) fn mean_of_zeros(zeros: &[OwnZero]) -> f64 {
-    let told: f64 = zeros.iter().map(|of| of.told).sum();
-    zeros.iter().map(|of| of.told * of.zero).sum::<f64>() / told.max(f64::MIN_POSITIVE)
-}
-
-/// Standard deviation of own zeros about their mean.
-pub(crate) fn scatter_of_zeros(zeros: &[OwnZero]) -> f64 {
-    let mean = mean_of_zeros(zeros);
-    let about_it: Vec<OwnZero> =
-        zeros.iter().map(|of| OwnZero { zero: of.zero - mean, told: of.told }).collect();
-    rms_of_zeros(&about_it)
+/// Mean of own zeros, and their standard deviation about it, each by what its run tells of it.
+pub(crate) fn mean_and_scatter(zeros: &[OwnZero]) -> (f64, f64) {
+    let told = zeros.iter().map(|of| of.told).sum::<f64>().max(f64::MIN_POSITIVE);
+    let mean = zeros.iter().map(|of| of.told * of.zero).sum::<f64>() / told;
+    let square = zeros.iter().map(|of| of.told * (of.zero - mean).powi(2)).sum::<f64>() / told;
+    (mean, square.sqrt())
 }
 
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.

@@ -4,6 +4,7 @@ use super::{causes, explore, leftover, numbers, quality, remains, runs, unnamed}
 use diagnosis::{Cause, Dependence, Found, Judged, Verdict};
 use log_data::Log;
 use report::{Block, Page, Section, Table};
+use study::headline::is_ruled_by_few;
 use study::words::{self, behind, is_changed, short, unit, with_interval};
 use study::{Answer, Residuals};
 
@@ -66,7 +67,7 @@ fn facts(found: &Found, log: &Log) -> Vec<(String, String)> {
         let (before, after) = (short(gain.rms_before), short(gain.rms_after));
         let held = format!("{} {before} {unit}, {} {after} {unit}", words::GIVEN, words::changed(found));
         facts.push((on.to_owned(), held));
-        if words::is_ruled_by_few(gain) {
+        if is_ruled_by_few(gain) {
             let (before, after) = (gain.over_noise_before, gain.over_noise_after);
             facts.push((
                 "the same, each sample counted by how well it is known".to_owned(),

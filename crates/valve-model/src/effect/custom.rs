@@ -78,7 +78,7 @@ pub fn check_expression(
 }
 
 /// Refuses an expression without a finite value somewhere that valves get.
-fn check_poles(program: &Program) -> Result<(), ExpressionError> {
+pub(super) fn check_poles(program: &Program) -> Result<(), ExpressionError> {
     let Some(pole) = pole(program, &Covariate::ALL.map(Covariate::range)) else { return Ok(()) };
     let used = Covariate::ALL.into_iter().zip(&pole.near).filter(|(of, _)| program.uses(of.place()));
     let near: Vec<String> =
@@ -129,16 +129,6 @@ impl CustomLaw {
             }),
             Rule::Table(grid) => grid.validate().map(|()| Prepared::Table(grid.clone())),
         }
-    }
-
-    /// Refuses a formula that has no finite value somewhere that valves get ([`Covariate::range`]).
-    ///
-    /// # Errors
-    /// An expression that does not compile, or has a pole.
-    pub(super) fn check_values(&self, parameters: &[(&str, f64)]) -> Result<(), ParamError> {
-        let Rule::Formula(text) = &self.rule else { return Ok(()) };
-        let checked = compiled(text, parameters).and_then(|program| check_poles(&program));
-        checked.map_err(|error| ParamError::new("expression", error, "a finite value wherever valves get"))
     }
 
     /// The `id` in files.

@@ -119,21 +119,19 @@ impl Effect {
     /// # Errors
     /// `expression`, and where it has none.
     pub fn check_values(&self) -> Result<(), ParamError> {
-        self.custom.as_ref().map_or(Ok(()), |law| law.check_values(&self.numbers()))
+        let Some(Prepared::Formula(program)) = self.prepared().transpose()? else { return Ok(()) };
+        custom::check_poles(&program)
+            .map_err(|error| ParamError::new("expression", error, "a finite value wherever valves get"))
     }
 
     /// A formula or a table ready to run.
     pub(crate) fn prepared(&self) -> Option<Result<Prepared, ParamError>> {
-        self.custom.as_ref().map(|law| law.prepared(&self.numbers()))
-    }
-
-    /// A formula's parameters.
-    fn numbers(&self) -> Vec<(&str, f64)> {
         let number = |value: &EffectValue| match value {
             EffectValue::Number(number) => *number,
             EffectValue::List(_) => f64::NAN,
         };
-        self.parts().map(|(key, value)| (key, number(value))).collect()
+        let numbers: Vec<(&str, f64)> = self.parts().map(|(key, value)| (key, number(value))).collect();
+        self.custom.as_ref().map(|law| law.prepared(&numbers))
     }
 
     fn validate_custom(&self) -> Result<(), ParamError> {

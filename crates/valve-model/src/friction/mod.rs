@@ -72,6 +72,11 @@ impl FrictionParams {
         }
     }
 
+    /// T_c, N·m.
+    pub fn coulomb_torque_nm(&self) -> f64 {
+        *self.clone().coulomb_mut()
+    }
+
     /// σ2, N·m·s/rad.
     pub fn viscous_nm_s_per_rad(&self) -> f64 {
         *self.clone().viscous_mut()
