@@ -147,6 +147,16 @@ fn what_is_no_law_is_refused_at_its_column() {
             "effects.toml:7:27: effect[0].expression: found an unknown name `sped`",
         ),
         ("min = 0.0", "min = 0.5", "found a from 0.5 to 1, expected a range around 0"),
+        (
+            "N*m*s^2/rad^2",
+            "bananas",
+            "effects.toml:11:8: effect[0].parameters.a.unit: found `bananas`, expected products",
+        ),
+        (
+            "N*m*s^2/rad^2",
+            "N*m*s/rad",
+            "effects.toml:7:15: effect[0].expression: found N*m/s, expected a torque in N*m",
+        ),
         ("min = 0.0", "least = 0.5", "effects.toml:9:1: effect[0].parameters.a.least: found an unknown key"),
     ] {
         let file = effects(&place, &EFFECTS.replace(from, to));

@@ -1,6 +1,6 @@
 //! A file of effects that a user suspects (`stepvalve-effects`): formulas whose parameters have a start, bounds and a unit.
 
-use valve_model::{ActsOn, CustomLaw, Effect, Label, Rule, check_expression};
+use valve_model::{ActsOn, CustomLaw, Dimension, Effect, Label, Rule, check_expression, check_units, unit};
 
 use crate::asked::Shape;
 use crate::error::ConfigErrors;
@@ -35,6 +35,8 @@ pub struct OwnParameter {
     pub max: f64,
     /// Its unit, "1" if the file says none.
     pub unit: String,
+    /// The unit's dimension; `None` if the file says none, which may then be any.
+    pub dimension: Option<Dimension>,
 }
 
 /// Reads a file of effects from its text. `file` names it in errors.
@@ -84,6 +86,15 @@ fn read_effect(field: &Field<'_>) -> Option<OwnEffect> {
             }
             return None;
         }
+        let with_units: Vec<(&str, f64, Option<Dimension>)> = numbers
+            .iter()
+            .zip(&parameters)
+            .map(|((name, value), (of, _))| (*name, *value, of.dimension))
+            .collect();
+        if let Err(error) = check_units(&text, &with_units, acts_on) {
+            expression.refuse_within(error.at, error.found, error.expected);
+            return None;
+        }
         let effect = Effect::custom_named(&name, CustomLaw { acts_on, rule: Rule::Formula(text) }, &numbers);
         let refuse = |error: valve_model::ParamError| {
             let at = section.find(error.key);
@@ -112,7 +123,8 @@ fn read_parameter(name: &str, place: &Field<'_>, value: &Field<'_>) -> Option<Ow
         place.refuse("a name of at most 31 bytes");
         return None;
     };
-    let mut of = OwnParameter { key, start: None, min: -1e9, max: 1e9, unit: "1".to_owned() };
+    let mut of =
+        OwnParameter { key, start: None, min: -1e9, max: 1e9, unit: "1".to_owned(), dimension: None };
     if !value.is_table() {
         of.start = Some(value.number(START));
         return Some(of);
@@ -122,8 +134,13 @@ fn read_parameter(name: &str, place: &Field<'_>, value: &Field<'_>) -> Option<Ow
     of.min = section.optional_number("min").unwrap_or(of.min);
     of.max = section.optional_number("max").unwrap_or(of.max);
     section.expects("unit", Shape::Text);
-    if let Some(unit) = section.find("unit") {
-        of.unit = unit.text("a unit such as N*m");
+    if let Some(field) = section.find("unit") {
+        of.unit = field.text("a unit such as N*m");
+        match unit(&of.unit) {
+            Ok(dimension) => of.dimension = Some(dimension),
+            Err(error) if !of.unit.is_empty() => field.refuse_as(error.found, error.expected),
+            Err(_) => {}
+        }
     }
     section.finish();
     Some(of)

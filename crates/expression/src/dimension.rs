@@ -12,9 +12,13 @@ use std::fmt;
 /// Exponents that differ by less are the same.
 const SAME: f64 = 1e-9;
 /// The units that a quantity is made of. Angles are pure numbers.
-const UNITS: [&str; 3] = ["s", "Pa", "K"];
+const UNITS: [&str; 4] = ["s", "K", "Pa", "m"];
+/// The powers of Pa and m that newtons and newton metres have.
+const PA: usize = 2;
+const M: usize = 3;
+const DERIVED: [(&str, f64); 2] = [("N*m", 3.0), ("N", 2.0)];
 
-/// A product of powers of seconds, pascals and kelvins.
+/// A product of powers of seconds, kelvins, pascals and metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dimension {
     powers: [f64; UNITS.len()],
@@ -24,11 +28,19 @@ impl Dimension {
     /// A pure number, or an angle.
     pub const NONE: Self = Self { powers: [0.0; UNITS.len()] };
     /// A time.
-    pub const TIME: Self = Self { powers: [1.0, 0.0, 0.0] };
-    /// A pressure.
-    pub const PRESSURE: Self = Self { powers: [0.0, 1.0, 0.0] };
+    pub const TIME: Self = Self { powers: [1.0, 0.0, 0.0, 0.0] };
+    /// A frequency, or a speed of rotation.
+    pub const FREQUENCY: Self = Self { powers: [-1.0, 0.0, 0.0, 0.0] };
     /// A temperature.
-    pub const TEMPERATURE: Self = Self { powers: [0.0, 0.0, 1.0] };
+    pub const TEMPERATURE: Self = Self { powers: [0.0, 1.0, 0.0, 0.0] };
+    /// A pressure.
+    pub const PRESSURE: Self = Self { powers: [0.0, 0.0, 1.0, 0.0] };
+    /// A length.
+    pub const LENGTH: Self = Self { powers: [0.0, 0.0, 0.0, 1.0] };
+    /// A force, a pressure on an area.
+    pub const FORCE: Self = Self { powers: [0.0, 0.0, 1.0, 2.0] };
+    /// A torque, a force on an arm.
+    pub const TORQUE: Self = Self { powers: [0.0, 0.0, 1.0, 3.0] };
 
     /// The same to a power.
     #[must_use]
@@ -36,7 +48,7 @@ impl Dimension {
         Self { powers: self.powers.map(|of| of * power) }
     }
 
-    fn times(self, other: Self, power: f64) -> Self {
+    pub(crate) fn times(self, other: Self, power: f64) -> Self {
         let mut powers = self.powers;
         powers.iter_mut().zip(other.powers).for_each(|(own, more)| *own += power * more);
         Self { powers }
@@ -48,12 +60,26 @@ impl Dimension {
     }
 }
 
+impl Dimension {
+    /// The units with their powers; newton metres and newtons in place of pascals and metres where these make them.
+    fn units(self) -> Vec<(&'static str, f64)> {
+        let [time, warmth, pascals, metres] = self.powers;
+        let whole = |(_, arm): &&(&str, f64)| pascals.abs() > SAME && (metres - arm * pascals).abs() < SAME;
+        let derived = DERIVED.iter().find(whole).map(|(unit, _)| (*unit, pascals));
+        let of =
+            derived.map_or_else(|| vec![(UNITS[PA], pascals), (UNITS[M], metres)], |derived| vec![derived]);
+        [of, vec![(UNITS[1], warmth), (UNITS[0], time)]].concat()
+    }
+}
+
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let units = self.units();
         let with = |sign: f64| -> Vec<String> {
-            let of = UNITS.iter().zip(self.powers).filter(|(_, power)| sign * power > SAME);
-            let text = |(unit, power): (&&str, f64)| match power.abs() {
+            let of = units.iter().filter(|(_, power)| sign * power > SAME);
+            let text = |(unit, power): &(&str, f64)| match power.abs() {
                 power if (power - 1.0).abs() < SAME => (*unit).to_owned(),
+                power if unit.contains('*') => format!("({unit})^{power}"),
                 power => format!("{unit}^{power}"),
             };
             of.map(text).collect()
@@ -227,5 +253,9 @@ mod tests {
         assert_eq!(Dimension::NONE.to_string(), "a pure number");
         assert_eq!(per_s.to_the(2.0).to_string(), "1/s^2");
         assert_eq!(Dimension::PRESSURE.to_the(0.5).times(per_s, 1.0).to_string(), "Pa^0.5/s");
+        assert_eq!(Dimension::TORQUE.times(per_s, -2.0).to_string(), "N*m*s^2");
+        assert_eq!(Dimension::TORQUE.to_the(-2.0).to_string(), "1/(N*m)^2");
+        assert_eq!(Dimension::FORCE.times(Dimension::TEMPERATURE, -1.0).to_string(), "N/K");
+        assert_eq!(Dimension::LENGTH.to_the(3.0).to_string(), "m^3");
     }
 }

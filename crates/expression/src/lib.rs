@@ -22,6 +22,7 @@ mod parse;
 mod poles;
 mod program;
 mod token;
+mod unit;
 
 pub use dimension::{Dimension, dimension};
 pub use error::ExpressionError;
@@ -30,3 +31,4 @@ pub use number::{Dual, Number};
 pub use parse::{MOST_BYTES, MOST_INSTRUCTIONS, compile, free_names};
 pub use poles::{Pole, pole};
 pub use program::Program;
+pub use unit::unit;

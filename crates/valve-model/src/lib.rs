@@ -21,10 +21,11 @@ mod window;
 pub use clearance::ClearanceParams;
 pub use effect::{
     ActsOn, Condition, Covariate, CustomLaw, Effect, EffectId, EffectSpec, EffectValue, Grid, Label,
-    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression, parameter_names,
+    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression, check_units,
+    parameter_names,
 };
 pub use error::ParamError;
-pub use expression::ExpressionError;
+pub use expression::{Dimension, ExpressionError, unit};
 pub use friction::{
     ContactPast, DahlParams, FrictionLaw, FrictionParams, FrictionState, LeuvenParams, LuGreParams,
     StribeckParams,

@@ -88,18 +88,44 @@ pub(super) fn check_poles(program: &Program) -> Result<(), ExpressionError> {
     Err(ExpressionError::new(pole.at, found, "a finite value wherever valves get"))
 }
 
+/// Checks an expression whose parameters have units: a parameter's name, its value, and its unit's dimension where one is given.
+///
+/// # Errors
+/// Quantities that don't go together, or don't make what it acts on.
+pub fn check_units(
+    text: &str,
+    parameters: &[(&str, f64, Option<Dimension>)],
+    acts_on: ActsOn,
+) -> Result<(), ExpressionError> {
+    // Parameters of known units stand beside the covariates; the others may have any.
+    let known = || parameters.iter().filter_map(|(name, _, unit)| Some((*name, (*unit)?)));
+    let names: Vec<&str> =
+        Covariate::ALL.map(Covariate::name).into_iter().chain(known().map(|(name, _)| name)).collect();
+    let any: Vec<(&str, f64)> = parameters
+        .iter()
+        .filter(|(.., unit)| unit.is_none())
+        .map(|(name, value, _)| (*name, *value))
+        .collect();
+    let units: Vec<Dimension> =
+        Covariate::ALL.map(Covariate::dimension).into_iter().chain(known().map(|(_, unit)| unit)).collect();
+    check_made(dimension(&compile(text, &names, &any)?, &units)?, acts_on)
+}
+
 /// Numbers and parameters may have any unit, so that only what is wrong whatever they are is refused.
 fn check_dimension(program: &Program, acts_on: ActsOn) -> Result<(), ExpressionError> {
-    let made = dimension(program, &Covariate::ALL.map(Covariate::dimension))?;
+    check_made(dimension(program, &Covariate::ALL.map(Covariate::dimension))?, acts_on)
+}
+
+fn check_made(made: Option<Dimension>, acts_on: ActsOn) -> Result<(), ExpressionError> {
     let expected = match acts_on {
-        ActsOn::Torque => "a torque in N*m, as with a parameter before it: a*...",
+        ActsOn::Torque => "a torque in N*m, as with a parameter of that unit before it: a*...",
         ActsOn::Level | ActsOn::Viscous => {
-            "a part of friction, a pure number, as with a parameter before it: a*..."
+            "a part of friction, a pure number, as with a parameter of that unit before it: a*..."
         }
     };
-    let is_right = |made: Dimension| acts_on != ActsOn::Torque && made.is(Dimension::NONE);
+    let right = if acts_on == ActsOn::Torque { Dimension::TORQUE } else { Dimension::NONE };
     match made {
-        Some(made) if !is_right(made) => Err(ExpressionError::new(0, made.to_string(), expected)),
+        Some(made) if !made.is(right) => Err(ExpressionError::new(0, made.to_string(), expected)),
         _ => Ok(()),
     }
 }
