@@ -154,10 +154,12 @@ fn what_cannot_be_tuned_is_refused() {
     std::fs::write(&lonely, "no HDF5").unwrap();
     let blind = place.scenario("sine-1hz.toml", &[("fitted", "fitted = false")]);
     let out = place.path("out.toml");
-    let [scenario, there_text, lonely, blind, out_text] =
-        [&scenario, &there, &lonely, &blind, &out].map(|path| path.to_str().unwrap());
+    let nowhere = place.path("nowhere/out.toml");
+    let [scenario, there_text, lonely, blind, out_text, nowhere] =
+        [&scenario, &there, &lonely, &blind, &out, &nowhere].map(|path| path.to_str().unwrap());
     for (arguments, expected) in [
         (vec![scenario, "--out", there_text], "exists"),
+        (vec![scenario, "--out", nowhere], "there is no folder"),
         (vec!["--out", out_text], "required"),
         (vec![scenario, "--record", lonely, "--out", out_text], "cannot be used with"),
         (vec!["--record", lonely, "--out", out_text], "run.h5"),

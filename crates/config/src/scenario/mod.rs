@@ -21,6 +21,10 @@ pub use set_point::{FlowPressure, ScheduledSetPoint, SetPoint};
 /// Shorter periods work where the machine does, but nothing is promised.
 const SHORTEST_SUPPORTED_PERIOD_NS: u64 = 250_000;
 
+/// A limit of the angle beyond a turn, and a pressure drop below this, were probably meant in degrees and in bar: a bare number is one of radians
+/// and of pascals. (1 kPa is a hundredth of a bar.)
+const LEAST_PRESSURE_PA: f64 = 1e3;
+
 /// A validated scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
@@ -90,6 +94,23 @@ impl Scenario {
             let period_us = self.period_ns / 1000;
             warnings.push(format!(
                 "a period of {period_us} us is experimental: below 250 us nothing is promised"
+            ));
+        }
+        for (key, limit) in
+            [("min_angle", self.limits.min_angle_rad), ("max_angle", self.limits.max_angle_rad)]
+        {
+            if let Some(limit) = limit.filter(|limit| limit.abs() > std::f64::consts::TAU) {
+                let turns = limit / std::f64::consts::TAU;
+                warnings.push(format!(
+                    "limits.{key} is {limit} rad, {turns:.1} turns: a number without a unit is one of radians"
+                ));
+            }
+        }
+        if let Some(least_pa) =
+            self.pressure_drop.least_but_none().filter(|least_pa| *least_pa < LEAST_PRESSURE_PA)
+        {
+            warnings.push(format!(
+                "pressure_drop is {least_pa} Pa, next to none: a number without a unit is one of pascals"
             ));
         }
         // With a real drive the set-points are the operator's.

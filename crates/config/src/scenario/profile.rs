@@ -14,6 +14,12 @@ impl Profile {
         Self { points: vec![(0.0, value)] }
     }
 
+    /// The smallest magnitude that is not zero; `None` where all are.
+    #[must_use]
+    pub fn least_but_none(&self) -> Option<f64> {
+        self.points.iter().map(|(_, value)| value.abs()).filter(|value| *value > 0.0).reduce(f64::min)
+    }
+
     /// The value at a time in seconds; NaN only for a profile without points.
     #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {

@@ -180,6 +180,26 @@ fn set_points_mean_what_they_say() {
 }
 
 #[test]
+fn numbers_that_were_hardly_meant_in_radians_or_pascals_are_noted() {
+    let with = |limit: &str, pressure: &str| {
+        let own = SMALL.replace("[limits]\n", &format!("[limits]\nmax_angle = {limit}\n"));
+        assert_ne!(own, SMALL);
+        parse_scenario(&format!("pressure_drop = {pressure}\n{own}"), "x.toml").unwrap().warnings().join("\n")
+    };
+    for (limit, pressure, turns, pascals) in [
+        ("50", "0", true, false),
+        ("\"50deg\"", "\"20bar\"", false, false),
+        ("1.2", "20", false, true),
+        ("1.2", "[{ time = 0, value = 0 }, { time = 1, value = \"0.02MPa\" }]", false, false),
+        ("1.2", "[{ time = 0, value = \"1MPa\" }, { time = 1, value = 30 }]", false, true),
+    ] {
+        let notes = with(limit, pressure);
+        assert_eq!(notes.contains("limits.max_angle is 50 rad, 8.0 turns"), turns, "{limit}: {notes}");
+        assert_eq!(notes.contains("Pa, next to none"), pascals, "{pressure}: {notes}");
+    }
+}
+
+#[test]
 fn defaults() {
     let s = parse_scenario(SMALL, "x.toml").unwrap();
     assert_eq!((s.period_ns, s.seed, s.loop_delay_cycles), (1_000_000, 0, 1));

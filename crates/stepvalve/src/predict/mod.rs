@@ -19,7 +19,8 @@ use valve_model::Model;
 /// What to predict.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Measured runs (valve-log): with torque, it is predicted from the angle; else the angle from angle_command
+    /// Measured runs (valve-log), or a run's folder: with torque, it is predicted from the angle, else the angle from angle_command. (`diagnose`
+    /// prefers the angle where the model has a motor.)
     #[arg(long, value_name = "LOG.h5")]
     log: PathBuf,
     /// The model
@@ -41,12 +42,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
     room_for(out, arguments.force)?;
-    if is_same_file(out, &arguments.log) {
+    let log_path = files::run_file(&arguments.log)?;
+    if is_same_file(out, &log_path) {
         return Err(Failure::Input(anyhow!("{} is the log: give --out another name", name(out))));
     }
-    let (model_file, log_file) = (name(&arguments.model), name(&arguments.log));
+    let (model_file, log_file) = (name(&arguments.model), name(&log_path));
     let model = config::parse_model(&files::read(&arguments.model)?, &model_file).map_err(Failure::input)?;
-    let mut log = strangers::log(&arguments.log)?;
+    let mut log = strangers::log(&log_path)?;
     let tasks = take_tasks(&mut log).with_context(|| log_file.clone()).map_err(Failure::Input)?;
     log.title = format!("Prediction: {}", log.title);
     log.provenance = Some(format!("stepvalve predict, log {log_file}, model {model_file} ({})", model.name));

@@ -75,6 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if out.exists() {
         return Err(Failure::Input(anyhow!("{} exists: give --out another name", name(out))));
     }
+    files::room_for(out, true)?;
     let Source { log, belief, fixed, of } = match &arguments.scenario {
         Some(scenario) => simulated(scenario, &arguments.fix)?,
         None if arguments.live => match live(arguments.instance.clone(), &arguments.fix)? {
