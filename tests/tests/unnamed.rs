@@ -80,6 +80,29 @@ fn a_law_of_two_quantities_is_found() {
 }
 
 #[test]
+fn laws_that_do_as_well_are_told_and_the_next_experiment_tells_them_apart() {
+    let place = TestPlace::new();
+    // The oil warms as the pressure rises, so that a torque by the one is a torque by the other.
+    let mut runs = loaded(|_, pressure_mpa| 0.002 * pressure_mpa * pressure_mpa);
+    for run in &mut runs {
+        let warms = |pressure_pa: &f64| 40.0 + 1.5 * pressure_pa / 1e6;
+        run.oil_temperature_c = Some(run.pressure_drop_pa.as_ref().unwrap().iter().map(warms).collect());
+    }
+    let log = write(&place, "log.h5", runs);
+    let said = sliding::diagnose(&place, &log, &rig(), "out").expect_code(0).stdout;
+    let found = json(&place, "out");
+    let law = &found["unnamed"][0];
+    println!("{} {} {law} {}", found["verdict"], found["causes"], found["next_experiment"]);
+    let rivals: Vec<String> =
+        law["rivals"].as_array().unwrap().iter().map(|rival| rival["depends_on"].to_string()).collect();
+    let all = format!("{} {rivals:?}", law["depends_on"]);
+    assert!(all.contains("pressure_drop") && all.contains("oil_temperature"), "{found}");
+    assert!(said.contains("As well: a torque depends on"), "{said}");
+    let next = std::fs::read_to_string(place.path("out").join("next-experiment.toml")).unwrap();
+    assert!(next.contains("tells torque by") && next.contains(" from torque by"), "{next}");
+}
+
+#[test]
 fn noise_and_listed_causes_have_no_law() {
     for (what, verdict, torque_nm) in [
         ("noise", "no-discrepancy", (|_, _| 0.0) as fn(f64, f64) -> f64),

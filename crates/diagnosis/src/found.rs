@@ -74,7 +74,8 @@ pub struct Found {
     pub proposed: Vec<Effect>,
     /// Every effect of each ambiguous group, in their order, fitted in place of the others.
     pub rivals: Vec<Effect>,
-    /// Each ambiguous group of which two effects or more were fitted, for the next experiment.
+    /// Each ambiguous group of which two effects or more were fitted, and the last law without a name with those that do as well, for the
+    /// next experiment.
     pub contests: Vec<Contest>,
     /// The channel that the model predicts.
     pub channel: Channel,

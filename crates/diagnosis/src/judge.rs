@@ -25,6 +25,7 @@ use crate::name::select::{Tell, nothing_yet, select, take_over};
 use crate::name::selection::{Round, Selection};
 use crate::name::tried::{EQUAL, NEARLY, Tried};
 use crate::numbers::{have_one_factor, numbers_off};
+use crate::show::conditions::go_by_conditions;
 use crate::show::mains::mains;
 use crate::show::residual::{Jumps, left, left_with, rms_left, settled};
 use crate::show::structure::structure;
@@ -78,7 +79,11 @@ pub(crate) fn judge<'a>(
                 same => same.map(|same| Few::Not(Some(Box::new(same)))),
             }
         };
-        if let Some(found) = found {
+        let no_zeros = match &found {
+            Some(found) => go_by_conditions(&with_zeros, found.point(&fitted))?,
+            None => true,
+        };
+        if let Some(found) = found.filter(|_| !no_zeros) {
             (setting, few) = (with_zeros, found);
             (given, corrected) = fitted;
         }
@@ -110,16 +115,18 @@ pub(crate) fn given_and_corrected(
     })
 }
 
-/// As [`judge`], if no cause, or one or two beside corrections, leave no more than noise; else `None`.
+/// As [`judge`], if no cause, or one or two beside corrections, leave no more than noise, and zeros of each run are zeros; else `None`.
 pub(crate) fn judge_few<'a>(
     setting: Setting<'a>,
     noise: NoiseLevel,
     asked: Asked<'_>,
 ) -> Result<Option<Judgement<'a>>, DiagnosisError> {
-    let (given, corrected) = given_and_corrected(&setting, asked)?;
-    let Few::Found(few) = few(&setting, asked, (&given, corrected.as_ref()), None, &mut |_| {})? else {
+    let fitted = given_and_corrected(&setting, asked)?;
+    let few = few(&setting, asked, (&fitted.0, fitted.1.as_ref()), None, &mut |_| {})?;
+    if go_by_conditions(&setting, few.point(&fitted))? {
         return Ok(None);
-    };
+    }
+    let (Few::Found(few), (given, corrected)) = (few, fitted) else { return Ok(None) };
     judgement(setting, noise, (*few, corrected), &given.point, asked).map(Some)
 }
 
@@ -151,6 +158,17 @@ enum Few {
     Found(Box<Selection>),
     /// They leave more: the causes found so far, if any were searched for.
     Not(Option<Box<Selection>>),
+}
+
+impl Few {
+    /// The point with the causes found; without any, the given model's, with its numbers corrected where these are.
+    fn point<'a>(&'a self, (given, corrected): &'a (Fitted, Option<Fitted>)) -> &'a Point {
+        let causes = match self {
+            Self::Found(found) | Self::Not(Some(found)) => Some(&found.fitted).filter(|_| found.causes() > 0),
+            Self::Not(None) => None,
+        };
+        &causes.or(corrected.as_ref()).unwrap_or(given).point
+    }
 }
 
 /// No cause if corrections alone leave no more than noise; else few causes, if they do beside corrections. Corrections that

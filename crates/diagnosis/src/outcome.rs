@@ -204,6 +204,9 @@ pub struct Unnamed {
     pub rule: UnnamedRule,
     /// A formula's parameters.
     pub parameters: Parameters,
+    /// Laws that do as well in its place.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rivals: Vec<Unnamed>,
 }
 
 /// How such a law goes.

@@ -12,8 +12,9 @@ pub fn sentence(found: &Found) -> String {
     };
     let told: Vec<String> = laws.iter().map(goes).collect();
     let unit = unit(found.channel);
+    let as_well: String = laws.iter().filter_map(as_well).map(|told| format!(" {told}.")).collect();
     format!(
-        " Beyond the list, {}. With that the error on runs not used for fitting falls from {} to {} {unit}.",
+        " Beyond the list, {}. With that the error on runs not used for fitting falls from {} to {} {unit}.{as_well}",
         told.join("; beside it, "),
         short(gain.rms_before),
         short(gain.rms_after)
@@ -24,6 +25,12 @@ pub fn sentence(found: &Found) -> String {
 pub fn goes(law: &Unnamed) -> String {
     let kind = law.kind.map_or(String::new(), |id| format!(": {id}, of another form than the list has"));
     format!("{}{kind}", form(law))
+}
+
+/// The laws that would do as well in its place; `None` where there are none.
+pub fn as_well(law: &Unnamed) -> Option<String> {
+    let told: Vec<String> = law.rivals.iter().map(form).collect();
+    (!told.is_empty()).then(|| format!("As well: {}", told.join("; or ")))
 }
 
 fn form(law: &Unnamed) -> String {
@@ -85,6 +92,7 @@ pub fn comment(law: &Unnamed, found: &Found) -> String {
             .to_owned(),
         format!("What could make it: {makes}."),
     ];
+    lines.extend(as_well(law));
     lines.extend(law.kind.map(|id| format!("It acts as {id} does, in another form than the list has.")));
     if let Some(gain) = &found.diagnosis.gain.unnamed {
         lines.push(format!(

@@ -124,7 +124,7 @@ fn conclusion(
         against.stand_ins.extend(ambiguous.drain(..).flat_map(|group| group.ids));
     }
     let mut proposed = propose(judged, &causes, &against, with_all, &mut ambiguous)?;
-    let (rivals, contests) = with_rivals(judged, &mut ambiguous)?;
+    let (rivals, mut contests) = with_rivals(judged, &mut ambiguous)?;
     let verdict = verdict(&causes, &ambiguous, noise);
     let mut nuisances = judged.nuisances()?;
     let Concluded { model, gain, after, corrected, covariance, structure: structure_kept, tone, told } =
@@ -135,8 +135,9 @@ fn conclusion(
                 let (gain, structure) = (judged.gain_of(&after), structure_kept);
                 Concluded { model, gain, after, corrected, covariance, structure, tone, told: Vec::new() }
             }
-            Some(laws) => {
+            Some(mut laws) => {
                 nuisances.extend(laws.nuisances(&causes));
+                contests.extend(laws.contest.take());
                 with_laws(judged, laws)?
             }
         };
@@ -277,8 +278,6 @@ fn with_rivals(
     ambiguous: &mut [Ambiguity],
 ) -> Result<(Vec<Effect>, Vec<Contest>), DiagnosisError> {
     let (mut effects, mut contests) = (Vec::new(), Vec::new());
-    let deviation = judged.noise_where_it_counts() * judged.noise.per_independent.sqrt();
-    let noise = (deviation, judged.setting.nuisances.zero_nm);
     for group in ambiguous {
         let Some(best) = group.ids.first() else { continue };
         let mut contenders = Vec::new();
@@ -287,9 +286,7 @@ fn with_rivals(
             group.rivals.push(rival.fit);
             contenders.extend(rival.contender);
         }
-        let travel_rad = judged.setting.campaign.facts.travel_rad;
-        let samples = judged.setting.campaign.samples as f64 / judged.noise.per_independent;
-        contests.extend(Contest::new(judged.setting.given, contenders, noise, (travel_rad, samples)));
+        contests.extend(judged.contest(contenders));
     }
     Ok((effects, contests))
 }

@@ -1,11 +1,10 @@
 //! Which runs decide a contest, within a given time.
 
 use super::Contest;
-use super::evidence::Evidence;
+use super::evidence::{Evidence, Pair};
 use crate::name::tried::NEARLY;
 use crate::workers::{Workers, map};
 use log_data::Run;
-use valve_model::EffectId;
 
 /// A log Bayes factor that decides: odds of 22,000 to one. Ten in place of the five of "very strong" (Kass and Raftery, J. Am. Stat.
 /// Assoc. 90, 1995), since it is expected before anything is measured, and by models that are not quite right.
@@ -35,8 +34,8 @@ pub struct Trial {
 pub struct Choice {
     /// Indices of trials, in the order in which they were chosen; one may be there more than once.
     pub chosen: Vec<usize>,
-    /// The expected log Bayes factor of each pair.
-    pub expected: Vec<(EffectId, EffectId, f64)>,
+    /// The expected log Bayes factor of each pair, by the places of the contest's labels.
+    pub expected: Vec<(usize, usize, f64)>,
     /// The one that is aimed at, so that the next diagnosis sees the difference too.
     pub aim: f64,
 }
@@ -107,15 +106,10 @@ fn aim(samples: f64) -> f64 {
 
 /// What a run adds in a second: to the worst pair above all, and a little for every other that isn't decided yet, since no single
 /// run may raise the worst.
-fn rate(
-    before: &[(EffectId, EffectId, f64)],
-    after: &[(EffectId, EffectId, f64)],
-    (aim, takes_s): (f64, f64),
-) -> f64 {
+fn rate(before: &[Pair], after: &[Pair], (aim, takes_s): (f64, f64)) -> f64 {
     let capped = |says: f64| says.min(aim);
-    let worst =
-        |of: &[(EffectId, EffectId, f64)]| of.iter().map(|(.., says)| capped(*says)).fold(aim, f64::min);
-    let sum = |of: &[(EffectId, EffectId, f64)]| of.iter().map(|(.., says)| capped(*says)).sum::<f64>();
+    let worst = |of: &[Pair]| of.iter().map(|(.., says)| capped(*says)).fold(aim, f64::min);
+    let sum = |of: &[Pair]| of.iter().map(|(.., says)| capped(*says)).sum::<f64>();
     let gain = worst(after) - worst(before) + 0.1 * (sum(after) - sum(before)) / after.len().max(1) as f64;
     gain / takes_s
 }
@@ -133,6 +127,7 @@ mod tests {
     use crate::workers::OneAfterTheOther;
     use log_data::Channel;
     use nalgebra::DMatrix;
+    use valve_model::EffectId;
 
     const AT_PA: f64 = 5e6;
 
@@ -147,7 +142,11 @@ mod tests {
             numbers[place] = value;
             let member = Member::new(&candidate, numbers, vec![place]);
             let hypothesis = Hypothesis { members: vec![member], ..Hypothesis::default() };
-            Contender { id, hypothesis, covariance: DMatrix::from_element(1, 1, (0.01 * value).powi(2)) }
+            Contender {
+                label: id.name().to_owned(),
+                hypothesis,
+                covariance: DMatrix::from_element(1, 1, (0.01 * value).powi(2)),
+            }
         };
         let pressed = candidate(EffectId::PressureDependentFriction, &facts).unwrap();
         let gain = pressed.parameters.iter().position(|of| of.key.as_str() == "gain").unwrap();

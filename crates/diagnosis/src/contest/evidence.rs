@@ -7,7 +7,9 @@ use crate::numerics::gram::{Gram, invert};
 use log_data::Run;
 use nalgebra::DMatrix;
 use prediction::{Past, predict, predicted_channel};
-use valve_model::EffectId;
+
+/// Two contenders, by their places, and the log Bayes factor between them.
+pub(crate) type Pair = (usize, usize, f64);
 
 /// A run's equations for each ordered pair of contenders: the columns are the second one's sensitivities, the last one is the
 /// first one's prediction less the second one's. In standard deviations of the measurement.
@@ -56,14 +58,13 @@ impl Evidence {
     }
 
     /// The expected log Bayes factor of each pair, each of them true in turn: the lesser of the two.
-    pub fn by_pair(&self, contest: &Contest) -> Vec<(EffectId, EffectId, f64)> {
-        let mut found: Vec<(EffectId, EffectId, f64)> = Vec::new();
+    pub fn by_pair(&self, contest: &Contest) -> Vec<Pair> {
+        let mut found: Vec<Pair> = Vec::new();
         for (truth, other, gram) in &self.pairs {
-            let (truth, other) = (&contest.contenders[*truth], &contest.contenders[*other]);
-            let says = 0.5 * left(gram, &other.covariance);
-            match found.iter_mut().find(|(one, two, _)| (*one, *two) == (other.id, truth.id)) {
+            let says = 0.5 * left(gram, &contest.contenders[*other].covariance);
+            match found.iter_mut().find(|(one, two, _)| (one, two) == (other, truth)) {
                 Some((.., least)) => *least = least.min(says),
-                None => found.push((truth.id, other.id, says)),
+                None => found.push((*truth, *other, says)),
             }
         }
         found

@@ -10,14 +10,15 @@ mod evidence;
 
 use crate::extend::hypothesis::Hypothesis;
 use nalgebra::DMatrix;
-use valve_model::{EffectId, Model};
+use valve_model::Model;
 
 pub use choice::{Choice, Trial, choose};
 
 /// One of the explanations, fitted to the log at hand.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Contender {
-    pub id: EffectId,
+    /// What it is called: an effect's name, or a law's formula.
+    pub label: String,
     pub hypothesis: Hypothesis,
     /// Of the hypothesis' free numbers.
     pub covariance: DMatrix<f64>,
@@ -57,8 +58,8 @@ impl Contest {
     }
 
     /// Whom it is between.
-    pub fn ids(&self) -> Vec<EffectId> {
-        self.contenders.iter().map(|contender| contender.id).collect()
+    pub fn labels(&self) -> Vec<&str> {
+        self.contenders.iter().map(|contender| contender.label.as_str()).collect()
     }
 
     /// The same measured with `part` of the noise: whether a better sensor would decide it.

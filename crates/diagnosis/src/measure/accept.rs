@@ -5,14 +5,14 @@ use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Map, Parameter};
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
 use crate::extend::tolerance::is_held;
-use crate::fit::equations::Point;
+use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::judgement::Judgement;
 use crate::name::threshold::FLOOR;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, ParameterFound, Parameters};
-use crate::show::residual::{PieceResidual, rms_as_fitted, rms_left};
+use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId};
 
@@ -52,7 +52,7 @@ pub(crate) struct Accepted {
 /// A cause with its gain in held-out error.
 struct Weighed {
     cause: Cause,
-    /// The share of the held-out error without it, by the loss of the fit, that it removes.
+    /// The share of the error without it that it removes where it acts, see [`worth`].
     worth: f64,
 }
 
@@ -171,12 +171,11 @@ pub(crate) fn vague_groups(
     }
     let fitted = &selection.fitted;
     let errors = errors_of(judged, fitted)?;
-    let all = left_held_out(judged, after);
     let mut vague = Vec::new();
     for (index, member) in fitted.point.hypothesis.members.iter().enumerate() {
         let id = member.candidate.id;
         if selection.ambiguous.iter().any(|(best, _)| *best == id) {
-            let worth = weigh_one(judged, fitted, (all, &errors), index)?.worth;
+            let worth = weigh_one(judged, fitted, (after, &errors), index)?.worth;
             vague.extend(is_vague(judged, (fitted, &errors), index, worth).then_some(id));
         }
     }
@@ -216,23 +215,16 @@ fn weigh(
     after: &[PieceResidual],
     errors: &Errors,
 ) -> Result<Vec<Weighed>, DiagnosisError> {
-    let all = left_held_out(judged, after);
     (0..kept.point.hypothesis.members.len())
-        .map(|index| weigh_one(judged, kept, (all, errors), index))
+        .map(|index| weigh_one(judged, kept, (after, errors), index))
         .collect()
 }
 
-/// The RMS of what is left on held-out groups: plain, and by the loss of the fit.
-fn left_held_out(judged: &Judgement<'_>, left: &[PieceResidual]) -> (f64, f64) {
-    let wanted = judged.setting.campaign.judges();
-    (rms_left(&judged.setting, left, &wanted), rms_as_fitted(&judged.setting, left, &wanted))
-}
-
-/// The cause at an index, against a refit without it. `all`: what is left on held-out groups with all of them.
+/// The cause at an index, against a refit without it. `after`: what is left with all of them.
 fn weigh_one(
     judged: &Judgement<'_>,
     kept: &Fitted,
-    (all, errors): ((f64, f64), &Errors),
+    (after, errors): (&[PieceResidual], &Errors),
     index: usize,
 ) -> Result<Weighed, DiagnosisError> {
     let hypothesis = &kept.point.hypothesis;
@@ -240,7 +232,11 @@ fn weigh_one(
     let fewer = corrected_again(hypothesis.without(index), judged, hypothesis);
     let begin = Point { hypothesis: fewer, starts: kept.point.starts.clone() };
     let without = fit(&judged.setting, begin, &Piece::is_fitted, 6)?;
-    let (rms, as_fitted) = left_held_out(judged, &judged.everywhere(&without)?.1);
+    let (_, left) = judged.everywhere(&without)?;
+    let (setting, judges) = (&judged.setting, judged.setting.campaign.judges());
+    let all = rms_left(setting, after, &judges);
+    let rms = rms_left(setting, &left, &judges);
+    let worth = worth(setting, after, &left);
     let mut evidence = BTreeMap::new();
     evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
     if [EffectId::DwellStiction, EffectId::HydraulicLock].contains(&member.candidate.id) {
@@ -254,9 +250,16 @@ fn weigh_one(
         id: member.candidate.id,
         parameters: parameters(errors, index),
         evidence,
-        rms_gain: part_taken(all.0, rms),
+        rms_gain: part_taken(all, rms),
     };
-    Ok(Weighed { cause, worth: part_taken(all.1, as_fitted) })
+    Ok(Weighed { cause, worth })
+}
+
+/// The share of the error without a cause, by the loss of the fit, that it removes where it acts: what it does in a few runs is no less for the
+/// many in which it does nothing.
+fn worth(setting: &Setting<'_>, with: &[PieceResidual], without: &[PieceResidual]) -> f64 {
+    let judges = judges_of(setting, without, with);
+    part_taken(rms_as_fitted(setting, with, &judges), rms_as_fitted(setting, without, &judges))
 }
 
 /// The representative of each group of twins, with its parameters.

@@ -55,7 +55,12 @@ fn in_place_of(judged: &Judgement<'_>, place: usize, member: &Member) -> Result<
     fit(&judged.setting, point, &Piece::is_fitted, STEPS)
 }
 
-fn told(judged: &Judgement<'_>, fitted: &Fitted, place: usize) -> Result<Option<Rival>, DiagnosisError> {
+/// The member at this place of a fit, with its numbers and what all members leave.
+pub(crate) fn told(
+    judged: &Judgement<'_>,
+    fitted: &Fitted,
+    place: usize,
+) -> Result<Option<Rival>, DiagnosisError> {
     let errors = errors_of(judged, fitted)?;
     let member = errors.hypothesis.members.get(place);
     let effect =
@@ -70,7 +75,7 @@ fn told(judged: &Judgement<'_>, fitted: &Fitted, place: usize) -> Result<Option<
         covariance: errors.covariance(),
     };
     let contender = errors.spread.map(|spread| Contender {
-        id,
+        label: id.name().to_owned(),
         hypothesis: errors.hypothesis,
         covariance: spread.covariance,
     });

@@ -1,8 +1,9 @@
 //! Everything that the conclusion rests on: the causes selected, the residual before them, and the noise.
 
 use crate::DiagnosisError;
+use crate::contest::{Contender, Contest};
 use crate::extend::hypothesis::{Correction, Hypothesis};
-use crate::fit::equations::{Point, Setting};
+use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::Fitted;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
@@ -12,6 +13,7 @@ use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
+use crate::show::conditions::go_by_conditions;
 use crate::show::observe::{between_runs, shows_zeros, torque};
 use crate::show::residual::{PieceResidual, left, mean_and_scatter, own_zeros, rms_left, settled};
 use crate::show::structure::{Structure, rms, structure};
@@ -54,6 +56,15 @@ impl Judgement<'_> {
         Ok(rms(&self.setting, &left) < part)
     }
 
+    /// Explanations as an experiment between them is planned; `None` with fewer than two.
+    pub fn contest(&self, contenders: Vec<Contender>) -> Option<Contest> {
+        let campaign = self.setting.campaign;
+        let deviation = self.noise_where_it_counts() * self.noise.per_independent.sqrt();
+        let samples = campaign.samples as f64 / self.noise.per_independent;
+        let noise = (deviation, self.setting.nuisances.zero_nm);
+        Contest::new(self.setting.given, contenders, noise, (campaign.facts.travel_rad, samples))
+    }
+
     pub fn gain_of(&self, after: &[PieceResidual]) -> Gain {
         gain(&self.setting, &self.before, after, self.seed)
     }
@@ -81,7 +92,10 @@ impl Judgement<'_> {
         if share < 0.05 || of_others > 0.8 * share || of_a_cause || !shows_zeros(campaign) {
             return Ok(0.0);
         }
-        Ok(between_runs(campaign, &left).unwrap_or(0.0))
+        let zero_nm = between_runs(campaign, &left).unwrap_or(0.0);
+        let with_zeros =
+            Setting { nuisances: Nuisances { zero_nm, ..self.setting.nuisances }, ..self.setting };
+        Ok(if go_by_conditions(&with_zeros, &fitted.point)? { 0.0 } else { zero_nm })
     }
 
     /// The noise's RMS under the fit's weights, N·m or rad: the factor from a normalised residual to the channel's

@@ -1,6 +1,7 @@
 //! What a residual shows: size, dependences, spectrum, whiteness, and observations in words.
 
 pub(crate) mod colour;
+pub(crate) mod conditions;
 pub(crate) mod geared;
 pub(crate) mod loose;
 pub(crate) mod mains;

@@ -3,9 +3,10 @@
 use crate::DiagnosisError;
 use crate::fit::equations::{Additive, Column, Nuisances, PieceEquations, Point, Setting};
 use crate::fit::gauss_newton::{fit, with_best_starts};
+use crate::log::cut::Place;
 use crate::log::piece::Piece;
 use crate::workers::map;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A piece's residual with the nuisances subtracted, and the prediction that they were added to.
 pub(crate) struct PieceResidual {
@@ -103,6 +104,14 @@ pub(crate) struct OwnZero {
 
 /// The own zeros of all runs: pieces of one run have one zero, and are no further witnesses of what zeros scatter about.
 pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZero>, DiagnosisError> {
+    Ok(zeros_of_runs(setting, point)?.into_iter().map(|(_, zero)| zero).collect())
+}
+
+/// The own zeros, each with its run.
+pub(crate) fn zeros_of_runs(
+    setting: &Setting<'_>,
+    point: &Point,
+) -> Result<Vec<(usize, OwnZero)>, DiagnosisError> {
     let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
     let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
     let ridge = setting.nuisances.zero_ridge();
@@ -116,7 +125,7 @@ pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZ
     for (piece, equations) in setting.campaign.pieces.iter().zip(equations) {
         runs.entry(piece.run).or_default().extend(equations.map(zero));
     }
-    Ok(runs.into_values().filter_map(|pieces| zero_of_run(&pieces)).collect())
+    Ok(runs.into_iter().filter_map(|(run, pieces)| Some((run, zero_of_run(&pieces)?))).collect())
 }
 
 /// A run's zero: the mean of its pieces', each by what it tells. The run tells what the best of them does.
@@ -201,6 +210,36 @@ pub(crate) fn squares_as_fitted(
         *count += piece.count();
     }
     groups.into_iter().filter(|(_, count)| *count > 0.0).collect()
+}
+
+/// A change of the prediction is judged where it changes a sample by at least this part, in mean square, of what it changes one in all pieces.
+const SHOWS: f64 = 0.1;
+
+/// Whether a piece judges the change from one residual to another: those held out that show it; where none of them does, all that are held out.
+pub(crate) fn judges_of(
+    setting: &Setting<'_>,
+    one: &[PieceResidual],
+    other: &[PieceResidual],
+) -> impl Fn(&Piece) -> bool + use<> {
+    let changed = changes(setting, one, other);
+    let (square, count) = changed.iter().fold((0.0, 0.0), |sums, of| (sums.0 + of.0, sums.1 + of.1));
+    let least = SHOWS * square / f64::max(count, 1.0);
+    let judges = setting.campaign.judges();
+    let place = |piece: &Piece| (piece.run, piece.rows.start);
+    let pieces = setting.campaign.pieces.iter().zip(&changed);
+    let showing = pieces.filter(|(piece, (square, count))| judges(piece) && *square >= least * count);
+    let showing: BTreeSet<Place> = showing.map(|(piece, _)| place(piece)).collect();
+    move |piece| judges(piece) && (showing.is_empty() || showing.contains(&place(piece)))
+}
+
+/// Each piece's sum of squared changes from one residual to another, in standard deviations, and its number of independent samples.
+fn changes(setting: &Setting<'_>, one: &[PieceResidual], other: &[PieceResidual]) -> Vec<(f64, f64)> {
+    let of = |(piece, (one, other)): (&Piece, (&PieceResidual, &PieceResidual))| {
+        let both = one.residual.iter().zip(&other.residual).zip(&piece.weights);
+        let square = |((one, other), weight): ((&f64, &f64), &f64)| (weight * (one - other)).powi(2);
+        (both.map(square).filter(|square| square.is_finite()).sum(), piece.count())
+    };
+    setting.campaign.pieces.iter().zip(one.iter().zip(other)).map(of).collect()
 }
 
 #[cfg(test)]

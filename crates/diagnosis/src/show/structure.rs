@@ -61,6 +61,9 @@ const COVARIATES: [&str; 9] = [
 /// The angle's index among them.
 const ANGLE: usize = 2;
 
+/// Covariates that act together in some machines, by their indices: each alone may then account for nothing.
+const PAIRS: [(usize, usize); 4] = [(5, 6), (3, 5), (3, 6), (4, 6)];
+
 /// The result of the tests of a residual.
 #[derive(Debug, Clone)]
 pub(crate) struct Structure {
@@ -87,6 +90,10 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[PieceResidual]) -> Struct
     let tested =
         map(setting.workers, COVARIATES.len(), |index| by_covariate(index, &samples, square, independent));
     let mut dependences: Vec<Dependence> = tested.into_iter().flatten().collect();
+    let together = map(setting.workers, PAIRS.len(), |index| {
+        PAIRS.get(index).map_or_else(Vec::new, |pair| by_pair(*pair, &samples, square, independent))
+    });
+    dependences.extend(together.into_iter().flatten());
     let orders = Progression { first: 1, count: ORDERS };
     for harmonic in harmonics(&samples, orders, square, independent) {
         dependences.extend([harmonic.both_ways, harmonic.against_motion].map(
@@ -141,6 +148,63 @@ fn by_covariate(index: usize, samples: &[Sample], square: f64, independent: f64)
         found.extend(dependence);
     }
     found
+}
+
+/// The tests of the residual against the product of two covariates, as it is and as friction: a line through what both do within the runs,
+/// so that zeros of runs and their drift count for nothing.
+fn by_pair(
+    (one, other): (usize, usize),
+    samples: &[Sample],
+    square: f64,
+    independent: f64,
+) -> Vec<Dependence> {
+    let (Some(first), Some(second)) = (COVARIATES.get(one), COVARIATES.get(other)) else { return Vec::new() };
+    let (Some(x), Some(y)) = (standardised(samples, one), standardised(samples, other)) else {
+        return Vec::new();
+    };
+    let test = |as_friction: bool| {
+        let sign = |sample: &Sample| if as_friction { sample.direction } else { 1.0 };
+        let product = samples.iter().zip(&x).zip(&y).map(|((sample, x), y)| sign(sample) * x * y).collect();
+        let (between, groups) = explained_within_runs(samples, product)?;
+        let freedom = independent - groups;
+        let (share, p_value) = tested((between, square), 1.0, square, freedom.max(4.0));
+        Some(Dependence { on: format!("{first} and {second}"), as_friction, share, p_value })
+    };
+    [false, true].into_iter().filter_map(test).collect()
+}
+
+/// A covariate with mean 0 and standard deviation 1 over the samples; `None` where it was not recorded, or never changes.
+fn standardised(samples: &[Sample], index: usize) -> Option<Vec<f64>> {
+    let values: Vec<f64> =
+        samples.iter().filter_map(|sample| sample.covariates.get(index).copied()).collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+    let varies = deviation.is_finite() && deviation > 1e-9 * mean.abs();
+    varies.then(|| values.iter().map(|value| (value - mean) / deviation).collect())
+}
+
+/// The sum of squares of the residual that a multiple of a quantity accounts for, the mean of either taken off in each run, and the number of
+/// runs. `None` where the quantity is the same within every run.
+fn explained_within_runs(samples: &[Sample], of: Vec<f64>) -> Option<(f64, f64)> {
+    let mut runs: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
+    for (sample, value) in samples.iter().zip(&of) {
+        let sums = runs.entry(sample.unit).or_default();
+        let information = sample.information;
+        *sums = (
+            sums.0 + information,
+            sums.1 + information * value,
+            sums.2 + information.sqrt() * sample.residual,
+        );
+    }
+    let (mut xx, mut xy, mut all) = (0.0, 0.0, 0.0);
+    for (sample, value) in samples.iter().zip(&of) {
+        let Some((count, x, y)) = runs.get(&sample.unit) else { continue };
+        let root = sample.information.sqrt();
+        let (x, y) = (root * (value - x / count), sample.residual - root * y / count);
+        (xx, xy, all) = (xx + x * x, xy + x * y, all + sample.information * value * value);
+    }
+    (xx > 1e-9 * all).then(|| (xy * xy / xx, runs.len() as f64))
 }
 
 /// The p-value of a line through the runs' means over a covariate, each with the weight of its samples. Its degrees of freedom
@@ -383,6 +447,27 @@ fn correlation(setting: &Setting<'_>, left: &[PieceResidual]) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_two_covariates_do_together_is_seen_where_neither_does_anything() {
+        // Twelve runs, each with a zero of its own; pressure and temperature swing within each.
+        let sample = |index: usize, law: f64| {
+            let (run, at) = (index / 500, (index % 500) as f64 / 500.0);
+            let mut covariates = [0.0; COVARIATES.len()];
+            covariates[5] = (12.0 * at + run as f64).sin();
+            covariates[6] = (7.0 * at + 2.0 * run as f64).cos();
+            let noise = (index.wrapping_mul(2_654_435_761) % 1000) as f64 / 500.0 - 1.0;
+            let residual = (run as f64).cos() + law * covariates[5] * covariates[6] + noise;
+            Sample { unit: run, residual, information: 1.0, direction: 1.0, covariates }
+        };
+        let test = |law: f64| {
+            let samples: Vec<Sample> = (0..6000).map(|index| sample(index, law)).collect();
+            let (square, count) = size(&samples);
+            by_pair((5, 6), &samples, square, count / 10.0)[0].clone()
+        };
+        assert!(test(0.0).p_value > 0.05, "{:?}", test(0.0));
+        assert!(test(0.5).p_value < 1e-4 && test(0.5).share > 0.02, "{:?}", test(0.5));
+    }
 
     #[test]
     fn a_pressure_counts_once_a_run_however_many_samples_it_has() {

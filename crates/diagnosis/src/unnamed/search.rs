@@ -42,6 +42,8 @@ const LEAST_PART: f64 = 0.1;
 pub(crate) struct Laws {
     pub terms: Vec<Term>,
     pub tried: Tried,
+    /// Others that did as well as the last one, as they were fitted in its place.
+    pub rivals: Vec<(Term, Member)>,
 }
 
 /// A law with what the screening expects of it.
@@ -54,7 +56,7 @@ struct Ranked {
 /// Searches from `begin` on. First the fit without a law, then with one law and more, each with those before it; last, those of them that
 /// the others don't make idle.
 pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, DiagnosisError> {
-    let mut laws = Laws { terms: Vec::new(), tried: Tried::from(setting, begin, STEPS)? };
+    let mut laws = Laws { terms: Vec::new(), tried: Tried::from(setting, begin, STEPS)?, rivals: Vec::new() };
     let mut stages: Vec<Laws> = vec![laws.clone()];
     while laws.terms.len() < MOST_LAWS && !setting.is_over() {
         let kept = setting.sensitivities(&laws.tried.fitted.point)?;
@@ -70,7 +72,9 @@ pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, D
             order: order_of_its_own(setting, &seen),
         };
         let ranked = ranking(&quick, &laws.tried, &suggested, laws.terms.is_empty())?;
-        let Some((term, tried)) = best_of(&quick, &laws.tried, shortlist(ranked))? else { break };
+        let mut good = best_of(&quick, &laws.tried, shortlist(ranked))?.into_iter();
+        let Some((term, tried)) = good.next() else { break };
+        laws.rivals = rivals_of(&term, good);
         laws.terms.push(term);
         laws.tried = Tried::from(setting, tried.fitted.point, STEPS)?;
         stages.push(laws.clone());
@@ -81,6 +85,19 @@ pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, D
         stages.extend((fewer.terms.len() < all).then_some(fewer));
     }
     Ok(stages)
+}
+
+/// Those of the laws that do as well, without curves over what another is a formula of.
+fn rivals_of(term: &Term, as_good: impl Iterator<Item = (Term, Tried)>) -> Vec<(Term, Member)> {
+    let mut rivals: Vec<(Term, Member)> = Vec::new();
+    for (other, tried) in as_good {
+        let apart = |known: &Term| !known.bends_to(&other) && !other.bends_to(known);
+        let last = tried.fitted.point.hypothesis.members.last();
+        if let Some(member) = last.filter(|_| apart(term) && rivals.iter().all(|(known, _)| apart(known))) {
+            rivals.push((other, member.clone()));
+        }
+    }
+    rivals
 }
 
 /// All laws that are screened, best first.
@@ -185,12 +202,12 @@ fn shortlist(ranked: Vec<Ranked>) -> Vec<Ranked> {
     chosen
 }
 
-/// The simplest of the laws that cut about as much as the best one; `None` if none cuts enough.
+/// The laws that cut about as much as the best one, the simplest first; none if that doesn't cut enough.
 fn best_of(
     setting: &Setting<'_>,
     base: &Tried,
     shortlist: Vec<Ranked>,
-) -> Result<Option<(Term, Tried)>, DiagnosisError> {
+) -> Result<Vec<(Term, Tried)>, DiagnosisError> {
     let hypothesis = &base.fitted.point.hypothesis;
     let taken = |name: &str| {
         let is_so_called = |id: EffectId| id.name() == name;
@@ -213,11 +230,12 @@ fn best_of(
     let enough =
         base.rms - least >= FLOOR && base.rms.powi(2) - least.powi(2) >= LEAST_PART * base.rms.powi(2);
     if !enough {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let as_good = least + EQUAL.max(AS_MUCH * (base.rms - least));
-    let good = fitted.into_iter().filter(|(_, tried)| tried.rms <= as_good);
-    Ok(good.min_by_key(|(term, _)| term.complexity()))
+    fitted.retain(|(_, tried)| tried.rms <= as_good);
+    fitted.sort_by_key(|(term, _)| term.complexity());
+    Ok(fitted)
 }
 
 /// The laws less those without which the others leave about as little.
@@ -230,8 +248,11 @@ fn without_idle(setting: &Setting<'_>, mut laws: Laws) -> Result<Laws, Diagnosis
         let place = laws.tried.fitted.point.hypothesis.members.len() - laws.terms.len() + index;
         let Some(fewer) = without(setting, &laws.tried, place, None)? else { continue };
         if part_cut(&fewer, least) < LEAST_PART {
+            let was_last = index + 1 == laws.terms.len();
             laws.terms.remove(index);
             laws.tried = fewer;
+            // They were fitted in the place of the last one.
+            laws.rivals.retain(|_| !was_last);
         }
     }
     Ok(laws)

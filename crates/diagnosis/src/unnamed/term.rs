@@ -46,6 +46,11 @@ impl Term {
         self.acts_on == other.acts_on && within(self, other) && within(other, self)
     }
 
+    /// Whether it is a curve over what the other is a formula of, so that it can follow that wherever it goes.
+    pub fn bends_to(&self, other: &Self) -> bool {
+        self.has_quantities_of(other) && self.factors.iter().any(Factor::is_curve)
+    }
+
     /// Whether it is the same product, in whichever order.
     pub fn is_same(&self, other: &Self) -> bool {
         self.acts_on == other.acts_on

@@ -1,17 +1,26 @@
 //! Laws without a name, as the diagnosis tells them: with their numbers and what they depend on, in the extended model.
 
 use crate::DiagnosisError;
+use crate::contest::{Contender, Contest};
+use crate::error::if_possible;
 use crate::fit::equations::Point;
+use crate::fit::gauss_newton::Fitted;
 use crate::measure::accept::{errors_of, parameters};
+use crate::measure::alternatives::{self, Rival};
 use crate::measure::gain::gain;
 use crate::measure::judgement::Judgement;
+use crate::name::tried::{NEARLY, STEPS, Tried};
 use crate::outcome::{Cause, Corrected, Covariance, Parameters, Unnamed, UnnamedGain, UnnamedRule};
 use crate::show::residual::PieceResidual;
 use crate::unnamed::factor::Factor;
 use crate::unnamed::kept::Kept;
 use crate::unnamed::kind::kind;
+use crate::unnamed::search::Laws;
 use crate::unnamed::term::Term;
 use valve_model::{CustomLaw, Effect, EffectId, Grid, Model, Rule};
+
+/// So many laws that do as well as the last one are fitted.
+const MOST_RIVALS: usize = 3;
 
 /// The model with laws without a name, and all that follows from it.
 pub(crate) struct Extended {
@@ -21,6 +30,8 @@ pub(crate) struct Extended {
     pub covariance: Covariance,
     pub told: Vec<Unnamed>,
     pub gain: UnnamedGain,
+    /// The last law and those that do as well; none where it has no such rivals.
+    pub contest: Option<Contest>,
     /// The laws as the model has them, in their order.
     effects: Vec<Effect>,
     /// The causes that stay beside them, with their numbers.
@@ -49,7 +60,15 @@ pub(crate) fn told(
         in_words.extend(words(term, &effect, parameters(&errors, first + index)));
         effects.push(effect);
     }
+    let mut contenders = Vec::new();
+    for (told, contender) in rivals(judged, &laws)? {
+        contenders.push(contender);
+        in_words.last_mut().filter(|_| contenders.len() > 1).into_iter().for_each(|last: &mut Unnamed| {
+            last.rivals.push(told.clone());
+        });
+    }
     Ok(Extended {
+        contest: judged.contest(contenders),
         corrected: errors.corrected(),
         covariance: errors.covariance(),
         point,
@@ -64,6 +83,52 @@ pub(crate) fn told(
         effects,
         causes,
     })
+}
+
+/// The last law and those that still do as well beside all that is kept, each as it is told and as an experiment is planned for; none where
+/// there is but one.
+fn rivals(judged: &Judgement<'_>, laws: &Laws) -> Result<Vec<(Unnamed, Contender)>, DiagnosisError> {
+    let fitted = &laws.tried.fitted;
+    let Some(place) = fitted.point.hypothesis.members.len().checked_sub(1) else { return Ok(Vec::new()) };
+    let (Some(term), false) = (laws.terms.last(), laws.rivals.is_empty()) else { return Ok(Vec::new()) };
+    let mut found: Vec<(Unnamed, Contender)> = Vec::new();
+    found.extend(as_rival(judged, fitted, (place, term))?);
+    for (term, member) in &laws.rivals {
+        if judged.setting.is_over() || found.len() > MOST_RIVALS {
+            break;
+        }
+        let mut begin = fitted.point.clone();
+        begin.hypothesis.members.last_mut().into_iter().for_each(|last| *last = member.clone());
+        let tried = if_possible(Tried::from(&judged.setting, begin, STEPS))?;
+        if let Some(tried) = tried.filter(|tried| tried.rms <= laws.tried.rms + NEARLY) {
+            found.extend(as_rival(judged, &tried.fitted, (place, term))?);
+        }
+    }
+    Ok(found)
+}
+
+fn as_rival(
+    judged: &Judgement<'_>,
+    fitted: &Fitted,
+    (place, term): (usize, &Term),
+) -> Result<Option<(Unnamed, Contender)>, DiagnosisError> {
+    let Some(Rival { effect, fit, contender }) = alternatives::told(judged, fitted, place)? else {
+        return Ok(None);
+    };
+    let told = words(term, &effect, fit.parameters);
+    Ok(told.zip(contender).map(|(told, contender)| {
+        let label = label(&told);
+        (told, Contender { label, ..contender })
+    }))
+}
+
+/// A law in a word or two.
+fn label(law: &Unnamed) -> String {
+    let how = match &law.rule {
+        UnnamedRule::Formula { expression } => expression.clone(),
+        UnnamedRule::Table { over, .. } => format!("a table over {}", over.join(" and ")),
+    };
+    format!("{} by {how}", law.acts_on)
 }
 
 fn words(term: &Term, effect: &Effect, parameters: Parameters) -> Option<Unnamed> {
@@ -83,6 +148,7 @@ fn words(term: &Term, effect: &Effect, parameters: Parameters) -> Option<Unnamed
         kind: kind(term),
         rule,
         parameters,
+        rivals: Vec::new(),
     })
 }
 

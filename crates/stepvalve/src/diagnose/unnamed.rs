@@ -2,7 +2,7 @@
 
 use diagnosis::{Found, Unnamed};
 use report::{Block, Section, Table};
-use study::unnamed::{could, goes};
+use study::unnamed::{as_well, could, goes};
 use study::words;
 
 /// The part of the report, where there are any.
@@ -13,7 +13,9 @@ pub fn section(found: &Found) -> Option<Section> {
     }
     let row = |law: &Unnamed| {
         let (makes, look) = could(law);
-        vec![law.id.to_string(), words::with_capital(&goes(law)), makes.to_owned(), look.to_owned()]
+        let does =
+            [Some(words::with_capital(&goes(law))), as_well(law)].into_iter().flatten().collect::<Vec<_>>();
+        vec![law.id.to_string(), does.join(". "), makes.to_owned(), look.to_owned()]
     };
     let header = ["in the extended model", "what it does", "what could make it", "how to look for it"];
     let table = Table { header: header.map(str::to_owned).to_vec(), rows: laws.iter().map(row).collect() };

@@ -57,7 +57,8 @@ pub struct Experiment {
     pub said: String,
 }
 
-/// The experiment that tells the first group of a diagnosis apart; `None` where none is open.
+/// The experiment that tells the first group of a diagnosis apart, or a law without a name from those that do as well; `None` where neither is
+/// open.
 ///
 /// # Errors
 /// Limits that leave no motion.
@@ -125,7 +126,7 @@ fn takes_s(choice: &Choice, trials: &[Trial]) -> f64 {
 }
 
 fn names(contest: &Contest) -> String {
-    contest.ids().iter().map(|id| id.name().to_owned()).collect::<Vec<_>>().join(" from ")
+    contest.labels().join(" from ")
 }
 
 /// A log Bayes factor; beyond a thousand only that it is.
@@ -135,8 +136,12 @@ fn factor(says: f64) -> String {
 
 /// What stands above an experiment.
 fn head(contest: &Contest, choice: &Choice, takes_s: f64, format: &str) -> String {
-    let pairs =
-        choice.expected.iter().map(|(one, other, says)| format!("#   {one} from {other}: {says:.1}\n"));
+    let labels = contest.labels();
+    let label = |place: &usize| labels.get(*place).copied().unwrap_or_default();
+    let pairs = choice
+        .expected
+        .iter()
+        .map(|(one, other, says)| format!("#   {} from {}: {says:.1}\n", label(one), label(other)));
     format!(
         "# The next experiment, by stepvalve diagnose: tells {} apart. It takes {takes_s:.0} s.\n\
          # Expected log Bayes factors (10 is clear, {} is aimed at):\n{}{format}",

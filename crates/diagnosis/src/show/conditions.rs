@@ -1,0 +1,174 @@
+//! Whether the runs' zeros go by what the runs differ in: then they are no zeros, but a torque that nothing explains yet.
+
+use crate::DiagnosisError;
+use crate::fit::equations::{Point, Setting};
+use crate::numerics::statistics::{CHANCE, holm};
+use crate::show::residual::{OwnZero, zeros_of_runs};
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+/// Zeros go by the conditions if these account for this part of what the course of time leaves of their squares.
+const MOST: f64 = 0.5;
+/// The course of time and a curve over a condition are five numbers: of no more runs nothing is left to judge by.
+const LEAST_RUNS: usize = 6;
+/// A singular value below this part of the largest counts as none: two levels of a condition tell a line and no curve.
+const RANK: f64 = 1e-6;
+
+/// What a run's zero is compared with.
+#[derive(Debug, Clone, Copy)]
+struct Conditions {
+    /// The run's place in the log.
+    place: f64,
+    /// The mean of its times, and the last of them.
+    time_s: f64,
+    last_s: f64,
+    pressure_pa: f64,
+    temperature_c: f64,
+}
+
+/// Whether the zeros of a torque's runs go by pressure or temperature, and not by the time at which the runs were made alone, as a transducer
+/// that drifts does: a partial F-test of curves of the second degree in either, and of a surface in both.
+pub(crate) fn go_by_conditions(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
+    if setting.nuisances.zero_nm == 0.0 {
+        return Ok(false);
+    }
+    let zeros = zeros_of_runs(setting, point)?;
+    let runs: Vec<(OwnZero, Conditions)> =
+        zeros.into_iter().map(|(run, zero)| (zero, conditions(setting, run))).collect();
+    Ok(go_by(&runs))
+}
+
+/// The means over a run's pieces; 0 throughout for a channel that was not recorded.
+fn conditions(setting: &Setting<'_>, run: usize) -> Conditions {
+    let mean = |of: fn(&crate::log::driven::Driven) -> &[f64]| {
+        let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
+        let (sum, count) = pieces
+            .flat_map(|piece| of(&piece.driven))
+            .filter(|value| value.is_finite())
+            .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
+    let last_s = pieces.filter_map(|piece| piece.driven.time_s().last().copied()).fold(f64::MIN, f64::max);
+    Conditions {
+        place: run as f64,
+        time_s: mean(|of| of.time_s()),
+        last_s,
+        pressure_pa: mean(|of| of.pressure_pa()),
+        temperature_c: mean(|of| of.temperature_c()),
+    }
+}
+
+fn go_by(runs: &[(OwnZero, Conditions)]) -> bool {
+    if runs.len() < LEAST_RUNS {
+        return false;
+    }
+    let column = |of: fn(&Conditions) -> f64| standardised(runs, of);
+    let (pressure, temperature) = (column(|of| of.pressure_pa), column(|of| of.temperature_c));
+    // Where every run's clock begins anew, their order is all that is known of when they were made.
+    let all = |of: fn(&Conditions) -> f64| runs.iter().map(move |(_, conditions)| of(conditions));
+    let begins_anew =
+        all(|of| of.time_s).fold(f64::MIN, f64::max) <= all(|of| of.last_s).fold(f64::MAX, f64::min);
+    let time = column(if begins_anew { |of| of.place } else { |of| of.time_s });
+    let curve = |x: &DVector<f64>| vec![x.clone(), x.component_mul(x)];
+    let both = vec![pressure.component_mul(&temperature)];
+    let surface = [curve(&pressure), curve(&temperature), both].concat();
+    let course = [vec![DVector::from_element(runs.len(), 1.0)], curve(&time)].concat();
+    let tested = [curve(&pressure), curve(&temperature), surface];
+    let mut found: Vec<(f64, f64)> =
+        tested.into_iter().filter_map(|added| partial_f(runs, &course, added)).collect();
+    holm(found.iter_mut().map(|(_, p_value)| p_value));
+    found.iter().any(|(accounts, p_value)| *accounts > MOST && *p_value < CHANCE)
+}
+
+/// A condition with mean 0 and standard deviation 1; 0 throughout where it is the same in all runs.
+fn standardised(runs: &[(OwnZero, Conditions)], of: fn(&Conditions) -> f64) -> DVector<f64> {
+    let values = DVector::from_iterator(runs.len(), runs.iter().map(|(_, conditions)| of(conditions)));
+    let centred = values.add_scalar(-values.mean());
+    let scatter = centred.norm() / (runs.len() as f64).sqrt();
+    if scatter > 1e-9 * values.amax() { centred / scatter } else { DVector::zeros(runs.len()) }
+}
+
+/// The part of the squares left by `course` for which the columns `added` account, and how likely that is by chance. Each zero counts by what
+/// its run tells of it. `None` where nothing is added, or nothing is left to judge by.
+fn partial_f(
+    runs: &[(OwnZero, Conditions)],
+    course: &[DVector<f64>],
+    added: Vec<DVector<f64>>,
+) -> Option<(f64, f64)> {
+    let (before, rank_before) = squares_left(runs, course)?;
+    let (after, rank) = squares_left(runs, &[course.to_vec(), added].concat())?;
+    let freedom = runs.len().checked_sub(rank).filter(|freedom| *freedom > 0)? as f64;
+    let added = rank.checked_sub(rank_before).filter(|added| *added > 0)? as f64;
+    let ratio = (before - after).max(0.0) / added / (after / freedom).max(f64::MIN_POSITIVE);
+    let p_value = FisherSnedecor::new(added, freedom).map_or(1.0, |of| of.sf(ratio));
+    Some((1.0 - after / before.max(f64::MIN_POSITIVE), p_value))
+}
+
+/// The weighted sum of squares that the columns leave of the zeros, and the columns' rank.
+fn squares_left(runs: &[(OwnZero, Conditions)], columns: &[DVector<f64>]) -> Option<(f64, usize)> {
+    let roots = DVector::from_iterator(runs.len(), runs.iter().map(|(zero, _)| zero.told.max(0.0).sqrt()));
+    let zeros = DVector::from_iterator(runs.len(), runs.iter().map(|(zero, _)| zero.zero));
+    let weighted: Vec<DVector<f64>> = columns.iter().map(|column| column.component_mul(&roots)).collect();
+    let matrix = DMatrix::from_columns(&weighted);
+    let wanted = zeros.component_mul(&roots);
+    let svd = matrix.clone().svd(true, true);
+    let least = RANK * svd.singular_values.max();
+    let numbers = svd.solve(&wanted, least).ok()?;
+    Some(((wanted - matrix * numbers).norm_squared(), svd.rank(least)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    /// Runs at four pressures and three temperatures in random order, with zeros of 1 N·m standard deviation beside `law` (of time from 0 to
+    /// 1, pressure and temperature).
+    fn runs(count: usize, seed: u64, law: impl Fn(f64, f64, f64) -> f64) -> Vec<(OwnZero, Conditions)> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let run = |index: usize| {
+            let (pressure, temperature) = (random.random_range(0..4), random.random_range(0..3));
+            let (pressure, temperature) = (f64::from(pressure), f64::from(temperature));
+            let chance: f64 = (0..12).map(|_| random.random_range(-0.5..0.5)).sum();
+            let zero = chance + law(index as f64 / count as f64, pressure, temperature);
+            let conditions = Conditions {
+                place: index as f64,
+                time_s: if seed.is_multiple_of(2) { 60.0 * index as f64 } else { 3.0 + 0.1 * pressure },
+                last_s: if seed.is_multiple_of(2) { 60.0 * index as f64 + 3.0 } else { 6.0 },
+                pressure_pa: 1e6 * pressure,
+                temperature_c: 30.0 + 10.0 * temperature,
+            };
+            (OwnZero { zero, told: 1.0 }, conditions)
+        };
+        (0..count).map(run).collect()
+    }
+
+    fn share(count: usize, law: impl Fn(f64, f64, f64) -> f64 + Copy) -> usize {
+        (0..200).filter(|seed| go_by(&runs(count, *seed, law))).count()
+    }
+
+    #[test]
+    fn zeros_go_by_a_condition_beyond_chance_and_beyond_drift() {
+        for count in [5, 6, 12, 24] {
+            let by_chance = share(count, |_, _, _| 0.0);
+            assert!(by_chance <= 6, "{by_chance} of 200 by chance, {count} runs");
+            let drifting = share(count, |time, _, _| 20.0 * time);
+            assert!(drifting <= 6, "{drifting} of 200 that drift, {count} runs");
+        }
+        assert!(share(16, |_, pressure, _| 4.0 * pressure) > 180);
+        assert!(share(16, |_, _, temperature| 4.0 * temperature.powi(2)) > 180);
+        assert!(share(24, |_, pressure, temperature| 4.0 * (pressure - 1.5) * (temperature - 1.0)) > 180);
+    }
+
+    #[test]
+    fn conditions_that_never_change_explain_nothing() {
+        let mut same = runs(12, 1, |_, _, _| 0.0);
+        for (_, conditions) in &mut same {
+            (conditions.pressure_pa, conditions.temperature_c) = (3e6, 40.0);
+        }
+        assert!(!go_by(&same));
+        assert!(!go_by(&[]));
+    }
+}
