@@ -57,6 +57,33 @@ fn a_reading_that_is_wild_but_allowed_holds_nobody_up() {
 }
 
 #[test]
+fn a_drive_that_stops_by_itself_is_a_fault_of_the_run() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("sine-1hz.toml", 1.0, &[]);
+    for (mode, fault) in [
+        ("in-process", "silence step-controller at=400"),
+        ("lockstep", "silence step-controller at=400"),
+        ("realtime", "silence step-controller at=400"),
+        ("in-process", "drop step-command count=200 at=400"),
+    ] {
+        let out = place.path(&format!("{mode}-{}", fault.len()));
+        let mut command = place.within(std::process::Command::new("timeout"));
+        command.args(["60"]).arg(program("stepvalve")).args([
+            "simulate",
+            "--mode",
+            mode,
+            "--allow-injection",
+        ]);
+        command.args(["--inject", fault, "--out"]).arg(&out).arg(&scenario);
+        let ended = command.output().unwrap();
+        let said = String::from_utf8_lossy(&ended.stdout);
+        assert_eq!(ended.status.code(), Some(3), "{mode}, {fault}: {said}");
+        assert!(said.contains("step command silent, found in cycle"), "{mode}, {fault}: {said}");
+        assert!(!said.contains("fault of its own"), "{mode}, {fault}: {said}");
+    }
+}
+
+#[test]
 fn a_fault_needs_permission() {
     let place = TestPlace::new();
     assert!(program("stepvalve").exists());

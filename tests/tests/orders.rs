@@ -172,6 +172,28 @@ fn a_disarm_waits_behind_nothing() {
 }
 
 #[test]
+fn of_a_valve_that_nothing_is_heard_of_nobody_says_that_it_stands() {
+    let place = TestPlace::new();
+    let instance = Instance::start(&place);
+    instance.turn();
+    instance.signal("plant-simulator", Signal::SIGSTOP);
+    place.wait_for("the fault", || (instance.state() == "fault").then_some(()));
+    for (order, says) in [("disarm", "whether it stands is not known"), ("reset", "not ready")] {
+        let refused = instance.ask(&[order]).expect_code(1);
+        assert!(refused.stderr.contains(says), "{order}: {}", refused.stderr);
+        assert!(!refused.stdout.contains("stands"), "{order}: {}", refused.stdout);
+    }
+    assert_eq!(instance.state(), "fault");
+    let events = place.stepvalve(&["events"]).expect_code(0).stdout;
+    assert!(events.contains("whether the valve does is not known"), "{events}");
+    assert!(!events.contains("the valve stands;"), "{events}");
+    instance.signal("plant-simulator", Signal::SIGCONT);
+    place.wait_for("a reset", || (place.stepvalve(&["reset"]).code == Some(0)).then_some(()));
+    assert_eq!(instance.state(), "disarmed");
+    instance.end();
+}
+
+#[test]
 fn a_disarm_that_can_not_be_done_says_what_stops_the_valve_instead() {
     for stopped in [&["step-controller"][..], &["supervisor", "step-controller"]] {
         let place = TestPlace::new();

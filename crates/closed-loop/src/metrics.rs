@@ -2,7 +2,7 @@
 
 use crate::in_process::CycleOutputs;
 use signals::{
-    ControlStatus, ControllerState, FaultCode, PlantTruth, Reference, SetPointRefusal, StepCommand,
+    ControlStatus, ControllerState, FaultCode, Feedback, PlantTruth, Reference, SetPointRefusal, StepCommand,
 };
 use std::collections::{BTreeMap, VecDeque};
 
@@ -109,8 +109,11 @@ pub struct Metrics {
     pub missed_commands: u64,
     /// The largest number of tooth pitches that the rotor was off.
     pub lost_steps: u64,
-    /// The first fault.
+    /// The controller's first fault.
     pub fault: Option<(FaultCode, u64)>,
+    /// The first fault that the drive told of while the controller was not disarmed.
+    pub drive_fault: Option<(FaultCode, u64)>,
+    is_armed: bool,
     /// Set-points refused: id and reason.
     pub refused: BTreeMap<u64, SetPointRefusal>,
     /// Cycles of the plant.
@@ -121,7 +124,8 @@ impl Metrics {
     /// Takes note of what a record of a cycle in process would hold.
     pub fn note_cycle(&mut self, outputs: &CycleOutputs) {
         let (cycle, arrived) = (outputs.cycle, &outputs.arrived);
-        self.feedback(cycle);
+        self.cycles = self.cycles.max(cycle + 1);
+        arrived.feedback.iter().for_each(|feedback| self.feedback(cycle, feedback));
         outputs.plant.iter().for_each(|plant| self.truth(cycle, &plant.truth));
         arrived.reference.iter().for_each(|reference| self.reference(cycle + 2, reference));
         arrived.command.iter().for_each(|command| self.command(command));
@@ -139,8 +143,21 @@ impl Metrics {
     }
 
     /// Takes note of Feedback.
-    pub fn feedback(&mut self, cycle: u64) {
+    pub fn feedback(&mut self, cycle: u64, feedback: &Feedback) {
         self.cycles = self.cycles.max(cycle + 1);
+        let fault = FaultCode::from_code(feedback.drive_fault).unwrap_or(FaultCode::None);
+        // A drive that nobody commands any more stops by itself: at the end of a run that is no fault.
+        if self.is_armed && fault != FaultCode::None {
+            self.drive_fault.get_or_insert((fault, cycle));
+        }
+    }
+
+    /// What stopped the valve, and in which cycle: the controller's fault, or the drive's where that stopped by itself.
+    pub fn stopped_by(&self) -> Option<(FaultCode, u64)> {
+        match (self.fault, self.drive_fault) {
+            (None | Some((FaultCode::Drive, _)), Some(drive)) => Some(drive),
+            (fault, _) => fault,
+        }
     }
 
     /// Takes note of Reference.
@@ -170,6 +187,7 @@ impl Metrics {
     /// Takes note of ControlStatus.
     pub fn status(&mut self, cycle: u64, status: &ControlStatus) {
         let running = status.state == ControllerState::Running.code();
+        self.is_armed = status.state != ControllerState::Disarmed.code();
         if running {
             self.measured_error.add(status.following_error_rad);
             let lowest = self.torque_reserve_min_nm.unwrap_or(f64::INFINITY);

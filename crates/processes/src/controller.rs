@@ -90,7 +90,8 @@ impl Cyclic for Controller {
         let snapshot = self.snapshots.next(cycle, self.role.state());
         let output = self.role.step(cycle, feedback.as_ref(), reference.as_ref(), order.as_ref());
         if let Some(desk) = &self.disarm_desk {
-            desk.obeyed(self.disarms, output.status.state);
+            let heard = output.status.feedback_silent_cycles == 0;
+            desk.obeyed(self.disarms, output.status.state, heard);
         }
         stamp.has_stepped();
         self.command.write(cycle, cycle + 1, stamp.now(), output.command);

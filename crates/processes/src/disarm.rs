@@ -22,8 +22,9 @@ const PATIENCE: Duration = Duration::from_millis(700);
 const LOOK: Duration = Duration::from_millis(1);
 /// More do not wait for an answer at once; what they want is done all the same.
 const MAX_WAITING: usize = 16;
-/// Bits of the controller's state in the word that the cycle leaves.
+/// Bits of the controller's state in the word that the cycle leaves, and the bit among them that says that nothing is heard of the valve.
 const STATE_BITS: u32 = 8;
+const UNHEARD: u64 = 1 << (STATE_BITS - 1);
 
 /// The supervisor numbers its orders in steps of this. Disarms that come straight to the controller take the numbers
 /// between, so that ControlStatus tells which order it was, and a replay knows of them.
@@ -63,9 +64,10 @@ impl DisarmDesk {
         self.asked.load(Ordering::Relaxed)
     }
 
-    /// The cycle has obeyed so many, and its controller is in this state.
-    pub(crate) fn obeyed(&self, asked: u64, state: u64) {
-        self.obeyed.store(asked << STATE_BITS | state, Ordering::Relaxed);
+    /// The cycle has obeyed so many; its controller is in this state, and hears of the valve or not.
+    pub(crate) fn obeyed(&self, asked: u64, state: u64, heard: bool) {
+        let unheard = if heard { 0 } else { UNHEARD };
+        self.obeyed.store(asked << STATE_BITS | unheard | state, Ordering::Relaxed);
     }
 
     fn listen(&self, listener: &UnixListener) {
@@ -98,13 +100,20 @@ impl DisarmDesk {
     fn answer(&self, waiting: &mut Waiting) -> bool {
         let word = self.obeyed.load(Ordering::Relaxed);
         let obeyed = word >> STATE_BITS >= waiting.number;
-        let state = ControllerState::from_code(word & ((1 << STATE_BITS) - 1));
+        let state = ControllerState::from_code(word & (UNHEARD - 1));
+        let heard = word & UNHEARD == 0;
         let late = waiting.since.elapsed() > PATIENCE;
         let (done, text) = match state.filter(|_| obeyed) {
-            Some(ControllerState::Disarmed) => (true, "disarmed: the valve stands"),
-            Some(ControllerState::Fault) => {
+            Some(ControllerState::Disarmed) if heard => (true, "disarmed: the valve stands"),
+            Some(ControllerState::Fault) if heard => {
                 (true, "the valve stands, stopped by a fault; stepvalve status tells which")
             }
+            Some(ControllerState::Disarmed | ControllerState::Fault) if late => (
+                false,
+                "the command stands, but nothing is heard of the valve: whether it stands is not known; its drive stops it by itself once that \
+                 hears no more commands",
+            ),
+            Some(ControllerState::Disarmed | ControllerState::Fault) => return false,
             Some(_) if late => (false, "disarming, but the valve does not stand yet"),
             None if late => (false, "the controller's cycle does not run"),
             _ => return false,
@@ -142,10 +151,22 @@ mod tests {
         while desk.asked() < 1 {
             std::thread::sleep(LOOK);
         }
-        desk.obeyed(1, ControllerState::QuickStop.code());
+        desk.obeyed(1, ControllerState::QuickStop.code(), true);
         std::thread::sleep(LOOK * 5);
-        desk.obeyed(1, ControllerState::Disarmed.code());
+        desk.obeyed(1, ControllerState::Disarmed.code(), false);
+        std::thread::sleep(LOOK * 5);
+        desk.obeyed(1, ControllerState::Disarmed.code(), true);
         assert!(answer_of(client).contains("disarmed: the valve stands"));
+        // Of a valve that nothing is heard of nobody says that it stands.
+        for (number, state) in [(2, ControllerState::Disarmed), (3, ControllerState::Fault)] {
+            let client = UnixStream::connect(&path).unwrap();
+            desk.obeyed(number, state.code(), false);
+            let answer = answer_of(client);
+            assert!(
+                answer.contains("whether it stands is not known") && answer.contains("false"),
+                "{answer}"
+            );
+        }
         // A cycle that doesn't run is told in time.
         let client = UnixStream::connect(&path).unwrap();
         assert!(answer_of(client).contains("does not run"));

@@ -240,7 +240,10 @@ fn suffer<C: Cyclic>(child: &Child, work: &mut C, faults: &mut ProcessFaults, wa
             std::hint::spin_loop();
         }
     }
-    while faults.silent(wake.cycle) && !child.wishes.stop() {
+    // A scenario ends for a process that says nothing, too.
+    let left = child.timeline.last_cycle.saturating_sub(wake.cycle).saturating_add(1);
+    let ends_ns = wake.deadline_ns.saturating_add(left.saturating_mul(period_ns));
+    while faults.silent(wake.cycle) && !child.wishes.stop() && now_ns() < ends_ns {
         std::thread::sleep(std::time::Duration::from_nanos(period_ns));
     }
 }

@@ -5,10 +5,10 @@
 //! | arm      | Arming, if ready   | under way | done      | wrong     | wrong     | wrong      |
 //! | home     | Arming, if ready   | wrong     | wrong     | under way | wrong     | wrong      |
 //! | disarm   | done               | QuickStop | QuickStop | QuickStop | done      | wrong      |
-//! | reset    | wrong              | wrong     | wrong     | wrong     | wrong     | Disarmed   |
+//! | reset    | wrong              | wrong     | wrong     | wrong     | wrong     | Disarmed, if heard |
 //!
 //! Ready is: Feedback and Reference have arrived in this very cycle, the drive stands still, and it reports no fault. To home, the
-//! scenario has to say how. An expired order does nothing in any state, except a disarm, which never expires. Each id is obeyed once.
+//! scenario has to say how. Heard is: Feedback has arrived in this very cycle; of a valve that nothing is heard of nobody knows whether it stands. An expired order does nothing in any state, except a disarm, which never expires. Each id is obeyed once.
 
 use crate::input::Input;
 use crate::params::Params;
@@ -75,6 +75,7 @@ pub(crate) fn decide(state: ControllerState, order: OperatorKind, ready: Readine
         (Arm, Running) => stay(OperatorResult::Done),
         (Disarm, Arming | Running | Homing) => to(QuickStop, OperatorResult::Done),
         (Disarm, Disarmed | QuickStop) => stay(OperatorResult::Done),
+        (Reset, Fault) if !ready.feedback => stay(OperatorResult::NotReady),
         (Reset, Fault) => to(Disarmed, OperatorResult::Done),
         (Arm, Homing | QuickStop | Fault)
         | (Home, Arming | Running | QuickStop | Fault)
@@ -224,6 +225,9 @@ mod tests {
                             Decision { next: None, result: NoHoming }
                         }
                         (true, _) if bits & 15 != 15 => Decision { next: None, result: NotReady },
+                        (_, OperatorKind::Reset) if state == Fault && bits & 1 == 0 => {
+                            Decision { next: None, result: NotReady }
+                        }
                         _ => Decision { next, result },
                     };
                     assert_eq!(decide(state, order, ready), wanted, "{order} in {state} with {ready:?}");

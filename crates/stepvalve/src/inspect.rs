@@ -61,7 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         if !untold.is_empty() {
             say(format_args!(
-                "the unit of {} can't be told from it: the model agrees as well with degrees, turns or milliseconds in its place",
+                "the unit of {} can't be told from it: the model agrees as well with another in its place, degrees or turns of an angle, milliseconds \
+                 of a time",
                 untold.join(" and that of ")
             ));
         }

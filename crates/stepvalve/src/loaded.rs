@@ -61,8 +61,8 @@ impl Loaded {
             "where the controller dies at full speed ({:.0}°/s) the valve stands after {:.0} ms at most, {:.1}° further \
              (silence_cycles = {})",
             speed.to_degrees(),
-            1e3 * (silence_s + ramp_s),
-            further_rad.to_degrees(),
+            (1e3 * (silence_s + ramp_s)).ceil(),
+            (10.0 * further_rad.to_degrees()).ceil() / 10.0,
             safety.silence_cycles
         )
     }

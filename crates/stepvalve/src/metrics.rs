@@ -10,7 +10,7 @@ pub fn note(metrics: &mut Metrics, message: &AnyMessage) {
         AnyMessage::PlantTruth(message) => metrics.truth(message.header.cycle, &message.body),
         AnyMessage::ControlStatus(message) => metrics.status(message.header.cycle, &message.body),
         AnyMessage::StepCommand(message) => metrics.command(&message.body),
-        AnyMessage::Feedback(message) => metrics.feedback(message.header.cycle),
+        AnyMessage::Feedback(message) => metrics.feedback(message.header.cycle, &message.body),
         _ => {}
     }
 }

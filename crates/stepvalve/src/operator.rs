@@ -101,12 +101,25 @@ enum Settable {
 
 #[derive(Debug, Args)]
 struct SetParameter {
-    /// compensation-level (0 none, 1 Coulomb and viscous, 2 full law, 3 with effects), observer-bandwidth (Hz),
-    /// observer-limit (N·m), largest-following-error (rad), following-error-per-speed (s)
+    /// compensation-level (none, coulomb-viscous, full, full-with-effects, or 0 to 3), observer-bandwidth (Hz), observer-limit (N·m; in the
+    /// scenario it is a part of the holding torque), largest-following-error (rad), following-error-per-speed (s)
     name: String,
     /// Its new value
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = parameter)]
     value: f64,
+}
+
+/// A number, or a level of compensation by its name in a scenario.
+fn parameter(text: &str) -> Result<f64, String> {
+    const LEVELS: [(&str, f64); 4] =
+        [("none", 0.0), ("coulomb-viscous", 1.0), ("full", 2.0), ("full-with-effects", 3.0)];
+    let level = LEVELS.into_iter().find(|(name, _)| *name == text).map(|(_, level)| level);
+    let refused = || {
+        format!(
+            "found `{text}`, expected a number, or a level of compensation: none, coulomb-viscous, full, full-with-effects"
+        )
+    };
+    level.map_or_else(|| text.parse().map_err(|_| refused()), Ok)
 }
 
 #[derive(Debug, Args)]
@@ -282,6 +295,9 @@ pub fn meant(
     let (mut running, others): (Vec<_>, Vec<_>) = instances(base, &locks).into_iter().partition(run);
     let names = running.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
     let name = which.instance.as_ref().map(ToString::to_string);
+    let beyond = || -> String {
+        without_a_folder(&locks).into_iter().map(|process| format!("; {}", beyond_orders(process))).collect()
+    };
     let wrong = match (&name, running.len()) {
         (_, 0) => format!(
             "no instance{} runs under {}; `stepvalve run SCENARIO.toml --instance NAME --out DIR` starts one, \
@@ -289,13 +305,10 @@ pub fn meant(
             name.map_or(String::new(), |name| format!(" \"{name}\"")),
             base.display(),
             others.iter().map(died).collect::<String>(),
-            without_a_folder(&locks)
-                .into_iter()
-                .map(|process| format!("; {}", beyond_orders(process)))
-                .collect::<String>()
+            beyond()
         ),
         (Some(name), _) if running.iter().all(|found| found.name != *name) => {
-            format!("no instance \"{name}\" runs, but {names}")
+            format!("no instance \"{name}\" runs, but {names}{}", beyond())
         }
         (None, 2..) => format!("several instances run: --instance takes one of {names}"),
         (name, _) => {

@@ -143,9 +143,10 @@ impl Summary {
         self.alarms = alarm::names(metrics.alarms).map(str::to_owned).collect();
         self.missed_commands = metrics.missed_commands;
         self.lost_steps = metrics.lost_steps;
-        self.fault = metrics.fault.map(|(fault, _)| fault.name().to_owned());
-        self.fault_advice = metrics.fault.map_or("", |(fault, _)| advice(fault));
-        self.fault_cycle = metrics.fault.map(|(_, cycle)| cycle);
+        let stopped_by = metrics.stopped_by();
+        self.fault = stopped_by.map(|(fault, _)| fault.name().to_owned());
+        self.fault_advice = stopped_by.map_or("", |(fault, _)| advice(fault));
+        self.fault_cycle = stopped_by.map(|(_, cycle)| cycle);
         self.refused_set_points =
             metrics.refused.iter().map(|(id, why)| (*id, why.name().to_owned())).collect();
         self.measured = true;

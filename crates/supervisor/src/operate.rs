@@ -168,6 +168,9 @@ impl Generation<'_> {
         if answer.done && !self.wait(self.stop_patience().min(self.patience), |this| this.watch.at_rest()) {
             return Answer::refused("disarming, but the valve does not stand yet");
         }
+        if answer.done && !self.watch.hears_the_valve() {
+            return Answer::refused("nothing is heard of the valve: whether it stands is not known");
+        }
         answer
     }
 

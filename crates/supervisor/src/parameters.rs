@@ -22,7 +22,7 @@ impl Generation<'_> {
         if let Some(refusal) = beyond(&order, "value") {
             return refusal;
         }
-        self.order(order, &format!("{name} is {value}"))
+        self.order(order, &format!("{name} is {value}{}", unit(*parameter)))
     }
 
     /// Why the controller does not take a parameter's value.
@@ -37,7 +37,11 @@ impl Generation<'_> {
                 } else {
                     "a value"
                 };
-                format!("{name} {value}, expected {what} from {low} to {high}{}", unit(parameter))
+                format!(
+                    "{name} {value}, expected {what} from {low} to {high}{}{}",
+                    unit(parameter),
+                    why(parameter)
+                )
             }
         }
     }
@@ -51,8 +55,23 @@ fn unit(parameter: ControlParameter) -> &'static str {
     match parameter {
         ControlParameter::None | ControlParameter::CompensationLevel => "",
         ControlParameter::ObserverBandwidth => " Hz",
-        ControlParameter::ObserverLimit => " N·m (the holding torque)",
-        ControlParameter::MaxFollowingError => " rad (the scenario's: it can be tightened, never widened)",
-        ControlParameter::FollowingErrorPerSpeed => " s (the scenario's: it can be tightened, never widened)",
+        ControlParameter::ObserverLimit => " N·m",
+        ControlParameter::MaxFollowingError => " rad",
+        ControlParameter::FollowingErrorPerSpeed => " s",
+    }
+}
+
+/// What its range is.
+fn why(parameter: ControlParameter) -> &'static str {
+    match parameter {
+        ControlParameter::None
+        | ControlParameter::CompensationLevel
+        | ControlParameter::ObserverBandwidth => "",
+        ControlParameter::ObserverLimit => {
+            " (the holding torque; the scenario's observer_limit is a part of it)"
+        }
+        ControlParameter::MaxFollowingError | ControlParameter::FollowingErrorPerSpeed => {
+            " (the scenario's: it can be tightened, never widened)"
+        }
     }
 }

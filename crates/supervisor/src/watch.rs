@@ -211,6 +211,11 @@ impl Watch {
         self.feedback().is_some_and(|feedback| feedback.body.validity & wanted == wanted)
     }
 
+    /// Whether the controller hears of the valve, by its last word.
+    pub fn hears_the_valve(&self) -> bool {
+        self.status.newest.is_some_and(|status| status.body.feedback_silent_cycles == 0)
+    }
+
     /// Whether the controller has come to rest.
     pub fn at_rest(&mut self) -> bool {
         let at_rest = [ControllerState::Disarmed.code(), ControllerState::Fault.code()];

@@ -10,6 +10,9 @@ use valve_model::{EffectId, Model};
 /// A number counts as known if its standard error is below this part of it.
 const KNOWN: f64 = 0.2;
 
+/// A delay that is told, s.
+const LATE_S: f64 = 5e-6;
+
 /// From this many times the noise on, the numbers leave something unexplained.
 const LEFT: f64 = 1.2;
 
@@ -62,8 +65,11 @@ pub(super) fn report(found: &Identification, given: &Model, of: &str) {
         say(format_args!("rotor and load swing about their command at {after:.1} Hz ({before:.1} before)"));
     }
     let delay = found.model.effects.iter().find(|effect| effect.id() == EffectId::SensorDelay);
-    if let Some(delay) = delay {
-        say(format_args!("the encoder is {:.2} ms late", 1e3 * delay.number("delay_s")));
+    if let Some(delay_s) =
+        delay.map(|delay| delay.number("delay_s")).filter(|delay_s| delay_s.abs() >= LATE_S)
+    {
+        let way = if delay_s > 0.0 { "late" } else { "early: its clock and the command's differ" };
+        say(format_args!("the encoder is {:.2} ms {way}", 1e3 * delay_s.abs()));
     }
     say(outcome(found));
     for place in found.unfinished.iter().filter_map(|id| place(*id)) {

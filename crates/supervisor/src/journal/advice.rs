@@ -24,7 +24,7 @@ pub fn advice(fault: FaultCode) -> &'static str {
             "the valve did not follow: look for a jam, a load beyond the motor's torque, or limits of motion that ask too much"
         }
         FaultCode::Drive => {
-            "the drive reports a fault of its own: look at its display, and mend the cause there first"
+            "the drive stopped the valve by itself: it heard no commands for too long, or it has a fault of its own, which its display tells"
         }
         FaultCode::LostSteps => {
             "the encoder says that the rotor is at another tooth: the torque asked was more than the motor has, or the encoder's count jumped (look at its cable and shield); home the valve before you trust its angle"

@@ -84,6 +84,9 @@ fn state_words(seen: &Seen) -> Option<&'static str> {
         ControllerState::Disarmed => Some("disarmed: the valve stands"),
         ControllerState::Running => Some("running"),
         ControllerState::QuickStop if seen.fault == FaultCode::None => Some("stopping"),
+        ControllerState::Fault if seen.fault == FaultCode::FeedbackSilent => Some(
+            "the command stands; whether the valve does is not known, since nothing is heard of it; `stepvalve reset` leaves the fault once it is",
+        ),
         ControllerState::Fault => Some("the valve stands; `stepvalve reset` leaves the fault, disarmed"),
         ControllerState::QuickStop | ControllerState::Arming | ControllerState::Homing => None,
     }
