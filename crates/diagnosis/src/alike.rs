@@ -1,12 +1,12 @@
 //! Causes that explain a log as well as a number of the model that is off, fitted in its place.
 
 use crate::DiagnosisError;
-use crate::corrected::leaves_noise;
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Member;
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
+use crate::measure::doubt::leaves_noise;
 use crate::name::screen::screen;
 use crate::name::tried::{STEPS, Tried};
 use crate::name::twins::missing;

@@ -8,15 +8,13 @@ use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::spread;
 use crate::log::piece::Piece;
-use crate::measure::doubt::is_noise;
+use crate::measure::doubt::leaves_noise;
 use crate::name::refine::fewer_orders;
 use crate::name::round::LEVEL;
 use crate::name::selection::Selection;
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, STEPS, Tried};
-use crate::show::colour::is_coloured;
 use crate::show::residual::{left, rms_left};
-use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
 
 /// Steps of a fit of the corrections within their tolerance.
@@ -46,16 +44,6 @@ pub(crate) fn within_tolerance(
     Ok(Some(corrected))
 }
 
-/// Whether a fit leaves no more than noise, coloured or not.
-pub(crate) fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
-    let left = left(setting, &fitted.point)?;
-    if is_white(setting, &left) {
-        return Ok(true);
-    }
-    let structure = structure(setting, &left);
-    Ok(is_noise(&structure) || is_coloured(setting, &left, &structure))
-}
-
 /// Refits the selected causes together with corrections of the model's parameters, so that their intervals include
 /// the tolerances. Removes a cause that only changes a parameter within its tolerance.
 pub(crate) fn with_corrections(
@@ -68,7 +56,8 @@ pub(crate) fn with_corrections(
     let mut point = selection.fitted.point.clone();
     point.hypothesis.members.retain(|member| {
         let number = member.numbers.first().copied().unwrap_or(f64::NAN);
-        !corrections.iter().any(|of| of.id == member.candidate.id && of.holds(number))
+        // One that no fit moves would not take the cause's place.
+        !corrections.iter().any(|of| of.free && of.id == member.candidate.id && of.holds(number))
     });
     selection.ambiguous.retain(|(best, _)| point.hypothesis.has(*best));
     if point.hypothesis.members.is_empty() {

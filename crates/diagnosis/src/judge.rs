@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::alike::{if_noise_is_left, twins_in_place_of};
 use crate::asked::Asked;
-use crate::corrected::{CORRECTING, leaves_noise, with_corrections, within_tolerance};
+use crate::corrected::{CORRECTING, with_corrections, within_tolerance};
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::{Point, Setting};
@@ -11,7 +11,7 @@ use crate::fit::gauss_newton::{Fitted, fit};
 use crate::found::Event;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
-use crate::measure::doubt::is_noise;
+use crate::measure::doubt::{is_noise, leaves_noise};
 use crate::measure::judgement::Judgement;
 use crate::name::apart::tell_apart;
 use crate::name::exchange::exchange;

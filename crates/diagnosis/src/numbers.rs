@@ -3,7 +3,6 @@
 use crate::DiagnosisError;
 use crate::alike::twins_in_place_of;
 use crate::asked::Asked;
-use crate::corrected::leaves_noise;
 use crate::error::if_possible;
 use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
 use crate::extend::tolerance::corrections;
@@ -11,6 +10,7 @@ use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::spread;
 use crate::log::piece::Piece;
+use crate::measure::doubt::leaves_noise;
 use crate::name::select::nothing_yet;
 use crate::name::selection::{Round, Selection};
 use crate::name::tried::{NEARLY, STEPS, Tried};

@@ -2,10 +2,10 @@
 
 use crate::DiagnosisError;
 use crate::asked::Asked;
-use crate::corrected::leaves_noise;
 use crate::extend::hypothesis::Correction;
 use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::Fitted;
+use crate::measure::doubt::leaves_noise;
 use crate::name::prune::drop_idle;
 use crate::name::select::nothing_yet;
 use crate::name::selection::Selection;

@@ -104,6 +104,9 @@ fn conclusion(
     let nearest = nearest.filter(|_| against.spared.is_empty());
     let mut ambiguous = ambiguities(selection, &against, facts);
     let noise = leaves_noise_alone(judged, (&after, &structure_kept), tone.as_ref());
+    // No sensor is early: where nothing needs an explanation, a lead is none, nor is what can't be told from it.
+    let grouped = groups_of_leads(selection, &mut ambiguous, noise);
+    offered.extend(offer_leads(judged, &grouped, with_all)?);
     let laws = if noise || !ambiguous.is_empty() && all_leave_noise {
         None
     } else {
@@ -299,6 +302,17 @@ fn cut_short(campaign: &Campaign) -> String {
         "by its time"
     };
     format!("The search was ended {by}: this is the best answer so far, and further causes may be there.")
+}
+
+/// Takes out the groups whose best is a lead if no more than noise is left without them; the leads' indices.
+fn groups_of_leads(selection: &Selection, ambiguous: &mut Vec<Ambiguity>, noise: bool) -> Vec<usize> {
+    let id_of = |index: usize| selection.fitted.point.hypothesis.members.get(index).map(|of| of.candidate.id);
+    let is_best = |index: usize, group: &Ambiguity| group.ids.first().copied() == id_of(index);
+    let grouped: Vec<usize> = leading(selection)
+        .filter(|index| noise && ambiguous.iter().any(|group| is_best(*index, group)))
+        .collect();
+    ambiguous.retain(|group| !grouped.iter().any(|index| is_best(*index, group)));
+    grouped
 }
 
 /// Indices of the members without an objection that are in no group of twins.

@@ -145,8 +145,13 @@ fn judged(asked: Asked<'_>, given: &Model, fit: Fit) -> Result<Identification, D
     let part = part_left_as_fitted(&setting, &before, &after, asked.options.seed);
     // Beyond what chance makes of it, and in plain units too.
     let better = part.ci95[1] < 1.0 && gain.ratio < 1.0;
-    let numbers =
-        fit.errors.iter().map(|(id, std_error)| Identified { id: *id, std_error: *std_error }).collect();
+    // What leaves more than noise is not known as well as noise alone would let it be.
+    let beyond = gain.over_noise_after.max(1.0);
+    let numbers = fit
+        .errors
+        .iter()
+        .map(|(id, std_error)| Identified { id: *id, std_error: std_error * beyond })
+        .collect();
     let (model, unfinished) = if better { (fit.model, fit.at_bound) } else { (given.clone(), Vec::new()) };
     Ok(Identification { model, better, numbers, unfinished, gain, channel: campaign.kind.channel })
 }

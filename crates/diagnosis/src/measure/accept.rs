@@ -5,10 +5,11 @@ use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Map, Parameter};
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
 use crate::extend::tolerance::is_held;
-use crate::fit::equations::{Point, Setting};
+use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
+use crate::measure::doubt::leaves_noise;
 use crate::measure::judgement::Judgement;
 use crate::name::threshold::FLOOR;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, ParameterFound, Parameters};
@@ -29,7 +30,7 @@ const INDISPENSABLE: f64 = 0.02;
 /// than a tenth count as equal there too.
 const INDISPENSABLE_BESIDE: f64 = 0.1;
 
-/// Without a cause the held-out error must be larger by this share, or there is no evidence for it: an interval can exclude zero
+/// Without a cause the held-out error must be larger by this share where it acts, or there is no evidence for it: an interval can exclude zero
 /// effect because the other causes' forms are not quite right. As much as the search asks of a cause in multiples of the noise.
 const NEEDED: f64 = FLOOR;
 
@@ -52,8 +53,10 @@ pub(crate) struct Accepted {
 /// A cause with its gain in held-out error.
 struct Weighed {
     cause: Cause,
-    /// The share of the error without it that it removes where it acts, see [`worth`].
+    /// The share of the held-out error without it, by the loss of the fit, that it removes.
     worth: f64,
+    /// The same where it acts, on the runs held out that show it: what it does in a few runs is no less for the many in which it does nothing.
+    acting: f64,
 }
 
 /// Fits the members with these indices. Drops any that is harmful beside the others, or not significantly different from zero
@@ -75,8 +78,8 @@ pub(crate) fn accept(
         let errors = errors_of(judged, &kept)?;
         let weighed = weigh(judged, &kept, &after, &errors)?;
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
-        let vague = (0..weighed.len())
-            .filter(|index| is_vague(judged, (&kept, &errors), *index, weighed[*index].worth));
+        let vague =
+            (0..weighed.len()).filter(|index| is_vague(judged, (&kept, &errors), *index, &weighed[*index]));
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
             members.remove(vague);
@@ -93,14 +96,20 @@ pub(crate) fn accept(
     }
 }
 
-/// Whether there is too little evidence for the member at this index, which is worth so much of the held-out error.
-fn is_vague(judged: &Judgement<'_>, (kept, errors): (&Fitted, &Errors), index: usize, worth: f64) -> bool {
+/// Whether there is too little evidence for the member at this index.
+fn is_vague(
+    judged: &Judgement<'_>,
+    (kept, errors): (&Fitted, &Errors),
+    index: usize,
+    weighed: &Weighed,
+) -> bool {
+    let Weighed { worth, acting, .. } = *weighed;
     let members = &kept.point.hypothesis.members;
     let is_number = members.get(index).is_some_and(|member| is_number(judged, member.candidate.id));
     match (is_number, members.len()) {
         (true, 2..) => worth < INDISPENSABLE_BESIDE || may_be_none(judged, kept, errors, index),
         (true, _) if worth > INDISPENSABLE => false,
-        _ => worth < NEEDED || may_be_none(judged, kept, errors, index),
+        _ => acting < NEEDED || may_be_none(judged, kept, errors, index),
     }
 }
 
@@ -175,8 +184,8 @@ pub(crate) fn vague_groups(
     for (index, member) in fitted.point.hypothesis.members.iter().enumerate() {
         let id = member.candidate.id;
         if selection.ambiguous.iter().any(|(best, _)| *best == id) {
-            let worth = weigh_one(judged, fitted, (after, &errors), index)?.worth;
-            vague.extend(is_vague(judged, (fitted, &errors), index, worth).then_some(id));
+            let weighed = weigh_one(judged, fitted, (after, &errors), index)?;
+            vague.extend(is_vague(judged, (fitted, &errors), index, &weighed).then_some(id));
         }
     }
     Ok(vague)
@@ -192,8 +201,13 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
         accepted.iter().filter_map(|index| fitted.point.hypothesis.members.get(*index).cloned()).collect();
     let hypothesis = Hypothesis { members, ..judged.without_causes() };
     let mut hypothesis = corrected_again(hypothesis, judged, &fitted.point.hypothesis);
-    // Without any cause, corrections would stand in for the causes that are not accepted.
+    // Without any cause, corrections would stand in for the causes that are not accepted, unless they leave nothing to explain.
     if hypothesis.members.is_empty() {
+        let begin = Point { hypothesis: hypothesis.clone(), starts: fitted.point.starts.clone() };
+        let corrected = fit(&judged.setting, begin, &Piece::is_fitted, 8)?;
+        if leaves_noise(&judged.setting, &corrected)? {
+            return Ok(corrected);
+        }
         hypothesis.corrections.clear();
     }
     let begin = Point { hypothesis, starts: fitted.point.starts.clone() };
@@ -236,7 +250,10 @@ fn weigh_one(
     let (setting, judges) = (&judged.setting, judged.setting.campaign.judges());
     let all = rms_left(setting, after, &judges);
     let rms = rms_left(setting, &left, &judges);
-    let worth = worth(setting, after, &left);
+    let removed = |wanted: &dyn Fn(&Piece) -> bool| {
+        part_taken(rms_as_fitted(setting, after, &wanted), rms_as_fitted(setting, &left, &wanted))
+    };
+    let (worth, acting) = (removed(&judges), removed(&judges_of(setting, &left, after)));
     let mut evidence = BTreeMap::new();
     evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
     if [EffectId::DwellStiction, EffectId::HydraulicLock].contains(&member.candidate.id) {
@@ -252,14 +269,7 @@ fn weigh_one(
         evidence,
         rms_gain: part_taken(all, rms),
     };
-    Ok(Weighed { cause, worth })
-}
-
-/// The share of the error without a cause, by the loss of the fit, that it removes where it acts: what it does in a few runs is no less for the
-/// many in which it does nothing.
-fn worth(setting: &Setting<'_>, with: &[PieceResidual], without: &[PieceResidual]) -> f64 {
-    let judges = judges_of(setting, without, with);
-    part_taken(rms_as_fitted(setting, with, &judges), rms_as_fitted(setting, without, &judges))
+    Ok(Weighed { cause, worth, acting })
 }
 
 /// The representative of each group of twins, with its parameters.

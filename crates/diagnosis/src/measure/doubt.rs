@@ -2,16 +2,18 @@
 
 use crate::DiagnosisError;
 use crate::extend::hypothesis::Member;
-use crate::fit::equations::Point;
-use crate::fit::gauss_newton::fit;
+use crate::fit::equations::{Point, Setting};
+use crate::fit::gauss_newton::{Fitted, fit};
 use crate::log::piece::Piece;
 use crate::measure::covariates::goes_by;
 use crate::measure::judgement::Judgement;
 use crate::name::forms::MISFIT;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
-use crate::show::residual::{PieceResidual, rms_as_fitted};
+use crate::show::colour::is_coloured;
+use crate::show::residual::{PieceResidual, left, rms_as_fitted};
 use crate::show::structure::{Structure, structure};
+use crate::show::whiteness::is_white;
 use valve_model::EffectId;
 
 /// The residual counts as noise up to this RMS, relative to the noise, plus `DEVIATIONS` of its standard deviations, if no covariate
@@ -177,6 +179,16 @@ fn another_cause(judged: &Judgement<'_>, structure: &Structure) -> bool {
 fn is_of_another(ids: &[EffectId], on: &str) -> bool {
     let telling = on.starts_with("angle") || on == "pressure" || on == "temperature";
     telling && !ids.iter().any(|id| goes_by(*id, on))
+}
+
+/// Whether a fit leaves no more than noise, coloured or not.
+pub(crate) fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
+    let left = left(setting, &fitted.point)?;
+    if is_white(setting, &left) {
+        return Ok(true);
+    }
+    let structure = structure(setting, &left);
+    Ok(is_noise(&structure) || is_coloured(setting, &left, &structure))
 }
 
 /// Whether a residual is no more than noise.
