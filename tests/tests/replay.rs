@@ -88,3 +88,20 @@ fn every_segment_of_a_ring_replays_by_itself() {
         assert!(replayed(place, &segments) > 2000);
     });
 }
+
+#[test]
+fn what_is_missing_of_a_damaged_record_is_told() {
+    let place = TestPlace::new();
+    let scenario = place.shortened("sine-1hz.toml", 2.0, &[]);
+    let out = place.path("run");
+    let arguments = ["--mode", "lockstep", "--out", out.to_str().unwrap()];
+    place.stepvalve(&[&["simulate", scenario.to_str().unwrap()][..], &arguments].concat()).expect_code(0);
+    let segment = &segments(&out)[0];
+    let whole = std::fs::read(segment).unwrap();
+    let cut = place.path("cut.mcap");
+    std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    let told = place.stepvalve(&["replay", cut.to_str().unwrap()]).expect_code(0).stderr;
+    assert!(told.contains("cut.mcap") && told.contains("what is missing is not replayed"), "{told}");
+    let told = place.stepvalve(&["replay", segment.to_str().unwrap()]).expect_code(0).stderr;
+    assert!(!told.contains("missing"), "{told}");
+}

@@ -146,6 +146,21 @@ fn a_record_will_do_in_place_of_a_motion() {
 }
 
 #[test]
+fn an_angle_that_no_encoder_measured_is_nobodys_measurement() {
+    let place = TestPlace::new();
+    let blind = place.shortened("sine-1hz.toml", 1.0, &[("fitted", "fitted = false")]);
+    let run = place.path("blind");
+    let [blind, run] = [&blind, &run].map(|path| path.to_str().unwrap());
+    let said =
+        place.stepvalve(&["simulate", blind, "--mode", "lockstep", "--out", run]).expect_code(0).stdout;
+    assert!(said.contains("true angle") && !said.contains("as measured"), "{said}");
+    let refused = place
+        .stepvalve(&["tune", "--record", run, "--out", place.path("tuned.toml").to_str().unwrap()])
+        .expect_code(2);
+    assert!(refused.stderr.contains("no encoder is fitted"), "{}", refused.stderr);
+}
+
+#[test]
 fn what_cannot_be_tuned_is_refused() {
     let place = TestPlace::new();
     let scenario = scenario(&place, "step-sequence.toml", &rig());

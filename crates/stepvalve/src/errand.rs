@@ -41,6 +41,8 @@ pub struct Simulation {
     pub json: bool,
     /// Whether faults were injected.
     pub injected: bool,
+    /// Whether an encoder is fitted.
+    pub encoder: bool,
 }
 
 /// Becomes the supervisor of the mission, with the errand.

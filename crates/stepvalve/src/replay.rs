@@ -3,6 +3,7 @@
 use crate::files::{name, segments};
 use crate::loaded::load_texts;
 use crate::say::say;
+use crate::summary::flaws;
 use anyhow::{Result, anyhow, bail};
 use closed_loop::{ControllerPart, ControllerRole, Snapshot, SnapshotReader};
 use processes::{ORDER_ID_STEP, complain, straight_disarm};
@@ -56,6 +57,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     })
     .map_err(Failure::input)?;
+    for flaw in flaws(&report) {
+        complain(format_args!(
+            "note: {flaw}; what is missing is not replayed, and what follows it may differ"
+        ));
+    }
     let this_version = env!("CARGO_PKG_VERSION");
     if report.info.program_version != this_version {
         complain(format_args!(

@@ -87,6 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         keep: arguments.record,
         json: arguments.json,
         injected: !injections.is_empty(),
+        encoder: loaded.scenario.encoder.fitted,
     };
     match arguments.mode {
         Mode::InProcess => in_process(&simulation, &loaded, &output, &injections),
@@ -110,6 +111,7 @@ pub fn in_one_thread(loaded: &Loaded, output: &Output) -> Result<Outcome, Failur
         keep: Keep::All,
         json: false,
         injected: false,
+        encoder: loaded.scenario.encoder.fitted,
     };
     in_process(&simulation, loaded, output, &[])
 }

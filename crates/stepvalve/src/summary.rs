@@ -73,6 +73,8 @@ pub struct Summary {
     pub failure: Option<String>,
     /// Whether errors, limits, lost steps and faults are known: not those of processes that nobody recorded.
     pub measured: bool,
+    /// Whether an encoder is fitted: without one nothing measures the following error.
+    pub encoder: bool,
     /// By process.
     pub processes: BTreeMap<String, ProcessSummary>,
     /// The run file; none of an unrecorded run.
@@ -118,6 +120,7 @@ impl Summary {
             recorder_restarts: 0,
             failure: None,
             measured: false,
+            encoder: simulation.encoder,
             processes: BTreeMap::new(),
             run_h5: None,
             run_html: None,
@@ -197,7 +200,8 @@ impl fmt::Display for Summary {
             return timing_table(f, &self.processes);
         }
         error_line(f, "following error", self.true_following_error_rad, "true angle")?;
-        error_line(f, "", self.following_error_rad, "as measured")?;
+        // Without an encoder nothing is measured: the controller goes by its own commands.
+        error_line(f, "", self.following_error_rad.filter(|_| self.encoder), "as measured")?;
         write!(f, "pulse rate       peak {:.1} kHz", self.pulse_rate_peak_hz / 1e3)?;
         if let Some(reserve) = self.torque_reserve_min_nm {
             write!(f, "; torque reserve by the belief at least {reserve:.2} N·m")?;
@@ -245,7 +249,8 @@ impl fmt::Display for Summary {
 
 /// What is wrong with the record. A segment that another follows was left open by a recorder that died: that it was not
 /// finished is no flaw, its gap is declared.
-fn flaws(report: &Report) -> impl Iterator<Item = String> {
+/// What is damaged in a record, in words; of all segments but the last one only what was left out.
+pub fn flaws(report: &Report) -> impl Iterator<Item = String> {
     let last = report.segments.len().saturating_sub(1);
     report.segments.iter().enumerate().flat_map(move |(index, segment)| {
         let left_open = |damage: &&Damage| matches!(damage, Damage::Unfinished { .. } | Damage::Cut { .. });

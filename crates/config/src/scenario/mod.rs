@@ -117,6 +117,15 @@ impl Scenario {
         if self.set_points.is_empty() && self.drive.is_none() {
             warnings.push("no set-point: the valve holds its initial angle".to_owned());
         }
+        let count_rad = std::f64::consts::TAU / self.encoder.counts_per_turn as f64;
+        let most_rad = self.safety.max_following_error_rad;
+        if self.encoder.fitted && count_rad > most_rad {
+            warnings.push(format!(
+                "one count of the encoder is {:.3}°, more than max_following_error ({:.3}°): the first motion would be a fault",
+                count_rad.to_degrees(),
+                most_rad.to_degrees()
+            ));
+        }
         if !self.encoder.fitted {
             warnings.push(
                 "no encoder: lost steps and following errors are not seen by the controller".to_owned(),

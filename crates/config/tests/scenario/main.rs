@@ -200,6 +200,15 @@ fn numbers_that_were_hardly_meant_in_radians_or_pascals_are_noted() {
 }
 
 #[test]
+fn an_encoder_too_coarse_for_the_following_error_is_noted() {
+    for (counts, noted) in [("8", true), ("100", true), ("4000", false)] {
+        let text = format!("{SMALL}[encoder]\nfitted = true\ncounts_per_turn = {counts}\n");
+        let notes = parse_scenario(&text, "x.toml").unwrap().warnings().join("\n");
+        assert_eq!(notes.contains("more than max_following_error (3.000°)"), noted, "{counts}: {notes}");
+    }
+}
+
+#[test]
 fn defaults() {
     let s = parse_scenario(SMALL, "x.toml").unwrap();
     assert_eq!((s.period_ns, s.seed, s.loop_delay_cycles), (1_000_000, 0, 1));

@@ -4,6 +4,8 @@ use super::Source;
 use crate::diagnose::{fix, logs};
 use crate::files::{self, names, segments};
 use anyhow::{Context, anyhow};
+use config::parse_scenario;
+use recording::RecordInfo;
 use std::path::{Path, PathBuf};
 use study::Fixed;
 use supervisor::Failure;
@@ -17,6 +19,7 @@ pub(super) fn source(
     belief: Option<&Path>,
     fixes: &[String],
 ) -> Result<Source, Failure> {
+    records.iter().try_for_each(|record| has_an_encoder(record))?;
     let folder = tempfile::tempdir().context("a folder for run files").map_err(Failure::Failed)?;
     let logs: Vec<PathBuf> = records
         .iter()
@@ -50,14 +53,30 @@ fn run_file(record: &Path, folder: &Path, place: usize) -> Result<PathBuf, Failu
     Ok(converted)
 }
 
+/// What the segments of a record, or those beside it, say that they are of.
+fn info_of(record: &Path) -> Option<RecordInfo> {
+    let here = if record.is_dir() { record } else { record.parent()? };
+    let segments =
+        if is_segment(record) { vec![record.to_owned()] } else { segments(&[here.to_owned()]).ok()? };
+    recording::read_info(segments.first()?).ok()
+}
+
+/// Refuses a record whose angle no encoder measured: it is the simulator's own.
+fn has_an_encoder(record: &Path) -> Result<(), Failure> {
+    let scenario =
+        info_of(record).and_then(|info| parse_scenario(&info.texts.scenario, "the record's scenario").ok());
+    if scenario.is_some_and(|scenario| !scenario.encoder.fitted) {
+        return Err(Failure::Input(anyhow!(
+            "{}: no encoder is fitted, so that its angle is the simulator's own, and the command alone says nothing of friction",
+            record.display()
+        )));
+    }
+    Ok(())
+}
+
 /// The belief that the first record with segments carries.
 fn carried(records: &[PathBuf], fixes: &[String]) -> Result<Fixed, Failure> {
-    let of = |record: &PathBuf| {
-        let here = if record.is_dir() { record.clone() } else { record.parent()?.to_owned() };
-        let segments = if is_segment(record) { vec![record.clone()] } else { segments(&[here]).ok()? };
-        recording::read_info(segments.first()?).ok()
-    };
-    let Some(info) = records.iter().find_map(of) else {
+    let Some(info) = records.iter().find_map(|record| info_of(record)) else {
         return Err(Failure::Input(anyhow!(
             "{}: no record (.mcap) that carries a belief is beside it: give --belief MODEL.toml",
             names(records)
