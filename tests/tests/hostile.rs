@@ -272,6 +272,10 @@ fn a_recorder_whose_complaints_nobody_reads_records_again() {
     place.stepvalve(&["inject", "disk-full"]).expect_code(0);
     let healthy = || place.status()?["recorder_healthy"].as_bool();
     place.wait_for("the record's loss", || (!healthy()?).then_some(()));
+    let noted = place.stepvalve(&["mark", "while full"]).expect_code(0).stdout;
+    if healthy() == Some(false) {
+        assert!(noted.contains("THE DISK DOES NOT TAKE THE RECORD"), "{noted}");
+    }
     place.wait_for("the next segment", || healthy()?.then_some(()));
     end_instance(run, Signal::SIGTERM).expect_code(0);
     place.assert_nothing_left(&[NAME]);

@@ -26,6 +26,9 @@ fn patience(until_ns: Option<u64>) -> Duration {
     left.map_or(EFFECT_PATIENCE, |left| left.min(EFFECT_PATIENCE))
 }
 
+/// What becomes of a note while the disk does not take the record.
+const NOTED_IN_EVENTS: &str = "noted in the events alone: THE DISK DOES NOT TAKE THE RECORD";
+
 /// Whether whoever asked is gone, or has waited long enough.
 fn is_over(asked: &Asked) -> bool {
     asked.client.is_gone() || asked.until_ns.is_some_and(|until_ns| now_ns() > until_ns)
@@ -102,7 +105,11 @@ impl Generation<'_> {
             Request::Parameter { name, value } => self.set_parameter(name, *value),
             Request::Hold => self.hold(),
             Request::Status => self.status(),
-            Request::Mark { text } => self.tell_recorder(ToChild::Mark(text.clone()), "noted"),
+            Request::Mark { text } => {
+                let recorded = self.watch.seen().is_none_or(|seen| seen.recorded);
+                let noted = if recorded { "noted" } else { NOTED_IN_EVENTS };
+                self.tell_recorder(ToChild::Mark(text.clone()), noted)
+            }
             Request::SaveTiming => self.save_timing(),
             Request::Inject { fault } => self.inject(fault),
         }
