@@ -60,12 +60,10 @@ pub(crate) fn told(
         in_words.extend(words(term, &effect, parameters(&errors, first + index)));
         effects.push(effect);
     }
-    let mut contenders = Vec::new();
-    for (told, contender) in rivals(judged, &laws)? {
-        contenders.push(contender);
-        in_words.last_mut().filter(|_| contenders.len() > 1).into_iter().for_each(|last: &mut Unnamed| {
-            last.rivals.push(told.clone());
-        });
+    // The first of them is the law itself.
+    let (as_told, contenders): (Vec<Unnamed>, Vec<Contender>) = rivals(judged, &laws)?.into_iter().unzip();
+    if let Some(last) = in_words.last_mut() {
+        last.rivals = as_told.into_iter().skip(1).collect();
     }
     Ok(Extended {
         contest: judged.contest(contenders),
