@@ -112,7 +112,7 @@ pub struct Metrics {
     /// The controller's first fault.
     pub fault: Option<(FaultCode, u64)>,
     /// The first fault that the drive told of while the controller was not disarmed.
-    pub drive_fault: Option<(FaultCode, u64)>,
+    drive_fault: Option<(FaultCode, u64)>,
     is_armed: bool,
     /// Set-points refused: id and reason.
     pub refused: BTreeMap<u64, SetPointRefusal>,

@@ -1,6 +1,6 @@
 //! A file of effects that a user suspects (`stepvalve-effects`): formulas whose parameters have a start, bounds and a unit.
 
-use valve_model::{ActsOn, CustomLaw, Dimension, Effect, Label, Rule, check_expression, check_units, unit};
+use valve_model::{ActsOn, CustomLaw, Dimension, Effect, Label, Rule, check_expression_in_units, unit};
 
 use crate::asked::Shape;
 use crate::error::ConfigErrors;
@@ -79,20 +79,12 @@ fn read_effect(field: &Field<'_>) -> Option<OwnEffect> {
         if text.is_empty() || !section.is_clean() {
             return None;
         }
-        if let Err(error) = check_expression(&text, &numbers, acts_on) {
+        let units: Vec<Option<Dimension>> = parameters.iter().map(|(of, _)| of.dimension).collect();
+        if let Err(error) = check_expression_in_units(&text, &numbers, &units, acts_on) {
             match error.parameter.and_then(|place| parameters.get(place)) {
                 Some((_, place)) => place.refuse_as(error.found, error.expected),
                 None => expression.refuse_within(error.at, error.found, error.expected),
             }
-            return None;
-        }
-        let with_units: Vec<(&str, f64, Option<Dimension>)> = numbers
-            .iter()
-            .zip(&parameters)
-            .map(|((name, value), (of, _))| (*name, *value, of.dimension))
-            .collect();
-        if let Err(error) = check_units(&text, &with_units, acts_on) {
-            expression.refuse_within(error.at, error.found, error.expected);
             return None;
         }
         let effect = Effect::custom_named(&name, CustomLaw { acts_on, rule: Rule::Formula(text) }, &numbers);

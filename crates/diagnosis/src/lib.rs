@@ -15,6 +15,7 @@ mod corrected;
 mod diagnose;
 mod error;
 mod extend;
+mod few;
 mod fit;
 #[cfg(test)]
 mod fixtures;

@@ -11,22 +11,18 @@ use std::fmt;
 
 /// Exponents that differ by less are the same.
 const SAME: f64 = 1e-9;
-/// The units that a quantity is made of. Angles are pure numbers.
-const UNITS: [&str; 4] = ["s", "K", "Pa", "m"];
-/// The powers of Pa and m that newtons and newton metres have.
-const PA: usize = 2;
-const M: usize = 3;
+/// Units that are made of pascals and of this power of metres for each.
 const DERIVED: [(&str, f64); 2] = [("N*m", 3.0), ("N", 2.0)];
 
-/// A product of powers of seconds, kelvins, pascals and metres.
+/// A product of powers of seconds, kelvins, pascals and metres. Angles are pure numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dimension {
-    powers: [f64; UNITS.len()],
+    powers: [f64; 4],
 }
 
 impl Dimension {
     /// A pure number, or an angle.
-    pub const NONE: Self = Self { powers: [0.0; UNITS.len()] };
+    pub const NONE: Self = Self { powers: [0.0; 4] };
     /// A time.
     pub const TIME: Self = Self { powers: [1.0, 0.0, 0.0, 0.0] };
     /// A frequency, or a speed of rotation.
@@ -65,10 +61,9 @@ impl Dimension {
     fn units(self) -> Vec<(&'static str, f64)> {
         let [time, warmth, pascals, metres] = self.powers;
         let whole = |(_, arm): &&(&str, f64)| pascals.abs() > SAME && (metres - arm * pascals).abs() < SAME;
-        let derived = DERIVED.iter().find(whole).map(|(unit, _)| (*unit, pascals));
-        let of =
-            derived.map_or_else(|| vec![(UNITS[PA], pascals), (UNITS[M], metres)], |derived| vec![derived]);
-        [of, vec![(UNITS[1], warmth), (UNITS[0], time)]].concat()
+        let derived = DERIVED.iter().find(whole).map(|(unit, _)| vec![(*unit, pascals)]);
+        let of = derived.unwrap_or_else(|| vec![("Pa", pascals), ("m", metres)]);
+        [of, vec![("K", warmth), ("s", time)]].concat()
     }
 }
 

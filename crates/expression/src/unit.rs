@@ -6,9 +6,6 @@ use crate::function::{Binary, Unary};
 use crate::number::Number;
 use crate::parse::compile;
 
-const SECOND: Dimension = Dimension::TIME;
-const PASCAL: Dimension = Dimension::PRESSURE;
-
 /// What a unit may be made of. Parts and multiples are of one dimension: which of them is meant is the formula's business.
 const UNITS: [(&str, Dimension); 28] = [
     ("N", Dimension::FORCE),
@@ -20,15 +17,15 @@ const UNITS: [(&str, Dimension); 28] = [
     ("um", Dimension::LENGTH),
     ("Nm", Dimension::TORQUE),
     ("mNm", Dimension::TORQUE),
-    ("Pa", PASCAL),
-    ("kPa", PASCAL),
-    ("MPa", PASCAL),
-    ("bar", PASCAL),
-    ("s", SECOND),
-    ("ms", SECOND),
-    ("us", SECOND),
-    ("min", SECOND),
-    ("h", SECOND),
+    ("Pa", Dimension::PRESSURE),
+    ("kPa", Dimension::PRESSURE),
+    ("MPa", Dimension::PRESSURE),
+    ("bar", Dimension::PRESSURE),
+    ("s", Dimension::TIME),
+    ("ms", Dimension::TIME),
+    ("us", Dimension::TIME),
+    ("min", Dimension::TIME),
+    ("h", Dimension::TIME),
     ("K", Dimension::TEMPERATURE),
     ("degC", Dimension::TEMPERATURE),
     ("Hz", Dimension::FREQUENCY),

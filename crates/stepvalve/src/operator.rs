@@ -4,7 +4,7 @@ use crate::list::beyond_orders;
 use crate::say::{is_heard, say};
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
-use config::{Dimension, parse_quantity};
+use config::{Compensation, Dimension, parse_quantity};
 use injection::Injection;
 use signals::SetPointKind;
 use std::path::{Path, PathBuf};
@@ -111,14 +111,10 @@ struct SetParameter {
 
 /// A number, or a level of compensation by its name in a scenario.
 fn parameter(text: &str) -> Result<f64, String> {
-    const LEVELS: [(&str, f64); 4] =
-        [("none", 0.0), ("coulomb-viscous", 1.0), ("full", 2.0), ("full-with-effects", 3.0)];
-    let level = LEVELS.into_iter().find(|(name, _)| *name == text).map(|(_, level)| level);
-    let refused = || {
-        format!(
-            "found `{text}`, expected a number, or a level of compensation: none, coulomb-viscous, full, full-with-effects"
-        )
-    };
+    let names = Compensation::NAMED.map(|(name, _)| name);
+    let level = names.iter().position(|name| *name == text).map(|level| level as f64);
+    let refused =
+        || format!("found `{text}`, expected a number, or a level of compensation: {}", names.join(", "));
     level.map_or_else(|| text.parse().map_err(|_| refused()), Ok)
 }
 

@@ -21,8 +21,8 @@ mod window;
 pub use clearance::ClearanceParams;
 pub use effect::{
     ActsOn, Condition, Covariate, CustomLaw, Effect, EffectId, EffectSpec, EffectValue, Grid, Label,
-    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression, check_units,
-    parameter_names,
+    MOST_CUSTOM, ModelNumber, ParameterSpec, Rule, SeenIn, ValueKind, check_expression,
+    check_expression_in_units, parameter_names,
 };
 pub use error::ParamError;
 pub use expression::{Dimension, ExpressionError, unit};

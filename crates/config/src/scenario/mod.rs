@@ -17,12 +17,12 @@ pub(crate) use read::asked;
 pub use read::{LARGEST_ENCODER_DELAY_CYCLES, parse_scenario};
 pub use read_control::{OBSERVER_BANDWIDTH_HZ, usual_damping};
 pub use set_point::{FlowPressure, ScheduledSetPoint, SetPoint};
+use std::f64::consts::TAU;
 
 /// Shorter periods work where the machine does, but nothing is promised.
 const SHORTEST_SUPPORTED_PERIOD_NS: u64 = 250_000;
 
-/// A limit of the angle beyond a turn, and a pressure drop below this, were probably meant in degrees and in bar: a bare number is one of radians
-/// and of pascals. (1 kPa is a hundredth of a bar.)
+/// A pressure drop below a hundredth of a bar is next to none.
 const LEAST_PRESSURE_PA: f64 = 1e3;
 
 /// A validated scenario.
@@ -96,36 +96,12 @@ impl Scenario {
                 "a period of {period_us} us is experimental: below 250 us nothing is promised"
             ));
         }
-        for (key, limit) in
-            [("min_angle", self.limits.min_angle_rad), ("max_angle", self.limits.max_angle_rad)]
-        {
-            if let Some(limit) = limit.filter(|limit| limit.abs() > std::f64::consts::TAU) {
-                let turns = limit / std::f64::consts::TAU;
-                warnings.push(format!(
-                    "limits.{key} is {limit} rad, {turns:.1} turns: a number without a unit is one of radians"
-                ));
-            }
-        }
-        if let Some(least_pa) =
-            self.pressure_drop.least_but_none().filter(|least_pa| *least_pa < LEAST_PRESSURE_PA)
-        {
-            warnings.push(format!(
-                "pressure_drop is {least_pa} Pa, next to none: a number without a unit is one of pascals"
-            ));
-        }
+        warnings.extend(self.hardly_meant());
         // With a real drive the set-points are the operator's.
         if self.set_points.is_empty() && self.drive.is_none() {
             warnings.push("no set-point: the valve holds its initial angle".to_owned());
         }
-        let count_rad = std::f64::consts::TAU / self.encoder.counts_per_turn as f64;
-        let most_rad = self.safety.max_following_error_rad;
-        if self.encoder.fitted && count_rad > most_rad {
-            warnings.push(format!(
-                "one count of the encoder is {:.3}°, more than max_following_error ({:.3}°): the first motion would be a fault",
-                count_rad.to_degrees(),
-                most_rad.to_degrees()
-            ));
-        }
+        warnings.extend(self.too_coarse());
         if !self.encoder.fitted {
             warnings.push(
                 "no encoder: lost steps and following errors are not seen by the controller".to_owned(),
@@ -138,6 +114,35 @@ impl Scenario {
             }
         }
         warnings
+    }
+
+    /// Numbers that were probably meant in degrees or in bar, and are in radians or pascals, as a number without a unit is.
+    fn hardly_meant(&self) -> impl Iterator<Item = String> {
+        let ends = [("min_angle", self.limits.min_angle_rad), ("max_angle", self.limits.max_angle_rad)];
+        let turns = ends.into_iter().filter_map(|(key, limit)| {
+            let limit = limit.filter(|limit| limit.abs() > TAU)?;
+            Some(format!(
+                "limits.{key} is {limit} rad, {:.1} turns: a number without a unit is one of radians",
+                limit / TAU
+            ))
+        });
+        let least_pa = self.pressure_drop.least_but_none().filter(|least_pa| *least_pa < LEAST_PRESSURE_PA);
+        turns.chain(least_pa.map(|least_pa| {
+            format!("pressure_drop is {least_pa} Pa, next to none: a number without a unit is one of pascals")
+        }))
+    }
+
+    /// An encoder whose one count is more than the following error that is allowed.
+    fn too_coarse(&self) -> Option<String> {
+        let count_rad = TAU / self.encoder.counts_per_turn as f64;
+        let most_rad = self.safety.max_following_error_rad;
+        (self.encoder.fitted && count_rad > most_rad).then(|| {
+            format!(
+                "one count of the encoder is {:.3}°, more than max_following_error ({:.3}°): the first motion would be a fault",
+                count_rad.to_degrees(),
+                most_rad.to_degrees()
+            )
+        })
     }
 }
 
@@ -246,6 +251,16 @@ pub enum Compensation {
     Full,
     /// The same with the belief's effects.
     FullWithEffects,
+}
+
+impl Compensation {
+    /// The levels by their names in scenarios, each at the place that is its number for a running controller.
+    pub const NAMED: [(&'static str, Self); 4] = [
+        ("none", Self::None),
+        ("coulomb-viscous", Self::CoulombViscous),
+        ("full", Self::Full),
+        ("full-with-effects", Self::FullWithEffects),
+    ];
 }
 
 /// What the controller does with the encoder, and against the resonance of motor and load.

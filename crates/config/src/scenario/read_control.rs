@@ -27,15 +27,9 @@ pub(super) fn read_compensation(
     let Some(section) = root.optional_section("compensation") else {
         return (Compensation::Full, usual(Compensation::Full, encoder, period_ns));
     };
-    let levels = [
-        ("coulomb-viscous", Compensation::CoulombViscous),
-        ("full", Compensation::Full),
-        ("full-with-effects", Compensation::FullWithEffects),
-    ];
-    let level = section
-        .find("level")
-        .and_then(|field| field.choice(("none", Compensation::None), &levels))
-        .unwrap_or(Compensation::Full);
+    let [none, levels @ ..] = Compensation::NAMED;
+    let level =
+        section.find("level").and_then(|field| field.choice(none, &levels)).unwrap_or(Compensation::Full);
     let mut control = usual(level, encoder, period_ns);
     if let Some(field) = section.find("observer") {
         control.observer = field.boolean();

@@ -202,7 +202,7 @@ fn keep(judged: &Judgement<'_>, accepted: &[usize]) -> Result<Fitted, DiagnosisE
     let hypothesis = Hypothesis { members, ..judged.without_causes() };
     let mut hypothesis = corrected_again(hypothesis, judged, &fitted.point.hypothesis);
     // Without any cause, corrections would stand in for the causes that are not accepted, unless they leave nothing to explain.
-    if hypothesis.members.is_empty() {
+    if hypothesis.members.is_empty() && !hypothesis.corrections.is_empty() {
         let begin = Point { hypothesis: hypothesis.clone(), starts: fitted.point.starts.clone() };
         let corrected = fit(&judged.setting, begin, &Piece::is_fitted, 8)?;
         if leaves_noise(&judged.setting, &corrected)? {

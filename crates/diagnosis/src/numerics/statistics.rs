@@ -19,6 +19,15 @@ pub(crate) fn holm<'a>(p_values: impl Iterator<Item = &'a mut f64>) {
     }
 }
 
+/// Values with mean 0 and standard deviation 1; `None` where they are the same throughout, or not all known.
+pub(crate) fn standardised(values: &[f64]) -> Option<Vec<f64>> {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+    let varies = deviation.is_finite() && deviation > 1e-9 * mean.abs();
+    varies.then(|| values.iter().map(|value| (value - mean) / deviation).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

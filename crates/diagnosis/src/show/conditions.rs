@@ -2,7 +2,8 @@
 
 use crate::DiagnosisError;
 use crate::fit::equations::{Point, Setting};
-use crate::numerics::statistics::{CHANCE, holm};
+use crate::log::driven::Driven;
+use crate::numerics::statistics::{CHANCE, holm, standardised};
 use crate::show::residual::{OwnZero, zeros_of_runs};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -40,7 +41,7 @@ pub(crate) fn go_by_conditions(setting: &Setting<'_>, point: &Point) -> Result<b
 
 /// The means over a run's pieces; 0 throughout for a channel that was not recorded.
 fn conditions(setting: &Setting<'_>, run: usize) -> Conditions {
-    let mean = |of: fn(&crate::log::driven::Driven) -> &[f64]| {
+    let mean = |of: fn(&Driven) -> &[f64]| {
         let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
         let (sum, count) = pieces
             .flat_map(|piece| of(&piece.driven))
@@ -63,7 +64,11 @@ fn go_by(runs: &[(OwnZero, Conditions)]) -> bool {
     if runs.len() < LEAST_RUNS {
         return false;
     }
-    let column = |of: fn(&Conditions) -> f64| standardised(runs, of);
+    // A condition that is the same in all runs tells nothing.
+    let column = |of: fn(&Conditions) -> f64| {
+        let values: Vec<f64> = runs.iter().map(|(_, conditions)| of(conditions)).collect();
+        DVector::from_vec(standardised(&values).unwrap_or_else(|| vec![0.0; values.len()]))
+    };
     let (pressure, temperature) = (column(|of| of.pressure_pa), column(|of| of.temperature_c));
     // Where every run's clock begins anew, their order is all that is known of when they were made.
     let all = |of: fn(&Conditions) -> f64| runs.iter().map(move |(_, conditions)| of(conditions));
@@ -79,14 +84,6 @@ fn go_by(runs: &[(OwnZero, Conditions)]) -> bool {
         tested.into_iter().filter_map(|added| partial_f(runs, &course, added)).collect();
     holm(found.iter_mut().map(|(_, p_value)| p_value));
     found.iter().any(|(accounts, p_value)| *accounts > MOST && *p_value < CHANCE)
-}
-
-/// A condition with mean 0 and standard deviation 1; 0 throughout where it is the same in all runs.
-fn standardised(runs: &[(OwnZero, Conditions)], of: fn(&Conditions) -> f64) -> DVector<f64> {
-    let values = DVector::from_iterator(runs.len(), runs.iter().map(|(_, conditions)| of(conditions)));
-    let centred = values.add_scalar(-values.mean());
-    let scatter = centred.norm() / (runs.len() as f64).sqrt();
-    if scatter > 1e-9 * values.amax() { centred / scatter } else { DVector::zeros(runs.len()) }
 }
 
 /// The part of the squares left by `course` for which the columns `added` account, and how likely that is by chance. Each zero counts by what

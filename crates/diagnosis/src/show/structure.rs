@@ -6,7 +6,7 @@ use crate::log::classes::Class;
 use crate::log::moments::moments;
 use crate::log::piece::Piece;
 use crate::numerics::line::{Line, Weighted};
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT, holm};
+use crate::numerics::statistics::{CHANCE, SHARE_LEFT, holm, standardised};
 use crate::outcome::{Dependence, Order};
 use crate::show::residual::PieceResidual;
 use crate::workers::map;
@@ -61,8 +61,13 @@ const COVARIATES: [&str; 9] = [
 /// The angle's index among them.
 const ANGLE: usize = 2;
 
-/// Covariates that act together in some machines, by their indices: each alone may then account for nothing.
-const PAIRS: [(usize, usize); 4] = [(5, 6), (3, 5), (3, 6), (4, 6)];
+/// Covariates that act together in some machines: each alone may then account for nothing.
+const PAIRS: [[&str; 2]; 4] = [
+    ["pressure", "temperature"],
+    ["speed", "pressure"],
+    ["speed", "temperature"],
+    ["acceleration", "temperature"],
+];
 
 /// The result of the tests of a residual.
 #[derive(Debug, Clone)]
@@ -91,7 +96,7 @@ pub(crate) fn structure(setting: &Setting<'_>, left: &[PieceResidual]) -> Struct
         map(setting.workers, COVARIATES.len(), |index| by_covariate(index, &samples, square, independent));
     let mut dependences: Vec<Dependence> = tested.into_iter().flatten().collect();
     let together = map(setting.workers, PAIRS.len(), |index| {
-        PAIRS.get(index).map_or_else(Vec::new, |pair| by_pair(*pair, &samples, square, independent))
+        PAIRS.get(index).map_or_else(Vec::new, |pair| by_pair(pair, &samples, square, independent))
     });
     dependences.extend(together.into_iter().flatten());
     let orders = Progression { first: 1, count: ORDERS };
@@ -152,14 +157,15 @@ fn by_covariate(index: usize, samples: &[Sample], square: f64, independent: f64)
 
 /// The tests of the residual against the product of two covariates, as it is and as friction: a line through what both do within the runs,
 /// so that zeros of runs and their drift count for nothing.
-fn by_pair(
-    (one, other): (usize, usize),
-    samples: &[Sample],
-    square: f64,
-    independent: f64,
-) -> Vec<Dependence> {
-    let (Some(first), Some(second)) = (COVARIATES.get(one), COVARIATES.get(other)) else { return Vec::new() };
-    let (Some(x), Some(y)) = (standardised(samples, one), standardised(samples, other)) else {
+fn by_pair(pair: &[&str; 2], samples: &[Sample], square: f64, independent: f64) -> Vec<Dependence> {
+    let [first, second] = pair;
+    let over_samples = |name: &str| {
+        let index = COVARIATES.iter().position(|covariate| *covariate == name)?;
+        let values: Option<Vec<f64>> =
+            samples.iter().map(|sample| sample.covariates.get(index).copied()).collect();
+        standardised(&values?)
+    };
+    let Some((x, y)) = over_samples(first).and_then(|x| Some((x, over_samples(second)?))) else {
         return Vec::new();
     };
     let test = |as_friction: bool| {
@@ -171,17 +177,6 @@ fn by_pair(
         Some(Dependence { on: format!("{first} and {second}"), as_friction, share, p_value })
     };
     [false, true].into_iter().filter_map(test).collect()
-}
-
-/// A covariate with mean 0 and standard deviation 1 over the samples; `None` where it was not recorded, or never changes.
-fn standardised(samples: &[Sample], index: usize) -> Option<Vec<f64>> {
-    let values: Vec<f64> =
-        samples.iter().filter_map(|sample| sample.covariates.get(index).copied()).collect();
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
-    let varies = deviation.is_finite() && deviation > 1e-9 * mean.abs();
-    varies.then(|| values.iter().map(|value| (value - mean) / deviation).collect())
 }
 
 /// The sum of squares of the residual that a multiple of a quantity accounts for, the mean of either taken off in each run, and the number of
@@ -463,7 +458,7 @@ mod tests {
         let test = |law: f64| {
             let samples: Vec<Sample> = (0..6000).map(|index| sample(index, law)).collect();
             let (square, count) = size(&samples);
-            by_pair((5, 6), &samples, square, count / 10.0)[0].clone()
+            by_pair(&["pressure", "temperature"], &samples, square, count / 10.0)[0].clone()
         };
         assert!(test(0.0).p_value > 0.05, "{:?}", test(0.0));
         assert!(test(0.5).p_value < 1e-4 && test(0.5).share > 0.02, "{:?}", test(0.5));

@@ -248,11 +248,12 @@ fn without_idle(setting: &Setting<'_>, mut laws: Laws) -> Result<Laws, Diagnosis
         let place = laws.tried.fitted.point.hypothesis.members.len() - laws.terms.len() + index;
         let Some(fewer) = without(setting, &laws.tried, place, None)? else { continue };
         if part_cut(&fewer, least) < LEAST_PART {
-            let was_last = index + 1 == laws.terms.len();
+            // They were fitted in the place of the last one.
+            if index + 1 == laws.terms.len() {
+                laws.rivals.clear();
+            }
             laws.terms.remove(index);
             laws.tried = fewer;
-            // They were fitted in the place of the last one.
-            laws.rivals.retain(|_| !was_last);
         }
     }
     Ok(laws)

@@ -72,8 +72,21 @@ pub fn check_expression(
     parameters: &[(&str, f64)],
     acts_on: ActsOn,
 ) -> Result<(), ExpressionError> {
+    check_expression_in_units(text, parameters, &vec![None; parameters.len()], acts_on)
+}
+
+/// The same where parameters have units: their dimensions, in the parameters' order, of those that may be any `None`.
+///
+/// # Errors
+/// As [`check_expression`].
+pub fn check_expression_in_units(
+    text: &str,
+    parameters: &[(&str, f64)],
+    units: &[Option<Dimension>],
+    acts_on: ActsOn,
+) -> Result<(), ExpressionError> {
     let program = compiled(text, parameters)?;
-    check_dimension(&program, acts_on)?;
+    check_dimension(text, parameters, units, acts_on)?;
     check_poles(&program)
 }
 
@@ -88,35 +101,22 @@ pub(super) fn check_poles(program: &Program) -> Result<(), ExpressionError> {
     Err(ExpressionError::new(pole.at, found, "a finite value wherever valves get"))
 }
 
-/// Checks an expression whose parameters have units: a parameter's name, its value, and its unit's dimension where one is given.
-///
-/// # Errors
-/// Quantities that don't go together, or don't make what it acts on.
-pub fn check_units(
+/// Parameters of known units stand beside the covariates. Written numbers and the other parameters may have any unit, so that only what is
+/// wrong whatever they are is refused.
+fn check_dimension(
     text: &str,
-    parameters: &[(&str, f64, Option<Dimension>)],
+    parameters: &[(&str, f64)],
+    units: &[Option<Dimension>],
     acts_on: ActsOn,
 ) -> Result<(), ExpressionError> {
-    // Parameters of known units stand beside the covariates; the others may have any.
-    let known = || parameters.iter().filter_map(|(name, _, unit)| Some((*name, (*unit)?)));
-    let names: Vec<&str> =
-        Covariate::ALL.map(Covariate::name).into_iter().chain(known().map(|(name, _)| name)).collect();
-    let any: Vec<(&str, f64)> = parameters
-        .iter()
-        .filter(|(.., unit)| unit.is_none())
-        .map(|(name, value, _)| (*name, *value))
-        .collect();
-    let units: Vec<Dimension> =
-        Covariate::ALL.map(Covariate::dimension).into_iter().chain(known().map(|(_, unit)| unit)).collect();
-    check_made(dimension(&compile(text, &names, &any)?, &units)?, acts_on)
-}
-
-/// Numbers and parameters may have any unit, so that only what is wrong whatever they are is refused.
-fn check_dimension(program: &Program, acts_on: ActsOn) -> Result<(), ExpressionError> {
-    check_made(dimension(program, &Covariate::ALL.map(Covariate::dimension))?, acts_on)
-}
-
-fn check_made(made: Option<Dimension>, acts_on: ActsOn) -> Result<(), ExpressionError> {
+    let (known, any): (Vec<_>, Vec<_>) = parameters.iter().zip(units).partition(|(_, unit)| unit.is_some());
+    let known_names = known.iter().map(|((name, _), _)| *name);
+    let names: Vec<&str> = Covariate::ALL.map(Covariate::name).into_iter().chain(known_names).collect();
+    let known_units = known.iter().filter_map(|(_, unit)| **unit);
+    let dimensions: Vec<Dimension> =
+        Covariate::ALL.map(Covariate::dimension).into_iter().chain(known_units).collect();
+    let any: Vec<(&str, f64)> = any.into_iter().map(|(parameter, _)| *parameter).collect();
+    let made = dimension(&compile(text, &names, &any)?, &dimensions)?;
     let expected = match acts_on {
         ActsOn::Torque => "a torque in N*m, as with a parameter of that unit before it: a*...",
         ActsOn::Level | ActsOn::Viscous => {

@@ -12,7 +12,9 @@ mod table;
 use serde::{Deserialize, Serialize};
 
 pub use covariate::{ActsOn, Covariate};
-pub use custom::{CustomLaw, MOST_CUSTOM, Rule, check_expression, check_units, parameter_names};
+pub use custom::{
+    CustomLaw, MOST_CUSTOM, Rule, check_expression, check_expression_in_units, parameter_names,
+};
 pub use grid::Grid;
 pub use id::EffectId;
 pub use label::Label;
