@@ -288,6 +288,18 @@ fn preambles_units_dates_and_what_is_missing() {
 }
 
 #[test]
+fn what_says_that_a_sample_is_missing_and_stands_nowhere_is_told() {
+    let place = TestPlace::new();
+    let file = place.write("given.csv", "t,F\n0,1894.25\n1,2\n2,-9999\n");
+    let maps =
+        [file.to_str().unwrap(), "--map", "time=t", "--map", "angle=t", "--map", "torque=fill(F/1000)"];
+    // A number of the log is none of the file's.
+    let told = import(&place, &[&maps[..], &["--missing", "1.89425", "--missing", "-9999"]].concat());
+    let told = told.expect_code(0).stderr;
+    assert!(told.contains("--missing 1.89425: no cell") && !told.contains("--missing -9999"), "{told}");
+}
+
+#[test]
 fn a_column_in_another_unit_is_refused_with_the_map_that_was_meant() {
     let place = TestPlace::new();
     let file = place.write("given.csv", "Zeit;Winkel [deg]\nms;deg\n0;0\n10;90\n20;180\n");

@@ -2,7 +2,8 @@
 
 use crate::in_process::CycleOutputs;
 use signals::{
-    ControlStatus, ControllerState, FaultCode, Feedback, PlantTruth, Reference, SetPointRefusal, StepCommand,
+    ControlStatus, ControllerState, FaultCode, Feedback, HeldFlow, PlantTruth, Reference, SetPointRefusal,
+    StepCommand,
 };
 use std::collections::{BTreeMap, VecDeque};
 
@@ -105,6 +106,8 @@ pub struct Metrics {
     pub limiting_cycles: u64,
     /// Alarms raised: bits of [`signals::alarm`].
     pub alarms: u64,
+    /// Cycles in which a flow that was to be held was out of reach, or not known for want of a pressure drop.
+    pub unheld_flow_cycles: u64,
     /// Commands that the drive did not have in time.
     pub missed_commands: u64,
     /// The largest number of tooth pitches that the rotor was off.
@@ -163,6 +166,8 @@ impl Metrics {
     /// Takes note of Reference.
     pub fn reference(&mut self, cycle: u64, reference: &Reference) {
         self.refusal(reference);
+        let unheld = [HeldFlow::OutOfReach, HeldFlow::NoPressure].map(HeldFlow::code);
+        self.unheld_flow_cycles += u64::from(unheld.contains(&reference.held_flow));
         self.know(cycle, |of| of.reference_rad = Some(reference.angle_rad));
     }
 

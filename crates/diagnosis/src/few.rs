@@ -18,10 +18,11 @@ use crate::name::round::next_cause;
 use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, take_over};
 use crate::name::selection::{Round, Selection};
+use crate::name::simplify::simplify;
 use crate::name::tried::{EQUAL, NEARLY, Tried};
 use crate::numbers::{have_one_factor, numbers_off};
 use crate::show::mains::mains;
-use crate::show::residual::left;
+use crate::show::residual::{left, rms_left};
 use crate::show::structure::structure;
 use crate::zeros::Reached;
 use valve_model::EffectId;
@@ -93,7 +94,8 @@ pub(crate) fn few(
     let few = few_beside_corrections(setting, asked.able, (given, corrected), causes, ranked)?;
     Ok(match (few, numbers) {
         (Few::Not(Some(one)), Some(numbers))
-            if is_simpler(&one, &numbers) || is_their_scale(setting, &one, &numbers, asked.corrections) =>
+            if is_simpler(Reached::of(&one), Reached::of(&numbers))
+                || is_their_scale(setting, &one, &numbers, asked.corrections) =>
         {
             Few::Found(one)
         }
@@ -103,7 +105,8 @@ pub(crate) fn few(
 }
 
 /// Few causes that leave plain noise where corrections leave coloured noise. Noise that is slower than the sampling looks like what a cause leaves
-/// that acts seldom, as at a break-away; but no cause takes its colour away on runs that nothing was fitted on.
+/// that acts seldom, as at a break-away; but no cause takes its colour away on runs that nothing was fitted on. A lead is no such cause: no sensor
+/// is early, and an encoder's steps that went through bristles are alike in front of where they are seen.
 fn in_place_of_colour(
     setting: &Setting<'_>,
     able: &[Candidate],
@@ -119,7 +122,8 @@ fn in_place_of_colour(
     let Few::Found(few) = few_beside_corrections(setting, able, (given, corrected), FEW, ranked)? else {
         return Ok(None);
     };
-    Ok(is_plain(&few.fitted)?.then_some(*few))
+    let leads = few.fitted.point.hypothesis.leads().next().is_some();
+    Ok((!leads && is_plain(&few.fitted)?).then_some(*few))
 }
 
 /// Whether the few causes found beside corrections stay, though they leave more than noise: a search without corrections was ended before it found
@@ -170,9 +174,11 @@ fn is_no_better(others: Reached, few: Reached, rms_first: f64) -> bool {
     few.causes > 0 && (leave_no_less || further > 0 && cut < further as f64 * MISFIT * explained)
 }
 
-/// Whether it has fewer causes and leaves as much: a transducer's scale in place of all levels.
-fn is_simpler(one: &Selection, other: &Selection) -> bool {
-    (1..other.causes()).contains(&one.causes()) && one.rms <= other.rms + NEARLY * other.rms.max(1.0)
+/// Whether it has fewer causes and leaves as much, or no more than the noise: a transducer's scale in place of all levels, its zero in place of
+/// a level and a stiffness.
+fn is_simpler(one: Reached, other: Reached) -> bool {
+    let as_much = other.rms + NEARLY * other.rms.max(1.0);
+    (1..other.causes).contains(&one.causes) && one.rms <= as_much.max(1.0)
 }
 
 /// Whether it is the torque's scale in place of several numbers that are off by one factor, and what they leave less is what its form may leave.
@@ -249,6 +255,9 @@ fn beyond_tolerance(
         found.extend(if_noise_is_left(setting, corrected, member, hopeless)?.map(|tried| (late.id, tried)));
     }
     found.retain(|(_, tried)| tried.rms < most);
+    if most.is_finite() {
+        retain_better_in_units(setting, corrected, &mut found)?;
+    }
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
     if let Some((id, tried)) = found.first().cloned() {
         found.extend(twins_in_place_of(setting, able, (id, &tried))?);
@@ -276,6 +285,25 @@ fn beyond_tolerance(
     }
     state.rounds.push(round);
     Ok(Some(state))
+}
+
+/// Keeps what is better than the corrections, which leave noise, not only where the noise is least: it leaves no more on held-out runs in the
+/// channel's own unit either. No sensor is early: a lead explains nothing there.
+fn retain_better_in_units(
+    setting: &Setting<'_>,
+    corrected: &Fitted,
+    found: &mut Vec<(EffectId, Tried)>,
+) -> Result<(), DiagnosisError> {
+    let rms = |of: &Fitted| left(setting, &of.point).map(|left| rms_left(setting, &left, &|of| of.hold_out));
+    let most = rms(corrected)?;
+    let mut better = Vec::new();
+    for (id, tried) in found.drain(..) {
+        if tried.fitted.point.hypothesis.leads().next().is_none() && rms(&tried.fitted)? <= most {
+            better.push((id, tried));
+        }
+    }
+    *found = better;
+    Ok(())
 }
 
 /// One cause or two that leave no more than noise together with corrections of the model's parameters, if there are such.
@@ -340,7 +368,10 @@ fn few_beside_corrections(
         }
         done = is_done(&state)?;
     }
-    if drop_idle_transducer(setting, &mut state)? {
+    let before = state.ids();
+    simplify(setting, able, &mut state)?;
+    drop_idle_transducer(setting, &mut state)?;
+    if state.ids() != before {
         done = done && is_done(&state)?;
     }
     state.begin_from(&first);
@@ -369,6 +400,23 @@ mod tests {
             ((1, 1, 2.0), (3, 3, 1.4), true),
         ] {
             assert_eq!(is_no_better(reached(others), reached(few), 10.0), stay, "{few:?} beside {others:?}");
+        }
+    }
+
+    #[test]
+    fn one_cause_is_simpler_than_several_that_leave_as_much() {
+        let reached = |(causes, rms)| Reached { causes, of_the_valve: causes, rms };
+        for (one, others, simpler) in [
+            ((1, 1.2), (2, 1.1), false),
+            ((1, 1.11), (2, 1.1), true),
+            ((1, 4.04), (2, 4.0), true),
+            ((1, 4.05), (2, 4.0), false),
+            // Below the noise nothing tells one from the other.
+            ((1, 0.9), (2, 0.5), true),
+            ((2, 0.5), (2, 0.5), false),
+            ((0, 0.5), (2, 0.5), false),
+        ] {
+            assert_eq!(is_simpler(reached(one), reached(others)), simpler, "{one:?} beside {others:?}");
         }
     }
 

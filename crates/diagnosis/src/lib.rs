@@ -46,8 +46,8 @@ pub use log::gaps::bridged;
 pub use options::Options;
 pub use outcome::{
     Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,
-    Diagnosis, Evidence, Gain, Judged, Nearest, Offered, Order, ParameterFound, Parameters, Residual,
-    RivalFit, Unnamed, UnnamedGain, UnnamedRule, Verdict, Whiteness,
+    Diagnosis, Evidence, Gain, IN_MODEL, Judged, Nearest, Offered, Order, ParameterFound, Parameters,
+    Residual, RivalFit, Unnamed, UnnamedGain, UnnamedRule, Verdict, Whiteness,
 };
 pub use suspect::{Suspect, SuspectParameter};
 pub use workers::{OneAfterTheOther, Workers, map};

@@ -407,6 +407,9 @@ pub struct Nearest {
     pub leaves_by: Option<String>,
 }
 
+/// The evidence that the given model has a cause already, with these numbers: the ones found are in their place, not beside them.
+pub const IN_MODEL: &str = "in_model";
+
 /// A piece of evidence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]

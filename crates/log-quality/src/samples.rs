@@ -186,7 +186,7 @@ fn clipped(log: &Log) -> Vec<Finding> {
                     in_runs(&at.runs, log.runs.len())
                 ),
                 place: Place::of(&[channel], at.runs).rows(from, to),
-                mend: "measure with a larger range; or take these samples for missing (--missing)".to_owned(),
+                mend: "measure with a larger range; or take these samples for missing (import --missing, with the value as the file has it)".to_owned(),
             });
         }
     }

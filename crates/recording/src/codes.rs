@@ -2,7 +2,7 @@
 
 use crate::Topic;
 use signals::{
-    BusPhase, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult, Scheduling,
+    BusPhase, ControllerState, FaultCode, HeldFlow, HomingPhase, OperatorKind, OperatorResult, Scheduling,
     SetPointKind, SetPointRefusal, Source, alarm, limiting, validity,
 };
 
@@ -58,6 +58,7 @@ pub fn codes(topic: Topic, field: &str) -> Option<Codes> {
         (Topic::Feedback, "validity") => Some(Codes::Flags(VALIDITY.to_vec())),
         (Topic::Reference, "set_point_kind") | (Topic::SetPoint, "kind") => values!(SetPointKind),
         (Topic::Reference, "refusal") => values!(SetPointRefusal),
+        (Topic::Reference, "held_flow") => values!(HeldFlow),
         (Topic::OperatorCommand, "kind") => values!(OperatorKind),
         (_, "scheduling") => values!(Scheduling),
         _ => None,

@@ -212,6 +212,20 @@ codes! {
 }
 
 codes! {
+    /// What becomes of a flow that is held while the pressure drop changes.
+    HeldFlow {
+        /// None is to be held.
+        None = 0, "none";
+        /// It is held.
+        Held = 1, "held";
+        /// No angle within the limits of motion gives it; the valve stands as near as they let it come.
+        OutOfReach = 2, "out of reach";
+        /// The pressure drop is not measured; the valve stays where it is.
+        NoPressure = 3, "no valid pressure drop";
+    }
+}
+
+codes! {
     /// What the operator wants.
     OperatorKind {
         /// Nothing: the service's first, empty message.

@@ -33,8 +33,8 @@ pub use body::Body;
 pub use bus_status::BusStatus;
 pub use check::{Defect, Expectation, check};
 pub use codes::{
-    BusPhase, ControlParameter, ControllerState, FaultCode, HomingPhase, OperatorKind, OperatorResult,
-    Scheduling, SetPointKind, SetPointRefusal, Source,
+    BusPhase, ControlParameter, ControllerState, FaultCode, HeldFlow, HomingPhase, OperatorKind,
+    OperatorResult, Scheduling, SetPointKind, SetPointRefusal, Source,
 };
 pub use control_status::{ControlStatus, alarm, limiting};
 pub use controller_snapshot::ControllerSnapshot;

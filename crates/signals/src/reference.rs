@@ -25,5 +25,7 @@ message! {
         refused_id: u64 ["1", Any],
         /// Why it was refused, a [`crate::SetPointRefusal`].
         refusal: u64 ["1", Below(crate::SetPointRefusal::END)],
+        /// Whether a flow that is to be held is, a [`crate::HeldFlow`].
+        held_flow: u64 ["1", Below(crate::HeldFlow::END)],
     }
 }

@@ -31,6 +31,7 @@ pub const RUN_COLUMNS: &[RunColumn] = &[
     column("set_point_kind", Reference::TOPIC, "set_point_kind"),
     column("refused_set_point_id", Reference::TOPIC, "refused_id"),
     column("set_point_refusal", Reference::TOPIC, "refusal"),
+    column("held_flow", Reference::TOPIC, "held_flow"),
     column("position_microsteps", StepCommand::TOPIC, "position_microsteps"),
     column("position_unrounded", StepCommand::TOPIC, "position_unrounded"),
     column("commanded_pulse_rate", StepCommand::TOPIC, "pulse_rate_hz"),

@@ -47,6 +47,8 @@ pub struct Summary {
     pub limiting_cycles: u64,
     /// What the operator has to know and what stopped nothing.
     pub alarms: Vec<String>,
+    /// Cycles in which a flow that was to be held was out of reach, or not known for want of a pressure drop.
+    pub unheld_flow_cycles: u64,
     /// Commands that the drive did not have in time.
     pub missed_commands: u64,
     /// Tooth pitches lost, at the worst.
@@ -107,6 +109,7 @@ impl Summary {
             torque_reserve_min_nm: None,
             limiting_cycles: 0,
             alarms: Vec::new(),
+            unheld_flow_cycles: 0,
             missed_commands: 0,
             lost_steps: 0,
             fault: None,
@@ -144,6 +147,7 @@ impl Summary {
         self.torque_reserve_min_nm = metrics.torque_reserve_min_nm;
         self.limiting_cycles = metrics.limiting_cycles;
         self.alarms = alarm::names(metrics.alarms).map(str::to_owned).collect();
+        self.unheld_flow_cycles = metrics.unheld_flow_cycles;
         self.missed_commands = metrics.missed_commands;
         self.lost_steps = metrics.lost_steps;
         let stopped_by = metrics.stopped_by();
@@ -209,6 +213,13 @@ impl fmt::Display for Summary {
         writeln!(f, "; held back by limits in {} cycles", self.limiting_cycles)?;
         for alarm in &self.alarms {
             writeln!(f, "alarm            {alarm}")?;
+        }
+        if self.unheld_flow_cycles > 0 {
+            let unheld_s = self.unheld_flow_cycles as f64 * self.period_s;
+            writeln!(
+                f,
+                "flow             out of reach, or not known for want of a pressure drop, for {unheld_s:.3} s"
+            )?;
         }
         if self.missed_commands > 0 {
             writeln!(f, "missed commands  {}", self.missed_commands)?;

@@ -1,7 +1,7 @@
 //! The answer in one sentence or two.
 
 use crate::words::{corrected, names, sentence_beside, short, unit};
-use diagnosis::{BestOfGroup, Cause, Diagnosis, Found, Gain, Nearest, Verdict};
+use diagnosis::{BestOfGroup, Cause, Diagnosis, Found, Gain, IN_MODEL, Nearest, Verdict};
 use valve_model::EffectId;
 
 /// A plain RMS falls by this part less than one by how well each sample is known where few samples rule it.
@@ -141,11 +141,16 @@ pub fn is_ruled_by_few(gain: &Gain) -> bool {
     gain.ratio > HARDLY_FALLS && over_noise < FEWER_SAMPLES_RULE * gain.ratio
 }
 
-/// What the causes mean for the model: a number of it is another, or it lacks something.
+/// What the causes mean for the model: a number of it is another, it has other numbers of an effect, or it lacks something.
 fn lacking(causes: &[Cause]) -> &'static str {
     let is_number = |cause: &Cause| cause.id.spec().folded_into.is_some();
+    let has_it = |cause: &Cause| is_number(cause) || cause.evidence.contains_key(IN_MODEL);
     if causes.iter().all(is_number) {
         ". With that corrected,"
+    } else if causes.iter().all(has_it) {
+        "; the model has it with other numbers. With these in their place,"
+    } else if causes.iter().any(|cause| !is_number(cause) && has_it(cause)) {
+        ", some of which the model has with other numbers. With all of it,"
     } else if causes.iter().any(is_number) {
         "; the model has none of that. With all of it,"
     } else {

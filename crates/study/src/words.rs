@@ -184,7 +184,14 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
         }
         EffectId::TorqueGain => format!("The torque channel reads {}", times("the true torque")),
         EffectId::PressureDependentFriction => {
-            format!("The rig's friction rises {} % per MPa of pressure drop", short(100.0 * value("gain")))
+            let gain = short(100.0 * value("gain"));
+            match cause.parameters.get("exponent").filter(|of| of.value != 1.0) {
+                None => format!("The rig's friction rises {gain} % per MPa of pressure drop"),
+                Some(of) => format!(
+                    "The rig's friction rises {gain} % at a pressure drop of 1 MPa, and with its power {}",
+                    short(of.value)
+                ),
+            }
         }
         EffectId::TemperatureDependentViscosity => {
             format!("The rig's viscous friction falls {} % per kelvin", short(100.0 * value("beta_per_k")))

@@ -3,7 +3,7 @@
 use crate::journal::advice_on_alarm;
 use fieldbus::{DriveState, al_state_name};
 use serde::{Deserialize, Serialize};
-use signals::{BusPhase, BusStatus, ControllerState, FaultCode, Source};
+use signals::{BusPhase, BusStatus, ControllerState, FaultCode, HeldFlow, Source};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -142,6 +142,9 @@ pub struct Status {
     pub target_angle_rad: f64,
     /// Whether the reference still moves.
     pub moving: bool,
+    /// Whether a flow that is to be held while the pressure drop changes is; `none` where there is none.
+    #[serde(default)]
+    pub held_flow: String,
     /// Measured angle, rad.
     pub angle_rad: f64,
     /// Whether the angle's zero is known.
@@ -223,7 +226,19 @@ impl Status {
         let kind = if self.set_point == 0 { "none" } else { &self.set_point_kind };
         let asked = &self.set_point_asked;
         let space = if asked.is_empty() { "" } else { " " };
-        format!("{kind}{space}{asked}, {motion} {:.3}°", self.target_angle_rad.to_degrees())
+        let held = self.unheld_words();
+        format!("{kind}{space}{asked}{held}, {motion} {:.3}°", self.target_angle_rad.to_degrees())
+    }
+
+    /// Why a flow that is to be held is not; empty where all is well.
+    pub fn unheld_words(&self) -> &'static str {
+        if self.held_flow == HeldFlow::OutOfReach.name() {
+            ", OUT OF REACH"
+        } else if self.held_flow == HeldFlow::NoPressure.name() {
+            ", NOT HELD: no valid pressure drop"
+        } else {
+            ""
+        }
     }
 
     /// The most important of it in a line.
@@ -231,11 +246,12 @@ impl Status {
         let degrees = |rad: f64| rad.to_degrees();
         let alarms = self.alarms.iter().map(|alarm| format!(", ALARM: {alarm}")).collect::<String>();
         format!(
-            "{}: {:.3}°{}, to {:.3}°, error {:.4}°, reserve {}{alarms}",
+            "{}: {:.3}°{}, to {:.3}°{}, error {:.4}°, reserve {}{alarms}",
             self.state_words(),
             degrees(self.angle_rad),
             self.zero_words(),
             degrees(self.target_angle_rad),
+            self.unheld_words(),
             degrees(self.following_error_rad),
             self.reserve_words()
         )

@@ -8,8 +8,8 @@ use anyhow::Result;
 use processes::Pace;
 use signal_bus::{Bus, CycleReader, Service};
 use signals::{
-    BusStatus, ControlStatus, ControllerState, FaultCode, Feedback, HomingPhase, LoopTiming, Message,
-    PlantTruth, RecorderProgress, Reference, SetPointKind, Source, alarm, validity,
+    BusStatus, ControlStatus, ControllerState, FaultCode, Feedback, HeldFlow, HomingPhase, LoopTiming,
+    Message, PlantTruth, RecorderProgress, Reference, SetPointKind, Source, alarm, validity,
 };
 use std::time::{Duration, Instant};
 
@@ -171,17 +171,20 @@ impl Watch {
     }
 
     /// What the journal compares; `None` before the controller's first word.
-    pub fn seen(&self) -> Option<Seen> {
+    pub fn seen(&mut self) -> Option<Seen> {
         let status = self.status.newest?.body;
         let silent = self.timing.iter().filter(|timing| timing.heard.is_silent(self.silence));
+        let silent = silent.map(|timing| timing.source.name()).collect();
         let recorder = self.recorder.as_ref().and_then(|recorder| recorder.newest);
+        let reference = self.reference().map(|message| message.body).unwrap_or_default();
         Some(Seen {
             state: ControllerState::from_code(status.state)?,
             fault: FaultCode::from_code(status.fault)?,
             drive_fault: self.drive_fault.fault(),
             fault_cycle: status.fault_cycle,
             alarms: status.alarms,
-            silent: silent.map(|timing| timing.source.name()).collect(),
+            held_flow: HeldFlow::from_code(reference.held_flow)?,
+            silent,
             recorded: recorder.is_none_or(|progress| progress.body.healthy == 1),
         })
     }
@@ -256,6 +259,7 @@ impl Watch {
                 .to_owned(),
             target_angle_rad: reference.target_angle_rad,
             moving: reference.moving == 1,
+            held_flow: HeldFlow::from_code(reference.held_flow).map_or("unknown", HeldFlow::name).to_owned(),
             angle_rad: feedback.angle_rad,
             homed: feedback.validity & validity::HOMED != 0,
             angle_doubted: self.angle_doubt.is_doubted(),

@@ -7,6 +7,8 @@ use crate::table::{CutLine, Table, Take};
 use anyhow::{Context, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -166,6 +168,8 @@ pub(crate) struct CellReader {
     days: Vec<Days>,
     /// What to try where a cell makes no sense.
     hint: String,
+    /// Which of `format.missing` a cell has said.
+    said: RefCell<BTreeSet<usize>>,
 }
 
 impl Separated {
@@ -264,6 +268,10 @@ impl Table for Separated {
 
     fn cut(&self) -> Option<&CutLine> {
         self.rows.cut.as_ref()
+    }
+
+    fn says_missing(&self, place: usize) -> bool {
+        self.reader.said.borrow().contains(&place)
     }
 
     fn each(&mut self, wanted: &[usize], take: &mut Take<'_>) -> anyhow::Result<()> {
@@ -377,7 +385,9 @@ impl CellReader {
         let value: Option<f64> = number(text);
         // -9999 is -9999.00 too.
         let same = |missing: &String| *missing == text || (value.is_some() && number(missing) == value);
-        let is_missing = self.format.missing.iter().any(same)
+        let said = self.format.missing.iter().position(same);
+        self.said.borrow_mut().extend(said);
+        let is_missing = said.is_some()
             || (value.is_none() && MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(text)));
         if is_missing { Some(f64::NAN) } else { value }
     }

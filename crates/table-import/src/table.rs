@@ -47,6 +47,11 @@ pub trait Table {
         None
     }
 
+    /// Whether a cell that was read says that its sample is missing, as the format's text at this place of the list does.
+    fn says_missing(&self, _place: usize) -> bool {
+        false
+    }
+
     /// Hands over the wanted columns row by row, until all are read or one is refused.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! What the trajectory remembers from cycle to cycle.
 
-use signals::{Reference, SetPointKind};
+use signals::{HeldFlow, Reference, SetPointKind};
 
 use crate::Params;
 use crate::motion::{ActiveMotion, Motion};
@@ -18,6 +18,8 @@ pub struct State {
     pub(crate) stop_wanted: bool,
     /// A flow that is held as the measured pressure drop changes, m³/s.
     pub(crate) held_flow_m3_per_s: Option<f64>,
+    /// What became of it in the last cycle.
+    pub(crate) held_flow: HeldFlow,
     pub(crate) seen: Seen,
     pub(crate) refused_id: u64,
     pub(crate) refusal: u64,
@@ -53,6 +55,7 @@ impl State {
             followed: Followed::NOTHING,
             stop_wanted: false,
             held_flow_m3_per_s: None,
+            held_flow: HeldFlow::None,
             seen: Seen { running: false, time_scale: 1.0, homed: false, pressure_drop_pa: None },
             refused_id: 0,
             refusal: 0,
@@ -71,6 +74,7 @@ impl State {
         self.followed = Followed::NOTHING;
         self.stop_wanted = false;
         self.held_flow_m3_per_s = None;
+        self.held_flow = HeldFlow::None;
     }
 
     /// The reference as the present motion has it.
@@ -91,6 +95,7 @@ impl State {
             time_scale: scale,
             refused_id: self.refused_id,
             refusal: self.refusal,
+            held_flow: self.held_flow.code(),
         }
     }
 }

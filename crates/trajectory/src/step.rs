@@ -1,9 +1,11 @@
 //! One cycle of the trajectory.
 
-use signals::{ControlStatus, ControllerState, Feedback, Reference, SetPoint, SetPointRefusal, validity};
+use signals::{
+    ControlStatus, ControllerState, Feedback, HeldFlow, Reference, SetPoint, SetPointRefusal, validity,
+};
 
 use crate::accept::{accept, stop, to_angle};
-use crate::target::held_flow_angle;
+use crate::target::held_flow;
 use crate::{Params, State};
 
 /// What a cycle k sees.
@@ -116,11 +118,13 @@ fn follow_up(params: &Params, state: &mut State) {
         state.stop_wanted = false;
         state.active = active;
     }
-    let Some((flow_m3_per_s, pressure_drop_pa)) = state.held_flow_m3_per_s.zip(state.seen.pressure_drop_pa)
-    else {
+    let Some(flow_m3_per_s) = state.held_flow_m3_per_s else {
+        state.held_flow = HeldFlow::None;
         return;
     };
-    let Some(target_rad) = held_flow_angle(params, flow_m3_per_s, pressure_drop_pa) else { return };
+    let reached = held_flow(params, flow_m3_per_s, state.seen.pressure_drop_pa, state.held_flow);
+    state.held_flow = reached.held;
+    let Some(target_rad) = reached.angle_rad else { return };
     let rest_rad = state.active.motion.rest_angle_rad();
     let moved = rest_rad.is_none_or(|rest_rad| (target_rad - rest_rad).abs() > REPLAN_ANGLE_RAD);
     if moved && let Some(active) = to_angle(params, state, target_rad) {

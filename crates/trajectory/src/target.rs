@@ -1,6 +1,6 @@
 //! From a set-point in its own quantity to an angle.
 
-use signals::{SetPoint, SetPointKind, SetPointRefusal};
+use signals::{HeldFlow, SetPoint, SetPointKind, SetPointRefusal};
 use valve_model::OrificeError;
 
 use crate::Params;
@@ -26,19 +26,53 @@ pub(crate) fn target_angle(
     if within_limits(params, angle_rad) { Ok(Some(angle_rad)) } else { Err(SetPointRefusal::AngleLimit) }
 }
 
-/// The angle for a flow that is held while the pressure drop changes: where the flow is out of reach it is as near
-/// as the limits of motion let it come. `None` where the measured pressure drop says nothing about the angle.
-pub(crate) fn held_flow_angle(params: &Params, flow_m3_per_s: f64, pressure_drop_pa: f64) -> Option<f64> {
-    let (orifice, density) = params.orifice.zip(params.oil_density_kg_per_m3)?;
-    let angle_rad = match orifice.angle_for_flow(flow_m3_per_s, pressure_drop_pa, density) {
-        Ok(angle_rad) => angle_rad,
-        // Without any pressure drop no angle is nearer than another.
-        Err(OrificeError::TooMuch { most_m3_per_s, .. }) if most_m3_per_s != 0.0 => orifice.open_angle_rad,
-        Err(_) => return None,
+/// The part of the orifice's travel that a flow out of reach comes back within before it counts as held again: a
+/// pressure drop that is measured with noise would else be told of over and over.
+const BACK_WITHIN: f64 = 0.01;
+
+/// Where a flow that is held leads while the pressure drop changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reached {
+    /// The angle, as near as the limits of motion let it come where the flow is out of reach; `None` where the
+    /// measured pressure drop says nothing about it.
+    pub angle_rad: Option<f64>,
+    pub held: HeldFlow,
+}
+
+/// The angle for a flow that is held, and whether it gives that flow. `before`: what became of it in the last cycle.
+pub(crate) fn held_flow(
+    params: &Params,
+    flow_m3_per_s: f64,
+    pressure_drop_pa: Option<f64>,
+    before: HeldFlow,
+) -> Reached {
+    let Some(pressure_drop_pa) = pressure_drop_pa else {
+        return Reached { angle_rad: None, held: HeldFlow::NoPressure };
+    };
+    let out_of_reach = |angle_rad| Reached { angle_rad, held: HeldFlow::OutOfReach };
+    let Some((orifice, density)) = params.orifice.zip(params.oil_density_kg_per_m3) else {
+        return out_of_reach(None);
     };
     let limits = &params.limits;
     let lowest = limits.min_angle_rad.unwrap_or(f64::NEG_INFINITY);
-    Some(angle_rad.max(lowest).min(limits.max_angle_rad.unwrap_or(f64::INFINITY)))
+    let highest = limits.max_angle_rad.unwrap_or(f64::INFINITY);
+    let within = |angle_rad: f64| angle_rad.max(lowest).min(highest);
+    match orifice.angle_for_flow(flow_m3_per_s, pressure_drop_pa, density) {
+        Ok(angle_rad) => {
+            let travel_rad = orifice.open_angle_rad - orifice.closed_angle_rad;
+            let margin_rad = if before == HeldFlow::OutOfReach { BACK_WITHIN * travel_rad } else { 0.0 };
+            // Shut is as near to no flow as to a little.
+            let fully_open_rad = highest.min(orifice.open_angle_rad);
+            let is_held = angle_rad >= lowest && angle_rad <= fully_open_rad - margin_rad;
+            let held = if is_held { HeldFlow::Held } else { HeldFlow::OutOfReach };
+            Reached { angle_rad: Some(within(angle_rad)), held }
+        }
+        // Without any pressure drop no angle is nearer than another.
+        Err(OrificeError::TooMuch { most_m3_per_s, .. }) if most_m3_per_s != 0.0 => {
+            out_of_reach(Some(within(orifice.open_angle_rad)))
+        }
+        Err(_) => out_of_reach(None),
+    }
 }
 
 /// Whether the limits of motion hold this angle.

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{PERIOD_S, Rig, endless, limits, params, set_point, sine};
-use signals::{ControllerState, Reference, SetPoint, SetPointKind, SetPointRefusal, validity};
+use signals::{ControllerState, HeldFlow, Reference, SetPoint, SetPointKind, SetPointRefusal, validity};
 use trajectory::{Limits, Params, feasible};
 
 fn flow(id: u64, flow_m3_per_s: f64, pressure_drop_pa: Option<f64>) -> SetPoint {
@@ -87,19 +87,56 @@ fn a_flow_holds_as_the_measured_pressure_changes() {
         let flow = orifice.flow_m3_per_s(reference.angle_rad, pressure, 853.0);
         assert!((flow / 1e-3 - 1.0).abs() < 0.02, "cycle {cycle}: {flow} m³/s");
         replanned += reference.moving;
-        assert_eq!(reference.refused_id, 0);
+        assert_eq!((reference.refused_id, reference.held_flow), (0, HeldFlow::Held.code()));
     }
     assert!(replanned > 1000);
     // Within the stated 1e-4 rad once the pressure stays.
     let reference = rig.arrive().0;
     let wanted = orifice.angle_for_flow(1e-3, rig.feedback.pressure_drop_pa, 853.0).unwrap();
     assert!((reference.angle_rad - wanted).abs() <= 1e-4);
-    // Out of reach it opens as far as it may; without a measured pressure it stays.
-    rig.feedback.pressure_drop_pa = 1e4;
-    assert_eq!(rig.arrive().0.angle_rad, 0.8);
+    // Without a measured pressure it stays.
     rig.feedback.validity &= !validity::PRESSURE;
+    rig.feedback.pressure_drop_pa = 2e6;
+    let reference = rig.cycle();
+    assert_eq!((reference.moving, reference.held_flow), (0, HeldFlow::NoPressure.code()));
+}
+
+/// What is out of reach is told from the first cycle on, once, and not again and again where the pressure drop is measured with noise.
+#[test]
+fn a_held_flow_out_of_reach_is_told() {
+    let mut rig = Rig::running(limits(), 0.0);
     rig.feedback.pressure_drop_pa = 3e6;
-    assert_eq!(rig.cycle().moving, 0);
+    let orifice = rig.params.orifice.unwrap();
+    let most_m3_per_s = orifice.flow_m3_per_s(orifice.open_angle_rad, 3e6, 853.0);
+    assert_eq!(rig.set(&flow(1, 0.9 * most_m3_per_s, None)).held_flow, HeldFlow::Held.code());
+    assert_eq!(rig.arrive().0.held_flow, HeldFlow::Held.code());
+    // 0.9 of the flow at 3 MPa need 0.81 of the pressure drop.
+    let table = [
+        (0.80, HeldFlow::OutOfReach, "beyond the orifice"),
+        (0.815, HeldFlow::OutOfReach, "not yet clearly within it"),
+        (0.79, HeldFlow::OutOfReach, "beyond it again"),
+        (0.85, HeldFlow::Held, "within it"),
+        (0.815, HeldFlow::Held, "still within it"),
+        (0.0, HeldFlow::OutOfReach, "no pressure drop at all"),
+        (-1.0, HeldFlow::OutOfReach, "a pressure drop the other way"),
+        (1.0, HeldFlow::Held, "as at first"),
+    ];
+    for (part, held, what) in table {
+        rig.feedback.pressure_drop_pa = part * 3e6;
+        assert_eq!(rig.cycle().held_flow, held.code(), "{what}");
+        let reference = rig.arrive().0;
+        assert_eq!(reference.held_flow, held.code(), "{what}, arrived");
+        if held == HeldFlow::OutOfReach && (0.0..0.81).contains(&part) && part > 0.0 {
+            assert_eq!(reference.angle_rad, orifice.open_angle_rad, "{what}");
+        }
+    }
+    // Limits of motion within the orifice's travel count as its end does.
+    rig.params.limits.max_angle_rad = Some(0.5 * orifice.open_angle_rad);
+    let reference = rig.arrive().0;
+    assert_eq!(reference.held_flow, HeldFlow::OutOfReach.code());
+    // Another set-point ends it.
+    let reference = rig.set(&set_point(2, SetPointKind::Angle, 0.1));
+    assert_eq!(reference.held_flow, HeldFlow::None.code());
 }
 
 #[test]

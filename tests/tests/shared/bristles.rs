@@ -82,10 +82,15 @@ impl Motion {
     }
 }
 
-/// All motions, measured with this encoder and noise of 0.01 N·m.
+/// All motions twice, measured with this encoder and noise of 0.01 N·m.
 pub fn campaign(contact: Contact, counts: f64, seed: u64) -> Vec<Run> {
+    of_motions(2 * MOTIONS.len(), contact, counts, seed)
+}
+
+/// The first so many of the motions, begun anew where there are no more.
+pub fn of_motions(count: usize, contact: Contact, counts: f64, seed: u64) -> Vec<Run> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let runs = MOTIONS.into_iter().cycle().take(2 * MOTIONS.len()).enumerate();
+    let runs = MOTIONS.into_iter().cycle().take(count).enumerate();
     runs.map(|(number, motion)| run(contact, counts, (number, motion), &mut random)).collect()
 }
 

@@ -22,6 +22,8 @@ use std::f64::consts::TAU;
 /// Shorter periods work where the machine does, but nothing is promised.
 const SHORTEST_SUPPORTED_PERIOD_NS: u64 = 250_000;
 
+/// A silence that is long for an operator, s: within as much `disarm` says what it could not do.
+const LONG_SILENCE_S: f64 = 1.0;
 /// A pressure drop below a hundredth of a bar is next to none.
 const LEAST_PRESSURE_PA: f64 = 1e3;
 
@@ -102,6 +104,7 @@ impl Scenario {
             warnings.push("no set-point: the valve holds its initial angle".to_owned());
         }
         warnings.extend(self.too_coarse());
+        warnings.extend(self.hardly_watched());
         if !self.encoder.fitted {
             warnings.push(
                 "no encoder: lost steps and following errors are not seen by the controller".to_owned(),
@@ -143,6 +146,27 @@ impl Scenario {
                 most_rad.to_degrees()
             )
         })
+    }
+
+    /// Limits of what is watched that are so wide that nothing is.
+    fn hardly_watched(&self) -> impl Iterator<Item = String> {
+        let Safety { silence_cycles, max_following_error_rad: most_rad, .. } = self.safety;
+        let silence_s = silence_cycles as f64 * self.period_s();
+        let silence = (silence_s > LONG_SILENCE_S).then(|| {
+            format!(
+                "silence_cycles is {silence_cycles}: for {silence_s:.1} s a valve goes on that nobody commands any more"
+            )
+        });
+        let ends = self.limits.min_angle_rad.zip(self.limits.max_angle_rad);
+        let range_rad = ends.map_or(TAU, |(min_rad, max_rad)| max_rad - min_rad);
+        let error = (self.encoder.fitted && most_rad >= range_rad).then(|| {
+            let range = if ends.is_some() { "all of the valve's range" } else { "a turn or more" };
+            format!(
+                "max_following_error is {:.1}°, {range}: a valve that does not follow is never a fault",
+                most_rad.to_degrees()
+            )
+        });
+        silence.into_iter().chain(error)
     }
 }
 

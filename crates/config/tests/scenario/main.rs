@@ -209,6 +209,33 @@ fn an_encoder_too_coarse_for_the_following_error_is_noted() {
 }
 
 #[test]
+fn limits_so_wide_that_nothing_is_watched_are_noted() {
+    let with = |cycles: &str, error: &str, limits: &str| {
+        let text = SMALL
+            .replace(
+                "max_following_error = \"3deg\"",
+                &format!("max_following_error = \"{error}\"\nsilence_cycles = {cycles}"),
+            )
+            .replace("[limits]\n", &format!("[limits]\n{limits}"));
+        let text = format!("{text}[encoder]\nfitted = true\n");
+        parse_scenario(&text, "x.toml").unwrap().warnings().join("\n")
+    };
+    let valve = "min_angle = \"-5deg\"\nmax_angle = \"50deg\"\n";
+    for (cycles, error, limits, silent, free) in [
+        ("50", "3deg", valve, false, false),
+        ("1000", "50deg", valve, false, false),
+        ("1001", "55deg", valve, true, true),
+        ("100000", "150deg", valve, true, true),
+        ("3", "150deg", "", false, false),
+        ("3", "360deg", "", false, true),
+    ] {
+        let notes = with(cycles, error, limits);
+        assert_eq!(notes.contains("that nobody commands any more"), silent, "{cycles}: {notes}");
+        assert_eq!(notes.contains("is never a fault"), free, "{error}, {limits}: {notes}");
+    }
+}
+
+#[test]
 fn defaults() {
     let s = parse_scenario(SMALL, "x.toml").unwrap();
     assert_eq!((s.period_ns, s.seed, s.loop_delay_cycles), (1_000_000, 0, 1));

@@ -6,19 +6,8 @@
 use crate::DiagnosisError;
 use crate::measure::accept::members_with_numbers;
 use crate::measure::judgement::Judgement;
-use crate::name::selection::Selection;
 use crate::outcome::Offered;
-use valve_model::{Effect, EffectId};
-
-/// Indices of the selected delays that are negative.
-pub(crate) fn leading(selection: &Selection) -> impl Iterator<Item = usize> {
-    let members = selection.fitted.point.hypothesis.members.iter().enumerate();
-    let leads = members.filter(|(_, member)| {
-        member.candidate.id == EffectId::SensorDelay
-            && member.numbers.first().is_some_and(|delay| *delay < 0.0)
-    });
-    leads.map(|(index, _)| index)
-}
+use valve_model::Effect;
 
 /// The leads with their parameters.
 pub(crate) fn offer_leads(

@@ -1,7 +1,7 @@
 //! From the selected causes to the verdict, the accepted causes with their numbers, and the next experiment.
 
 use crate::DiagnosisError;
-use crate::conclude::leads::{leading, offer_leads};
+use crate::conclude::leads::offer_leads;
 use crate::conclude::next_experiment::next_experiment;
 use crate::conclude::reasons::{Against, ambiguities, rejected};
 use crate::conclude::ripples::{
@@ -85,7 +85,8 @@ fn conclusion(
     let mut kept = undisputed(selection, &against);
     let ripples = ripples(judged, &left_of_all, structure_of_all.per_independent);
     let drifting: Vec<usize> = drifting(&ripples).filter(|index| kept.contains(index)).collect();
-    let leading: Vec<usize> = leading(selection).filter(|index| kept.contains(index)).collect();
+    let leading: Vec<usize> =
+        selection.fitted.point.hypothesis.leads().filter(|index| kept.contains(index)).collect();
     kept.retain(|index| !drifting.contains(index) && !leading.contains(index));
     let vague = vague_groups(judged, &left_of_all)?;
     let accepted = accept(judged, kept, (point_of_all, left_of_all))?;
@@ -308,7 +309,11 @@ fn cut_short(campaign: &Campaign) -> String {
 fn groups_of_leads(selection: &Selection, ambiguous: &mut Vec<Ambiguity>, noise: bool) -> Vec<usize> {
     let id_of = |index: usize| selection.fitted.point.hypothesis.members.get(index).map(|of| of.candidate.id);
     let is_best = |index: usize, group: &Ambiguity| group.ids.first().copied() == id_of(index);
-    let grouped: Vec<usize> = leading(selection)
+    let grouped: Vec<usize> = selection
+        .fitted
+        .point
+        .hypothesis
+        .leads()
         .filter(|index| noise && ambiguous.iter().any(|group| is_best(*index, group)))
         .collect();
     ambiguous.retain(|group| !grouped.iter().any(|index| is_best(*index, group)));

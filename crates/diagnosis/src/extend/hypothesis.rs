@@ -234,6 +234,15 @@ impl Hypothesis {
         self.members.iter().any(|member| member.candidate.id == id)
     }
 
+    /// Indices of the delays that are negative.
+    pub fn leads(&self) -> impl Iterator<Item = usize> {
+        let leads = self.members.iter().enumerate().filter(|(_, member)| {
+            member.candidate.id == EffectId::SensorDelay
+                && member.numbers.first().is_some_and(|delay| *delay < 0.0)
+        });
+        leads.map(|(index, _)| index)
+    }
+
     /// All free numbers, in order.
     pub fn free(&self) -> Vec<Free> {
         let zero = self.zero_rad.map(|_| Free::Zero);

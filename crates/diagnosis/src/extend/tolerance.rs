@@ -3,6 +3,7 @@
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::Correction;
 use crate::log::facts::Facts;
+use std::f64::consts::SQRT_2;
 use valve_model::EffectId;
 
 /// The parameters, each as the effect whose factor is the correction; the transducer's zero is an offset.
@@ -25,6 +26,12 @@ pub(crate) fn is_held(id: EffectId) -> bool {
     id == EffectId::TorqueGain || id.is_never_a_cause()
 }
 
+/// The standard deviation of a factor. That of the static friction stands beside the one on both levels, T_s over T_c: where either is off by
+/// its own tolerance, this is off by both.
+fn tolerance_of(id: EffectId, tolerance: f64) -> f64 {
+    if id == EffectId::StaticLevel { SQRT_2 * tolerance } else { tolerance }
+}
+
 /// Corrections, all neutral, of the parameters that these data could show. `tolerance` is the standard deviation relative to
 /// the parameter, of the torque's zero relative to T_c.
 ///
@@ -45,7 +52,7 @@ pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> 
         free: !is_held(id),
         finer: 1.0,
     };
-    let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance));
+    let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance_of(id, tolerance)));
     let zero = correction(EffectId::TorqueOffset, "offset_nm", 0.0, tolerance * facts.coulomb_nm);
     let shown = |of: &Correction| match of.id {
         EffectId::BristleDamping => facts.bristles_damp,

@@ -20,9 +20,9 @@ const PIECES_OF_TORQUES: usize = 8;
 const PIECES_OF_A_RUN: usize = 2;
 /// Least length of such a short piece, samples: long enough to justify the simulation of its lead.
 const LEAST_PIECE: usize = 1000;
-/// Where this many runs move alike, whole runs are fitted or held out; runs with fewer alike are cut into `BLOCKS` blocks.
+/// Where this many runs move alike, whole runs are fitted or held out; runs with fewer alike are cut into `BLOCKS` blocks, of which one is held out.
 const RUNS_ALIKE: usize = 4;
-const BLOCKS: usize = 4;
+const BLOCKS: usize = HOLD_OUT;
 /// A log of fewer runs is cut into `BLOCKS_IN_ALL` blocks: with six groups the between-group standard error is uncertain by half
 /// (Student's t is 2.6), with three it is useless (4.3).
 const FEW_RUNS: usize = 8;
@@ -84,11 +84,11 @@ pub(crate) fn plan(
     runs().for_each(|(_, (_, class))| *alike.entry(*class).or_default() += 1);
     let total = runs().count();
     let few = total < FEW_RUNS;
-    let blocks_of_few = if few { BLOCKS_IN_ALL.div_ceil(total.max(1)) } else { BLOCKS };
+    let blocks_of_each = BLOCKS_IN_ALL.div_ceil(total.max(1)).max(BLOCKS);
     let (mut plans, mut groups) = (Vec::new(), Vec::new());
     for (index, ((run, _), class)) in runs() {
         let whole = !few && alike.get(class).is_some_and(|count| *count >= RUNS_ALIKE);
-        let wanted = if whole { 1 } else { blocks_of_few.min(run.len() / LEAST_BLOCK).max(1) };
+        let wanted = if whole { 1 } else { blocks_of_each.min(run.len() / LEAST_BLOCK).max(1) };
         let cut = if run.len() > longest.run { run.len().div_ceil(longest.piece) } else { 1 };
         let blocks = wanted.max(cut);
         let group = groups.len();

@@ -232,7 +232,7 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     let predicted = piece.predict(ready, start);
     let mut residual: Vec<f64> =
         piece.measured.iter().zip(predicted).map(|(measured, model)| measured - model).collect();
-    let mut error = piece.error_of_motion(ready, start, seed);
+    let mut errors = piece.errors_of_motion(ready, start, seed);
     let (mut about, mut steady) = Default::default();
     if kind.motion_errs {
         about = around(&residual);
@@ -247,17 +247,19 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     let fast = blocks(&residual, mean);
     if kind.motion_errs {
         steady = blocks(&residual, without_jumps);
-        no_more_than_seen(&mut error, &fast);
+        errors.iter_mut().for_each(|error| no_more_than_seen(error, &fast));
     }
+    let fast_of_motion = errors.iter().flat_map(|error| blocks(error, mean)).collect();
+    let of_motion: Vec<Vec<f64>> = errors.iter().map(|error| local_mean_square(error, REACH)).collect();
     let [one, other] = piece.error_of_sampling(ready, start).map(|error| local_mean_square(&error, REACH));
     PieceVariances {
         of_sampling: one.iter().zip(&other).map(|(one, other)| one.max(*other)).collect(),
         fast,
-        fast_of_motion: blocks(&error, mean),
+        fast_of_motion,
         holds,
         steady,
         around: about,
-        of_motion: local_mean_square(&error, REACH),
+        of_motion: mean_of_each(&of_motion),
         indefinite,
     }
 }
@@ -325,6 +327,13 @@ fn without_jumps(squares: &mut [f64]) -> f64 {
     squares.sort_unstable_by(f64::total_cmp);
     let kept = squares.len() - (JUMPS * squares.len() as f64) as usize;
     squares.iter().take(kept).sum::<f64>() / (kept as f64 * WITHOUT_JUMPS)
+}
+
+/// The mean over all of the values at each place.
+fn mean_of_each(all: &[Vec<f64>]) -> Vec<f64> {
+    let places = all.iter().map(Vec::len).min().unwrap_or(0);
+    let at = |place: usize| all.iter().filter_map(|of| of.get(place)).sum::<f64>() / all.len() as f64;
+    (0..places).map(at).collect()
 }
 
 fn local_mean_square(values: &[f64], reach: usize) -> Vec<f64> {

@@ -22,6 +22,9 @@ use valve_model::{MotionSample, half_way};
 
 /// Samples beyond a piece's ends that its smoothing uses.
 const MARGIN: usize = 2048;
+/// Where the encoder is within its step when a motion is measured again, in standard deviations of the rounding error: the middles of four
+/// parts of it.
+const PLACES: [f64; 4] = [1.3, -1.3, 0.433, -0.433];
 /// Information that counts as one independent sample, with a margin for rounding.
 const WHOLE: f64 = 0.999;
 
@@ -260,15 +263,22 @@ impl Piece {
     /// The encoder's error propagated to the prediction: how much the prediction changes. In a torque log, if the motion is
     /// sampled again with the encoder's noise. In an angle log, if the start is off by the standard error of the mean of a few
     /// samples; a rotor that sticks and slips amplifies that.
-    pub fn error_of_motion(&self, ready: &Ready, start: InitialState, seed: u64) -> Vec<f64> {
+    ///
+    /// Several measurements, each with its encoder within its step elsewhere: where a motion stops, an error stays for the whole of a rest,
+    /// and a single one may happen to be small.
+    pub fn errors_of_motion(&self, ready: &Ready, start: InitialState, seed: u64) -> Vec<Vec<f64>> {
         let once = ready.predict(&self.inputs(), start);
-        let twice = if ready.starts_with_a_torque() {
-            ready.predict(&self.moved(&self.measured_again(seed)), start)
-        } else {
+        let error = |twice: Vec<f64>| once.iter().zip(twice).map(|(one, two)| two - one).collect();
+        if !ready.starts_with_a_torque() {
             let shift = start.shift + self.noise.deviation_rad / (MOMENT_REACH as f64).sqrt();
-            ready.predict(&self.inputs(), start.shifted(shift))
+            return vec![error(ready.predict(&self.inputs(), start.shifted(shift)))];
+        }
+        let again = |place: f64, number: u64| {
+            error(ready.predict(&self.moved(&self.measured_again(place, seed ^ number << 48)), start))
         };
-        once.iter().zip(twice).map(|(one, two)| two - one).collect()
+        // Friction without bristles forgets at once what its motion was.
+        let places = if ready.start_bound(&self.driven) > 0.0 { &PLACES[..] } else { &[1.0] };
+        places.iter().zip(0..).map(|(place, number)| again(*place, number)).collect()
     }
 
     /// The prediction's error due to the unknown motion between samples, estimated with samples twice as far apart: the
@@ -344,7 +354,8 @@ impl Piece {
 
     /// A piece of a torque log as if its motion had been measured again.
     pub fn again(&self, seed: u64) -> Self {
-        self.along(self.measured_again(seed))
+        let place = if seed & 1 == 0 { 1.0 } else { -1.0 };
+        self.along(self.measured_again(place, seed))
     }
 
     /// A piece of a torque log as if every second sample, from `first` on, were missing.
@@ -357,12 +368,13 @@ impl Piece {
         Self { motions, is_as_measured: false, ..self.clone() }
     }
 
-    fn measured_again(&self, seed: u64) -> Vec<MotionSample> {
+    /// The motion as it would be measured with the encoder so many standard deviations of its rounding error beside where it was.
+    fn measured_again(&self, place: f64, seed: u64) -> Vec<MotionSample> {
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ ((self.run as u64) << 32) ^ self.rows.start as u64);
         let normal = Normal::new(0.0, self.noise.beyond_quantisation_rad());
         let step_rad = self.noise.step_rad;
-        // At rest the true angle is uniform within the quantisation step: shifted by its RMS distance from the middle.
-        let beside_rad = rest_variance(self.noise).sqrt().copysign(if seed & 1 == 0 { 1.0 } else { -1.0 });
+        // At rest the true angle is anywhere within the quantisation step.
+        let beside_rad = place * rest_variance(self.noise).sqrt();
         let mut measure = |angle_rad: f64| {
             let noisy =
                 angle_rad + beside_rad + normal.as_ref().map_or(0.0, |normal| normal.sample(&mut random));

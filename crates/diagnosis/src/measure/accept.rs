@@ -11,11 +11,13 @@ use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::doubt::leaves_noise;
 use crate::measure::judgement::Judgement;
+use crate::name::fine::finer;
 use crate::name::threshold::FLOOR;
-use crate::outcome::{Cause, Corrected, Covariance, Evidence, ParameterFound, Parameters};
+use crate::numerics::loss::Loss;
+use crate::outcome::{Cause, Corrected, Covariance, Evidence, IN_MODEL, ParameterFound, Parameters};
 use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
-use valve_model::{Effect, EffectId};
+use valve_model::{Effect, EffectId, EffectValue, Model};
 
 /// A cause is harmful if removing it lowers the held-out error by more than this share.
 const HARMFUL: f64 = -0.02;
@@ -260,6 +262,9 @@ fn weigh_one(
         let longest_s = judged.setting.campaign.facts.longest_rest_s;
         evidence.insert("longest_rest_s".to_owned(), Evidence::Number(longest_s));
     }
+    if let Some(numbers) = in_model(judged.setting.given, member.candidate.id) {
+        evidence.insert(IN_MODEL.to_owned(), Evidence::Numbers(numbers));
+    }
     if let Some(text) = taken(member) {
         evidence.insert("taken".to_owned(), Evidence::Text(text));
     }
@@ -316,12 +321,18 @@ impl Errors {
 pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Errors, DiagnosisError> {
     let setting = &judged.setting;
     let hypothesis = fitted.point.hypothesis.with_corrections_free();
-    let fitted = if hypothesis == fitted.point.hypothesis {
-        fitted.clone()
-    } else {
-        let point = Point { hypothesis: hypothesis.clone(), starts: fitted.point.starts.clone() };
-        fit(setting, point, &Piece::is_fitted, 0)?
+    let at = |hypothesis: Hypothesis| {
+        let point = Point { hypothesis, starts: fitted.point.starts.clone() };
+        fit(setting, point, &Piece::is_fitted, 0)
     };
+    let mut free = if hypothesis == fitted.point.hypothesis { fitted.clone() } else { at(hypothesis)? };
+    if setting.loss() == Loss::OwnNoise {
+        let finer = finer(&free, setting.loss());
+        if finer != free.point.hypothesis {
+            free = at(finer)?;
+        }
+    }
+    let (fitted, hypothesis) = (free.clone(), free.point.hypothesis);
     let spread = match spread(&fitted, setting.loss()) {
         Some(spread) if !hypothesis.members.is_empty() => {
             Some(spread.with_motion(setting, &fitted, judged.seed)?.with_choice(setting, &fitted)?)
@@ -405,6 +416,16 @@ pub(crate) fn parameters(errors: &Errors, index: usize) -> Parameters {
         return eccentricity(member, &parameters);
     }
     parameters
+}
+
+/// The numbers that an effect has in the given model; `None` if that has none of it.
+fn in_model(given: &Model, id: EffectId) -> Option<BTreeMap<String, f64>> {
+    let effect = given.effects.iter().find(|effect| effect.id() == id)?;
+    let number = |(key, value): (&str, &EffectValue)| match value {
+        EffectValue::Number(value) => Some((key.to_owned(), *value)),
+        _ => None,
+    };
+    Some(effect.parts().filter_map(number).collect())
 }
 
 /// Parameters that were not fitted because the data give no reason to, with their default values.

@@ -13,7 +13,7 @@ use crate::name::selection::Selection;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
-use crate::show::conditions::go_by_conditions;
+use crate::show::conditions::{changed_with_time, go_by_conditions};
 use crate::show::observe::{between_runs, shows_zeros, torque};
 use crate::show::residual::{PieceResidual, left, mean_and_scatter, own_zeros, rms_left, settled};
 use crate::show::structure::{Structure, rms, structure};
@@ -123,7 +123,14 @@ impl Judgement<'_> {
         if self.setting.nuisances.zero_nm > 0.0 {
             let zeros = own_zeros(&self.setting, &self.selection.fitted.point)?;
             let (_, scatter_nm) = mean_and_scatter(&zeros);
-            found.push(format!("the torque's zero differs from run to run by about {}", torque(scatter_nm)));
+            let zeros = format!("the torque's zero differs from run to run by about {}", torque(scatter_nm));
+            found.push(match changed_with_time(&self.setting, &self.selection.fitted.point)? {
+                None => zeros,
+                Some(condition) => format!(
+                    "{zeros}, and goes with the {condition}, which changed as time went on: a transducer that drifts and a torque by the \
+                     {condition} look the same here; run the first levels once more after the last ones"
+                ),
+            });
         }
         if self.noise.per_independent > 1.0 {
             let alike_s = self.noise.per_independent * self.setting.campaign.facts.step_s;

@@ -39,15 +39,21 @@ pub(crate) fn fit_finely(setting: &Setting<'_>, state: &mut Selection) -> Result
     Ok(())
 }
 
-/// The same hypothesis with its finite-difference steps reduced to the largest change.
-fn finer(fitted: &Fitted, loss: Loss) -> Hypothesis {
+/// The same hypothesis with its finite-difference steps reduced to the largest change, in an angle log: steps of different reach would make
+/// numbers that do the same, the inertias of rotor and load, look different.
+pub(crate) fn finer(fitted: &Fitted, loss: Loss) -> Hypothesis {
     let mut hypothesis = fitted.point.hypothesis.clone();
     let total = sum(&loss.weighted(&fitted.groups));
     for (place, free) in fitted.point.hypothesis.free().into_iter().enumerate() {
-        let Free::Number(member, number) = free else { continue };
         let slope = total.matrix.get((place, place)).map_or(0.0, |square| square.sqrt());
         let reach = slope * fitted.point.hypothesis.step(free).abs();
-        let finer = hypothesis.members.get_mut(member).and_then(|of| of.finer.get_mut(number));
+        let finer = match free {
+            Free::Zero => None,
+            Free::Correction(index) => hypothesis.corrections.get_mut(index).map(|of| &mut of.finer),
+            Free::Number(member, number) => {
+                hypothesis.members.get_mut(member).and_then(|of| of.finer.get_mut(number))
+            }
+        };
         if let Some(finer) = finer.filter(|_| reach > REACH) {
             *finer *= REACH / reach;
         }

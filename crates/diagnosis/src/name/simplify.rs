@@ -28,9 +28,14 @@ pub(crate) fn simplify(
         if hypothesis.has(simple) || setting.is_over() {
             continue;
         }
-        let member = Member::new(candidate, candidate.neutral(), candidate.free.clone());
+        // From what the cause does in the end: from the model's own number a fit may stop on the way.
+        let gain = hypothesis.members.get(index).and_then(|member| member.numbers.first());
+        let bounds = candidate.parameters.first().map(|of| (of.lower, of.upper));
+        let factor = gain.zip(bounds).map(|(gain, (lower, upper))| (1.0 + gain).clamp(lower, upper));
+        let numbers = factor.map_or_else(|| candidate.neutral(), |factor| vec![factor]);
+        let member = Member::new(candidate, numbers, candidate.free.clone());
         let begin = Point {
-            hypothesis: hypothesis.without(index).with(member),
+            hypothesis: hypothesis.without(index).with_uncorrected(member),
             starts: state.fitted.point.starts.clone(),
         };
         let Some(tried) = if_possible(Tried::from(setting, begin, 8))? else { continue };

@@ -33,10 +33,20 @@ pub(crate) fn go_by_conditions(setting: &Setting<'_>, point: &Point) -> Result<b
     if setting.nuisances.zero_nm == 0.0 {
         return Ok(false);
     }
+    Ok(go_by(&runs_of(setting, point)?))
+}
+
+/// The condition that the zeros go by where that changed as time went on: a drift and a torque by that condition look the same then.
+pub(crate) fn changed_with_time(
+    setting: &Setting<'_>,
+    point: &Point,
+) -> Result<Option<&'static str>, DiagnosisError> {
+    Ok(with_time(&runs_of(setting, point)?))
+}
+
+fn runs_of(setting: &Setting<'_>, point: &Point) -> Result<Vec<(OwnZero, Conditions)>, DiagnosisError> {
     let zeros = zeros_of_runs(setting, point)?;
-    let runs: Vec<(OwnZero, Conditions)> =
-        zeros.into_iter().map(|(run, zero)| (zero, conditions(setting, run))).collect();
-    Ok(go_by(&runs))
+    Ok(zeros.into_iter().map(|(run, zero)| (zero, conditions(setting, run))).collect())
 }
 
 /// The means over a run's pieces; 0 throughout for a channel that was not recorded.
@@ -60,30 +70,59 @@ fn conditions(setting: &Setting<'_>, run: usize) -> Conditions {
     }
 }
 
+/// A condition's values in all runs, standardised; zeros where it is the same in all of them, and tells nothing.
+fn column(runs: &[(OwnZero, Conditions)], of: fn(&Conditions) -> f64) -> DVector<f64> {
+    let values: Vec<f64> = runs.iter().map(|(_, conditions)| of(conditions)).collect();
+    DVector::from_vec(standardised(&values).unwrap_or_else(|| vec![0.0; values.len()]))
+}
+
+/// When the runs were made. Where every run's clock begins anew, their order is all that is known of it.
+fn times(runs: &[(OwnZero, Conditions)]) -> DVector<f64> {
+    let all = |of: fn(&Conditions) -> f64| runs.iter().map(move |(_, conditions)| of(conditions));
+    let begins_anew =
+        all(|of| of.time_s).fold(f64::MIN, f64::max) <= all(|of| of.last_s).fold(f64::MAX, f64::min);
+    column(runs, if begins_anew { |of| of.place } else { |of| of.time_s })
+}
+
+fn curve(x: &DVector<f64>) -> Vec<DVector<f64>> {
+    vec![x.clone(), x.component_mul(x)]
+}
+
+fn one_for_all(runs: &[(OwnZero, Conditions)]) -> Vec<DVector<f64>> {
+    vec![DVector::from_element(runs.len(), 1.0)]
+}
+
 fn go_by(runs: &[(OwnZero, Conditions)]) -> bool {
     if runs.len() < LEAST_RUNS {
         return false;
     }
-    // A condition that is the same in all runs tells nothing.
-    let column = |of: fn(&Conditions) -> f64| {
-        let values: Vec<f64> = runs.iter().map(|(_, conditions)| of(conditions)).collect();
-        DVector::from_vec(standardised(&values).unwrap_or_else(|| vec![0.0; values.len()]))
-    };
-    let (pressure, temperature) = (column(|of| of.pressure_pa), column(|of| of.temperature_c));
-    // Where every run's clock begins anew, their order is all that is known of when they were made.
-    let all = |of: fn(&Conditions) -> f64| runs.iter().map(move |(_, conditions)| of(conditions));
-    let begins_anew =
-        all(|of| of.time_s).fold(f64::MIN, f64::max) <= all(|of| of.last_s).fold(f64::MAX, f64::min);
-    let time = column(if begins_anew { |of| of.place } else { |of| of.time_s });
-    let curve = |x: &DVector<f64>| vec![x.clone(), x.component_mul(x)];
+    let (pressure, temperature) = (column(runs, |of| of.pressure_pa), column(runs, |of| of.temperature_c));
     let both = vec![pressure.component_mul(&temperature)];
     let surface = [curve(&pressure), curve(&temperature), both].concat();
-    let course = [vec![DVector::from_element(runs.len(), 1.0)], curve(&time)].concat();
+    let course = [one_for_all(runs), curve(&times(runs))].concat();
     let tested = [curve(&pressure), curve(&temperature), surface];
     let mut found: Vec<(f64, f64)> =
         tested.into_iter().filter_map(|added| partial_f(runs, &course, added)).collect();
     holm(found.iter_mut().map(|(_, p_value)| p_value));
-    found.iter().any(|(accounts, p_value)| *accounts > MOST && *p_value < CHANCE)
+    found.iter().any(is_clear)
+}
+
+/// The first condition of which a curve accounts for the zeros as one of time does.
+fn with_time(runs: &[(OwnZero, Conditions)]) -> Option<&'static str> {
+    if runs.len() < LEAST_RUNS {
+        return None;
+    }
+    let accounts =
+        |of: &DVector<f64>| partial_f(runs, &one_for_all(runs), curve(of)).is_some_and(|of| is_clear(&of));
+    let known: [(&str, fn(&Conditions) -> f64); 2] =
+        [("pressure drop", |of| of.pressure_pa), ("oil temperature", |of| of.temperature_c)];
+    let goes_by = |of: &(&str, fn(&Conditions) -> f64)| accounts(&column(runs, of.1));
+    known.into_iter().find(goes_by).filter(|_| accounts(&times(runs))).map(|(name, _)| name)
+}
+
+/// Whether so large a part, with this p-value, is beyond chance.
+fn is_clear((accounts, p_value): &(f64, f64)) -> bool {
+    *accounts > MOST && *p_value < CHANCE
 }
 
 /// The part of the squares left by `course` for which the columns `added` account, and how likely that is by chance. Each zero counts by what
@@ -157,6 +196,26 @@ mod tests {
         assert!(share(16, |_, pressure, _| 4.0 * pressure) > 180);
         assert!(share(16, |_, _, temperature| 4.0 * temperature.powi(2)) > 180);
         assert!(share(24, |_, pressure, temperature| 4.0 * (pressure - 1.5) * (temperature - 1.0)) > 180);
+    }
+
+    #[test]
+    fn what_changed_with_time_looks_like_a_drift() {
+        let rising = |count: usize, by_pressure: f64, by_time: f64| {
+            let mut runs = runs(count, 4, |time, _, _| by_time * time);
+            for (index, (zero, conditions)) in runs.iter_mut().enumerate() {
+                conditions.pressure_pa = 1e6 * (index / 3) as f64;
+                conditions.temperature_c = 40.0;
+                zero.zero += by_pressure * (index / 3) as f64;
+            }
+            runs
+        };
+        assert_eq!(with_time(&rising(12, 5.0, 0.0)), Some("pressure drop"));
+        assert_eq!(with_time(&rising(12, 0.0, 20.0)), Some("pressure drop"));
+        assert_eq!(with_time(&rising(12, 0.0, 0.0)), None, "zeros by chance");
+        assert!(!go_by(&rising(12, 5.0, 0.0)), "nothing tells it from a drift");
+        // A drift while the pressure goes up and down is one; a torque by the pressure is one then.
+        assert_eq!(with_time(&runs(24, 2, |time, _, _| 20.0 * time)), None);
+        assert_eq!(with_time(&runs(24, 2, |_, pressure, _| 4.0 * pressure)), None);
     }
 
     #[test]

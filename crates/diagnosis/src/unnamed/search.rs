@@ -71,7 +71,9 @@ pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, D
             tone: tone_over_the_clock(setting, &seen),
             order: order_of_its_own(setting, &seen),
         };
-        let ranked = ranking(&quick, &laws.tried, &suggested, laws.terms.is_empty())?;
+        let mut ranked = ranking(&quick, &laws.tried, &suggested, laws.terms.is_empty())?;
+        // The same functions again would only be fitted against themselves, with huge numbers of either sign.
+        ranked.retain(|of| !laws.terms.iter().any(|known| known.is_same(&of.term)));
         let mut good = best_of(&quick, &laws.tried, shortlist(ranked))?.into_iter();
         let Some((term, tried)) = good.next() else { break };
         laws.rivals = rivals_of(&term, good);

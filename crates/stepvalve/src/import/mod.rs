@@ -137,6 +137,9 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
     let (read, all) = (progress.clone(), files.len());
     let _pulse = Pulse::new(move || format!("{} of {all} files read", read.position()));
     let mut numbers_left = MAX_NUMBERS;
+    // Lines of a name, a time and a value are sorted into columns before, all of them.
+    let told = mapping.missing.iter().filter(|_| mapping.interleaved.is_none());
+    let mut unsaid: Vec<(usize, &String)> = told.enumerate().collect();
     for (index, file) in files {
         let mut run = Run { name: run_name(arguments, index, file), ..Run::default() };
         let kind = mapping.kinds.get(index).or_else(|| mapping.kinds.first());
@@ -145,12 +148,18 @@ fn read_all(arguments: &Arguments, mapping: &Mapping) -> anyhow::Result<Log> {
         collect(table.as_mut(), &mapping.map, &mapping.selection(numbers_left), &mut run)
             .with_context(|| name(file))?;
         note_cut(file, table.cut());
+        unsaid.retain(|(place, _)| !table.says_missing(*place));
         numbers_left = numbers_left.saturating_sub(run.len() * mapping.map.len());
         clock::follow(&mut run, log.runs.last(), mapping.gap);
         log.runs.push(run);
         progress.inc(1);
     }
     progress.finish_and_clear();
+    for (_, text) in unsaid {
+        complain(format_args!(
+            "note: --missing {text}: no cell of the columns that were read says so; it is compared with what stands in the file, before any unit"
+        ));
+    }
     clock::begin_with_a_day(&mut log);
     Ok(log)
 }

@@ -6,7 +6,7 @@ use super::text;
 use ::report::{Level, Marker};
 use run_log::RunLogError;
 use scope::CAPTURE_NOTE;
-use signals::{ControllerState, FaultCode, SetPointRefusal, alarm};
+use signals::{ControllerState, FaultCode, HeldFlow, SetPointRefusal, alarm};
 use supervisor::{advice, advice_on_alarm};
 
 /// More set-points than this stand in their strip alone: lines through all plots would hide them.
@@ -50,6 +50,8 @@ pub struct Events {
     pub stops: Vec<usize>,
     /// Alarms raised.
     pub alarms: Vec<Event>,
+    /// Where a flow that was to be held went out of reach, and came back.
+    pub held_flow: Vec<Event>,
     /// What was noted meanwhile: an operator's marks, faults injected.
     pub notes: Vec<Event>,
     /// Runs after the first.
@@ -75,6 +77,7 @@ pub fn read(table: &Table, set_points: &[FollowedSetPoint]) -> Result<Events, Ru
         states: states(table)?,
         stops: stops(table)?,
         alarms: alarms(table)?,
+        held_flow: held_flow(table)?,
         notes: notes(table)?,
         runs: runs.map(|span| Event::new(span.rows.start, run(&span.name))).collect(),
         later_starts: table.closed_loop,
@@ -101,6 +104,7 @@ impl Events {
             markers.extend(of(&self.notes, Level::Neutral));
         }
         markers.extend(of(&self.refusals, Level::Attention));
+        markers.extend(of(&self.held_flow, Level::Attention));
         markers.extend(of(&self.lost_steps, Level::Attention));
         markers.extend(of(&self.drive_faults, Level::Fault));
         markers.extend(of(&self.faults, Level::Fault));
@@ -120,6 +124,7 @@ impl Events {
         all.extend(of(if self.later_starts { "start" } else { "run" }, &self.runs));
         all.extend(of("state", &self.states));
         all.extend(of("alarm", &self.alarms));
+        all.extend(of("flow", &self.held_flow));
         all.extend(of("note", &self.notes));
         all.extend(of("refused", &self.refusals));
         all.extend(of("lost steps", &self.lost_steps));
@@ -180,6 +185,25 @@ fn alarms(table: &Table) -> Result<Vec<Event>, RunLogError> {
         before = now;
     }
     Ok(raised)
+}
+
+/// Where it is held no longer, and where again; that it is held from its set-point on is no event.
+fn held_flow(table: &Table) -> Result<Vec<Event>, RunLogError> {
+    let (changes, _) = table.changes("held_flow", MOST)?;
+    let codes = changes.into_iter().map(|(row, code)| (row, HeldFlow::from_code(code as u64)));
+    let mut before = HeldFlow::None;
+    let mut found = Vec::new();
+    for (row, held) in codes {
+        let Some(held) = held else { continue };
+        let label = match held {
+            HeldFlow::OutOfReach | HeldFlow::NoPressure => Some(format!("held flow: {held}")),
+            HeldFlow::Held if before != HeldFlow::None => Some("held again".to_owned()),
+            HeldFlow::Held | HeldFlow::None => None,
+        };
+        found.extend(label.map(|label| Event::new(row, label)));
+        before = held;
+    }
+    Ok(found)
 }
 
 fn notes(table: &Table) -> Result<Vec<Event>, RunLogError> {

@@ -3,7 +3,7 @@
 use super::advice::{advice, advice_on_alarm, reason};
 use super::entry::EventKind;
 use crate::request::Request;
-use signals::{ControllerState, FaultCode, alarm};
+use signals::{ControllerState, FaultCode, HeldFlow, alarm};
 
 /// What the supervisor sees at one look.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +18,8 @@ pub(crate) struct Seen {
     pub(crate) fault_cycle: u64,
     /// Its alarms.
     pub(crate) alarms: u64,
+    /// Whether a flow that is to be held is.
+    pub(crate) held_flow: HeldFlow,
     /// Processes of the loop that say nothing.
     pub(crate) silent: Vec<&'static str>,
     /// Whether the disk takes the record.
@@ -62,6 +64,8 @@ impl Transitions {
         }
         let raised = alarm::names(seen.alarms & !before.alarms);
         news.extend(raised.map(|name| (EventKind::Alarm, format!("{name}: {}", advice_on_alarm(name)))));
+        let held = held_flow_words(before.held_flow, seen.held_flow);
+        news.extend(held.map(|words| (EventKind::Alarm, words.to_owned())));
         let fell_silent = seen.silent.iter().filter(|name| !before.silent.contains(name));
         news.extend(fell_silent.map(|name| (EventKind::Process, format!("{name} is silent"))));
         let back = before.silent.iter().filter(|name| !seen.silent.contains(name));
@@ -75,6 +79,22 @@ impl Transitions {
             news.push((EventKind::Record, words.to_owned()));
         }
         news
+    }
+}
+
+/// What became of the flow that is to be held, where it is new.
+fn held_flow_words(before: HeldFlow, now: HeldFlow) -> Option<&'static str> {
+    match now {
+        _ if now == before => None,
+        HeldFlow::None => None,
+        HeldFlow::Held if before == HeldFlow::None => None,
+        HeldFlow::Held => Some("the flow is held again"),
+        HeldFlow::OutOfReach => Some(
+            "the flow is out of reach: no angle within the limits of motion gives it at the present pressure drop; the valve stands as near as they let it come, and follows again once it can",
+        ),
+        HeldFlow::NoPressure => Some(
+            "the flow is not held: the pressure drop is not measured any more; the valve stays where it is until it is",
+        ),
     }
 }
 
@@ -103,6 +123,7 @@ mod tests {
             drive_fault: FaultCode::None,
             fault_cycle: 0,
             alarms: 0,
+            held_flow: HeldFlow::None,
             silent: Vec::new(),
             recorded: true,
         }
@@ -138,8 +159,10 @@ mod tests {
         let silent = Seen { silent: vec!["step-controller"], ..seen() };
         let alarmed = Seen { alarms: alarm::OSCILLATION, ..seen() };
         let unrecorded = Seen { recorded: false, ..seen() };
+        let [holds, far, blind] = [HeldFlow::Held, HeldFlow::OutOfReach, HeldFlow::NoPressure]
+            .map(|held_flow| Seen { held_flow, ..seen() });
         use EventKind::{Alarm, Fault, Process, Record, State};
-        let table: [(Seen, Seen, Option<Request>, &[EventKind]); 14] = [
+        let table: [(Seen, Seen, Option<Request>, &[EventKind]); 21] = [
             (seen(), seen(), None, &[]),
             (disarmed(), seen(), Some(Request::Arm), &[]),
             (disarmed(), seen(), None, &[State]),
@@ -154,6 +177,14 @@ mod tests {
             (silent, seen(), None, &[Process]),
             (seen(), alarmed, None, &[Alarm]),
             (seen(), unrecorded, None, &[Record]),
+            (seen(), holds.clone(), None, &[]),
+            (holds.clone(), far.clone(), None, &[Alarm]),
+            (far.clone(), far.clone(), None, &[]),
+            (far.clone(), blind.clone(), None, &[Alarm]),
+            (far.clone(), holds.clone(), None, &[Alarm]),
+            (blind, holds, None, &[Alarm]),
+            // Another set-point is followed.
+            (far, seen(), None, &[]),
         ];
         for (before, after, order, expected) in table {
             let told = news(before.clone(), after.clone(), order.as_ref());
