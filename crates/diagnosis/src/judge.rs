@@ -55,17 +55,20 @@ pub(crate) fn judge<'a>(
             Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
             Few::Not(None) => false,
         };
-        let found = if belong {
+        let are_zeros = |found: &Few| go_by_conditions(&with_zeros, found.point(&fitted)).map(|go_by| !go_by);
+        let found = if belong && are_zeros(&found)? {
             Some(found)
         } else {
-            match same_causes_with_zeros(&with_zeros, &fitted.0, without)? {
+            let same = match same_causes_with_zeros(&with_zeros, &fitted.0, without)? {
                 Some(same) if leaves_noise(&with_zeros, &same.fitted)? => Some(Few::Found(Box::new(same))),
                 same => same.map(|same| Few::Not(Some(Box::new(same)))),
+            };
+            match same {
+                Some(same) if are_zeros(&same)? => Some(same),
+                _ => None,
             }
         };
-        if let Some(found) = found
-            && !go_by_conditions(&with_zeros, found.point(&fitted))?
-        {
+        if let Some(found) = found {
             (setting, few) = (with_zeros, found);
             (given, corrected) = fitted;
         }

@@ -145,8 +145,11 @@ pub struct Status {
     /// Whether a flow that is to be held while the pressure drop changes is; `none` where there is none.
     #[serde(default)]
     pub held_flow: String,
-    /// Measured angle, rad.
+    /// Measured angle, rad; 0 where none was heard of yet.
     pub angle_rad: f64,
+    /// Whether an angle was heard of since the processes started.
+    #[serde(default = "yes")]
+    pub angle_heard: bool,
     /// Whether the angle's zero is known.
     pub homed: bool,
     /// Whether it may be wrong by whole steps, which were lost and not found again by homing.
@@ -195,6 +198,11 @@ pub struct Status {
     pub recorder_restarts: u32,
     /// Whether it died so often that nothing is recorded any more.
     pub recorder_given_up: bool,
+}
+
+/// What a supervisor that does not tell says.
+fn yes() -> bool {
+    true
 }
 
 impl Status {
@@ -246,10 +254,9 @@ impl Status {
         let degrees = |rad: f64| rad.to_degrees();
         let alarms = self.alarms.iter().map(|alarm| format!(", ALARM: {alarm}")).collect::<String>();
         format!(
-            "{}: {:.3}°{}, to {:.3}°{}, error {:.4}°, reserve {}{alarms}",
+            "{}: {}, to {:.3}°{}, error {:.4}°, reserve {}{alarms}",
             self.state_words(),
-            degrees(self.angle_rad),
-            self.zero_words(),
+            self.angle_words(),
             degrees(self.target_angle_rad),
             self.unheld_words(),
             degrees(self.following_error_rad),
@@ -257,8 +264,18 @@ impl Status {
         )
     }
 
+    /// The angle in words, with what has to be known of its zero and its age.
+    pub fn angle_words(&self) -> String {
+        if !self.angle_heard {
+            return "not known yet".to_owned();
+        }
+        let is_silent = self.processes.get(Source::Plant.name()).is_some_and(|plant| plant.silent);
+        let age = if is_silent { ", WHEN IT WAS LAST HEARD OF" } else { "" };
+        format!("{:.3}°{age}{}", self.angle_rad.to_degrees(), self.zero_words())
+    }
+
     /// What has to be known of the angle's zero; empty where all is well.
-    pub fn zero_words(&self) -> &'static str {
+    fn zero_words(&self) -> &'static str {
         match (self.homed, self.angle_doubted) {
             (false, true) => ", NOT HOMED: steps were lost since the zero was found",
             (false, false) => ", NOT HOMED",
@@ -289,7 +306,7 @@ impl fmt::Display for Status {
             writeln!(f, "                 {}", self.fault_advice)?;
         }
         writeln!(f, "set-point        {}", self.set_point_words())?;
-        writeln!(f, "angle            {:.3}°{}", self.angle_rad.to_degrees(), self.zero_words())?;
+        writeln!(f, "angle            {}", self.angle_words())?;
         writeln!(
             f,
             "following error  {:.4}°, peak {:.4}°",
@@ -347,5 +364,41 @@ impl fmt::Display for Status {
             "record           {} messages, {} missed{replaced}{disk}",
             self.recorded, self.recorder_missed
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_that_nobody_knows_or_that_is_old_says_so() {
+        let with = |angle_heard: bool, silent: bool, homed: bool| {
+            let plant = ProcessStatus { silent, ..ProcessStatus::default() };
+            let processes = [(Source::Plant.name().to_owned(), plant)].into();
+            Status { angle_rad: 0.3, angle_heard, homed, processes, ..Status::default() }.angle_words()
+        };
+        for (heard, silent, homed, expected) in [
+            (true, false, true, "17.189°"),
+            (true, false, false, "17.189°, NOT HOMED"),
+            (true, true, true, "17.189°, WHEN IT WAS LAST HEARD OF"),
+            (false, false, false, "not known yet"),
+            (false, true, false, "not known yet"),
+        ] {
+            assert_eq!(with(heard, silent, homed), expected);
+        }
+    }
+
+    #[test]
+    fn a_flow_that_is_not_held_says_so() {
+        for (held, expected) in [
+            (HeldFlow::None, ""),
+            (HeldFlow::Held, ""),
+            (HeldFlow::OutOfReach, ", OUT OF REACH"),
+            (HeldFlow::NoPressure, ", NOT HELD: no valid pressure drop"),
+        ] {
+            let status = Status { held_flow: held.name().to_owned(), ..Status::default() };
+            assert_eq!(status.unheld_words(), expected);
+        }
     }
 }

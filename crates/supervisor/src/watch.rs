@@ -234,7 +234,8 @@ impl Watch {
         let fault = FaultCode::from_code(status.fault);
         let faulty = fault.filter(|fault| *fault != FaultCode::None);
         let since = newest.map_or(0, |message| message.header.cycle.saturating_sub(status.fault_cycle));
-        let feedback = self.feedback().map(|message| message.body).unwrap_or_default();
+        let heard = self.feedback();
+        let feedback = heard.map(|message| message.body).unwrap_or_default();
         let drive_fault = self.drive_fault.fault();
         let reference = self.reference().map(|message| message.body).unwrap_or_default();
         // A recorder that has never said anything is not there: nothing is recorded.
@@ -261,6 +262,7 @@ impl Watch {
             moving: reference.moving == 1,
             held_flow: HeldFlow::from_code(reference.held_flow).map_or("unknown", HeldFlow::name).to_owned(),
             angle_rad: feedback.angle_rad,
+            angle_heard: heard.is_some(),
             homed: feedback.validity & validity::HOMED != 0,
             angle_doubted: self.angle_doubt.is_doubted(),
             energised: feedback.validity & validity::ENERGISED != 0,

@@ -6,7 +6,7 @@ use crate::log::driven::Driven;
 use crate::numerics::statistics::{CHANCE, holm, standardised};
 use crate::show::residual::{OwnZero, zeros_of_runs};
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// Zeros go by the conditions if these account for this part of what the course of time leaves of their squares.
 const MOST: f64 = 0.5;
@@ -28,12 +28,14 @@ struct Conditions {
 }
 
 /// Whether the zeros of a torque's runs go by pressure or temperature, and not by the time at which the runs were made alone, as a transducer
-/// that drifts does: a partial F-test of curves of the second degree in either, and of a surface in both.
+/// that drifts does: a partial F-test of curves of the second degree in either, and of a surface in both. Where a condition changed as time went
+/// on, nothing tells the two apart; zeros that are larger than the tolerance of the transducer's own are no drift then.
 pub(crate) fn go_by_conditions(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
     if setting.nuisances.zero_nm == 0.0 {
         return Ok(false);
     }
-    Ok(go_by(&runs_of(setting, point)?))
+    let runs = runs_of(setting, point)?;
+    Ok(go_by(&runs) || with_time(&runs).is_some() && are_larger(&runs, setting.nuisances.zero_nm))
 }
 
 /// The condition that the zeros go by where that changed as time went on: a drift and a torque by that condition look the same then.
@@ -105,6 +107,12 @@ fn go_by(runs: &[(OwnZero, Conditions)]) -> bool {
         tested.into_iter().filter_map(|added| partial_f(runs, &course, added)).collect();
     holm(found.iter_mut().map(|(_, p_value)| p_value));
     found.iter().any(is_clear)
+}
+
+/// Whether zeros of this standard deviation are so large by chance only seldom: a χ² test.
+fn are_larger(runs: &[(OwnZero, Conditions)], deviation_nm: f64) -> bool {
+    let squares: f64 = runs.iter().map(|(zero, _)| (zero.zero / deviation_nm).powi(2)).sum();
+    ChiSquared::new(runs.len() as f64).is_ok_and(|of| of.sf(squares) < CHANCE)
 }
 
 /// The first condition of which a curve accounts for the zeros as one of time does.
@@ -216,6 +224,15 @@ mod tests {
         // A drift while the pressure goes up and down is one; a torque by the pressure is one then.
         assert_eq!(with_time(&runs(24, 2, |time, _, _| 20.0 * time)), None);
         assert_eq!(with_time(&runs(24, 2, |_, pressure, _| 4.0 * pressure)), None);
+    }
+
+    #[test]
+    fn zeros_within_their_tolerance_are_no_larger() {
+        let of = |deviation_nm: f64| {
+            (0..200).filter(|seed| are_larger(&runs(12, *seed, |_, _, _| 0.0), deviation_nm)).count()
+        };
+        assert!(of(1.0) <= 6 && of(0.5) > 180, "{} and {} of 200", of(1.0), of(0.5));
+        assert!(!are_larger(&[], 1.0));
     }
 
     #[test]

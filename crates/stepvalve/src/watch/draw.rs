@@ -94,7 +94,7 @@ fn valve_lines<'a>(view: &'a View, status: &'a Status) -> Vec<Line<'a>> {
     vec![
         Line::from(vec!["state      ".into(), state]),
         Line::from(format!("set-point  {}", status.set_point_words())),
-        Line::from(format!("angle      {:.3}°{}", status.angle_rad.to_degrees(), status.zero_words())),
+        Line::from(format!("angle      {}", status.angle_words())),
         Line::from(format!(
             "reserve    {}{limiting}   pulse rate {:.1} kHz   oil {:.2} MPa, {:.1} °C",
             status.reserve_words(),
@@ -181,6 +181,7 @@ mod tests {
             fault: "none".to_owned(),
             homed: true,
             angle_rad: 0.3,
+            angle_heard: true,
             processes: [("step-controller".to_owned(), process)].into(),
             ..Status::default()
         }
