@@ -10,11 +10,19 @@ const MOST_DRIVEN_HZ: f64 = 500.0;
 /// Encoder steps in a sine's full swing that resolve its shape.
 const STEPS_OF_A_SWING: f64 = 20.0;
 
+/// What is left.
+pub(crate) struct Left<'a> {
+    /// What it goes by, most first.
+    pub by: &'a [Dependence],
+    /// Whether laws without a name were fitted.
+    pub beside_laws: bool,
+}
+
 /// The next experiment, in a sentence or two.
 pub(crate) fn next_experiment(
     verdict: Verdict,
     ambiguous: &[Ambiguity],
-    left: &[Dependence],
+    left: &Left<'_>,
     untestable: &[Judged],
     facts: &Facts,
 ) -> String {
@@ -24,13 +32,15 @@ pub(crate) fn next_experiment(
     }
     match verdict {
         Verdict::Unexplained | Verdict::PartlyExplained => {
-            let open = match left.first() {
+            let open = match left.by.first() {
                 Some(first) if first.on == "run" => "Something is left that differs from run to run: repeat the first runs after the last ones, and record what else may have changed (the oil's temperature, the transducer's zero)."
                     .to_owned(),
                 Some(first) => format!(
                     "Something is left that depends on {}: repeat runs that differ in that alone, everything else (pressure, temperature, motion) kept.",
                     first.on
                 ),
+                None if left.beside_laws => "Beside the laws nothing is left that goes by what was recorded: see whether they hold in other motions and conditions."
+                    .to_owned(),
                 None => "Something is left: repeat a few runs as they were, to see what of it comes back."
                     .to_owned(),
             };

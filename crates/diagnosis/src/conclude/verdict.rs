@@ -2,7 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::conclude::leads::offer_leads;
-use crate::conclude::next_experiment::next_experiment;
+use crate::conclude::next_experiment::{Left, next_experiment};
 use crate::conclude::reasons::{Against, ambiguities, rejected};
 use crate::conclude::ripples::{
     drifting, kept_out, offer, ripples, ripples_in_words, ripples_left, tell_phases,
@@ -140,7 +140,7 @@ fn conclusion(
                 Concluded { model, gain, after, corrected, covariance, structure, tone, told: Vec::new() }
             }
             Some(mut laws) => {
-                nuisances.extend(laws.nuisances(&causes));
+                nuisances.extend(laws.nuisances(&causes, judged.setting.given));
                 contests.extend(laws.contest.take());
                 with_laws(judged, laws)?
             }
@@ -174,7 +174,8 @@ fn conclusion(
     let next_experiment = if ended_open {
         AGAIN.to_owned()
     } else {
-        next_experiment(verdict, &ambiguous, &structure_left, &untestable, facts)
+        let left = Left { by: &structure_left, beside_laws: !told.is_empty() };
+        next_experiment(verdict, &ambiguous, &left, &untestable, facts)
     };
     let diagnosis = Diagnosis {
         format: "stepvalve-diagnosis".to_owned(),

@@ -56,6 +56,9 @@ impl Choice {
     }
 }
 
+/// A run is taken in the place of one before it if it adds so many times as much: earlier ones ask for less that is new, as oil that is warmed up.
+const WORTH: f64 = 1.05;
+
 /// Chooses runs one after the other, each time the one that most raises the worst pair's log Bayes factor for its time, until
 /// that is enough or `most_s` is used up. Where few runs are enough, further ones are other motions, in which a model errs otherwise.
 pub fn choose(contest: &Contest, trials: &[Trial], most_s: f64, workers: &dyn Workers) -> Choice {
@@ -85,7 +88,7 @@ pub fn choose(contest: &Contest, trials: &[Trial], most_s: f64, workers: &dyn Wo
             };
             Some((rate, index, with, expected))
         });
-        let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
+        let best = rated.reduce(|best, of| if of.0 > WORTH * best.0 { of } else { best });
         let Some((rate, index, with, expected)) = best.filter(|best| best.0 > 0.0) else { break };
         debug_assert!(rate.is_finite(), "{rate}");
         if let Some(trial) = trials.get(index) {

@@ -6,6 +6,7 @@ use crate::show::residual::PieceResidual;
 use crate::show::structure::{Structure, depends, structure};
 use crate::show::tone::tone;
 use crate::show::whiteness::is_white;
+use log_data::median;
 
 /// A residual counts as coloured noise if `ALIKE` to `MOST_ALIKE` samples count as one independent sample (more is a drift) and
 /// its RMS is below `LOUDEST` times the noise, or below `LOUDEST_STEADY` times if it is as large in every motion. A larger one
@@ -19,6 +20,8 @@ const LOUDEST_STEADY: f64 = 6.0;
 const CLASSES: usize = 4;
 const RATIO: f64 = 1.3;
 const DEVIATIONS: f64 = 3.0;
+/// A piece is much louder than the others beyond twice their RMS: transducers and motions differ by less.
+const STANDS_OUT: f64 = 4.0;
 
 /// The noise's colour.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +48,36 @@ pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structu
     let alike = (ALIKE..MOST_ALIKE).contains(&structure.per_independent);
     let quiet = structure.rms < LOUDEST;
     let steady = || structure.rms < LOUDEST_STEADY && is_steady(setting, left, structure.per_independent);
-    alike && !depends(structure) && (quiet || steady()) && tone(setting, left).is_none()
+    alike
+        && !depends(structure)
+        && (quiet || steady())
+        && is_everywhere(setting, left, structure.per_independent)
+        && tone(setting, left).is_none()
+}
+
+/// Whether no piece is much louder than the others: what is left in one piece alone, where an angle or a pressure was reached that no other has, is
+/// no noise.
+fn is_everywhere(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> bool {
+    let pieces = setting.campaign.pieces.iter().zip(left);
+    let squares = pieces.filter_map(|(piece, left)| {
+        let values = piece.in_deviations(&left.residual);
+        let known = || values.iter().filter(|value| value.is_finite() && **value != 0.0);
+        let count = known().count() as f64;
+        (count > 0.0).then(|| (known().map(|value| value * value).sum::<f64>() / count, count))
+    });
+    none_stands_out(squares.collect(), per_independent)
+}
+
+/// Whether no mean square of so many samples is above the median by `STANDS_OUT` times what chance allows.
+fn none_stands_out(squares: Vec<(f64, f64)>, per_independent: f64) -> bool {
+    let Some(middle) = median(&mut squares.iter().map(|of| of.0).collect::<Vec<_>>()) else { return true };
+    let chance = |count: f64| by_chance((count / per_independent).max(1.0));
+    squares.iter().all(|(square, count)| *square <= STANDS_OUT * chance(*count) * middle.max(1.0))
+}
+
+/// The ratio of two variances of so many independent samples up to which chance may be all.
+fn by_chance(independent: f64) -> f64 {
+    (1.0 + DEVIATIONS * (2.0 / independent).sqrt()).powi(2)
 }
 
 /// Whether a residual has the same variance in all classes of speed and of acceleration.
@@ -74,13 +106,30 @@ fn is_even(mut samples: Vec<(f64, f64)>, per_independent: f64) -> bool {
     let (least, most) =
         squares.fold((f64::INFINITY, 0.0), |(least, most), of| (f64::min(least, of), f64::max(most, of)));
     let independent = (size as f64 / per_independent).max(1.0);
-    let by_chance = (1.0 + DEVIATIONS * (2.0 / independent).sqrt()).powi(2);
-    most < RATIO * by_chance * least
+    most < RATIO * by_chance(independent) * least
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_in_one_piece_alone_is_no_noise() {
+        for (squares, count, everywhere) in [
+            (vec![1.1, 0.9, 1.3, 1.0], 1000.0, true),
+            (vec![1.1, 0.9, 6.0, 1.0], 1000.0, false),
+            // Of few independent samples a mean square says little.
+            (vec![1.1, 0.9, 6.0, 1.0], 60.0, true),
+            (vec![1.1, 0.9, 60.0, 1.0], 60.0, false),
+            // All loud is everywhere; below the noise nothing stands out.
+            (vec![20.0, 25.0, 30.0, 22.0], 1000.0, true),
+            (vec![0.1, 0.1, 0.9, 0.1], 1000.0, true),
+            (vec![], 1000.0, true),
+        ] {
+            let told = none_stands_out(squares.iter().map(|square| (*square, count)).collect(), 10.0);
+            assert_eq!(told, everywhere, "{squares:?} of {count} samples");
+        }
+    }
 
     #[test]
     fn noise_is_even_and_an_error_that_grows_with_speed_is_not() {

@@ -152,11 +152,15 @@ fn words(term: &Term, effect: &Effect, parameters: Parameters) -> Option<Unnamed
 
 impl Extended {
     /// What the measurement does beside the laws, in words: where no cause was named for it.
-    pub fn nuisances(&self, causes: &[Cause]) -> Option<String> {
+    pub fn nuisances(&self, causes: &[Cause], given: &Model) -> Option<String> {
         let is_named = causes.iter().any(|cause| cause.id == EffectId::SensorDelay);
         let (_, parameters) = self.causes.iter().find(|(id, _)| *id == EffectId::SensorDelay && !is_named)?;
         let late_s = parameters.get("delay_s")?.value;
-        Some(format!("beside the laws the torque is {:.2} ms late against the angle", 1e3 * late_s))
+        let own = given.effects.iter().find(|of| of.id() == EffectId::SensorDelay);
+        let own = own.map_or(String::new(), |of| {
+            format!("; the model has {:.2} ms of it", 1e3 * of.number("delay_s"))
+        });
+        Some(format!("beside the laws the torque is {:.2} ms late against the angle{own}", 1e3 * late_s))
     }
 
     /// The causes with their numbers beside the laws, and those that the laws make idle.

@@ -98,6 +98,8 @@ pub struct Arguments {
     step: bool,
     #[arg(skip)]
     orders_alone: bool,
+    #[arg(skip)]
+    clock: logs::Clock,
 }
 
 /// What is simulated is bounded at about 40 s of two idle cores; a machine that is slow, or busy, comes to an end too. The conclusion takes
@@ -149,6 +151,8 @@ pub struct Step {
     pub most: Duration,
     /// Whether the next experiment is made by orders to a running instance.
     pub orders_alone: bool,
+    /// What is known of when the logs were made.
+    pub clock: logs::Clock,
 }
 
 impl Arguments {
@@ -175,6 +179,7 @@ impl Arguments {
             experiment_time: step.experiment_time,
             step: true,
             orders_alone: step.orders_alone,
+            clock: step.clock,
         }
     }
 }
@@ -201,7 +206,7 @@ pub fn diagnosed(arguments: &Arguments) -> Result<Answer, Failure> {
     let Fixed { model, effects: fixed } = fix::read(&arguments.model, &arguments.fix)?;
     let suspects = suspects::read(&arguments.hypothesis, arguments.effects.as_ref())?;
     let scenario = arguments.scenario.as_deref().map(read_scenario).transpose()?;
-    let case = Case::new(logs::read(&arguments.logs, &arguments.exclude)?, &model);
+    let case = Case::new(logs::read_on(arguments.clock, &arguments.logs, &arguments.exclude)?, &model);
     let case = case.map_err(of_log)?;
     if !arguments.step {
         findings::show(&case.quality);

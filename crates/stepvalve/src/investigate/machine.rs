@@ -1,5 +1,6 @@
 //! Where experiments are made.
 
+use crate::diagnose::logs::Clock;
 use std::path::{Path, PathBuf};
 use supervisor::Failure;
 
@@ -23,4 +24,9 @@ pub trait Machine {
 
     /// The scenario whose limits experiments keep; `None` of a rig, whose log tells them.
     fn scenario(&self) -> Option<&Path>;
+
+    /// What is known of when its experiments were made. One machine makes them one after the other; a simulated valve is new in each.
+    fn clock(&self) -> Clock {
+        Clock::InOrder
+    }
 }

@@ -152,6 +152,7 @@ fn diagnosed(
         experiment_time: arguments.experiment_time,
         most: left.max(Duration::from_secs(1)),
         orders_alone: arguments.live,
+        clock: machine.clock(),
     }))
 }
 

@@ -1,6 +1,7 @@
 //! A valve that a scenario's truth simulates. Of the truth nothing is looked at but what drive and encoder say.
 
 use super::machine::{Machine, Made};
+use crate::diagnose::logs::Clock;
 use crate::files::name;
 use crate::loaded::load;
 use anyhow::{Context, anyhow};
@@ -48,5 +49,8 @@ impl Machine for Simulated {
 
     fn scenario(&self) -> Option<&Path> {
         Some(&self.scenario)
+    }
+    fn clock(&self) -> Clock {
+        Clock::AsWritten
     }
 }

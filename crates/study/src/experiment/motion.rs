@@ -7,12 +7,12 @@ use std::f64::consts::TAU;
 pub enum Motion {
     /// A sine that fades in over its first period.
     Sine { amplitude_rad: f64, frequency_hz: f64, for_s: f64 },
-    /// There and back at constant speed, as often as time allows; each way is so long.
-    BothWays { speed_rad_per_s: f64, way_rad: f64, for_s: f64 },
-    /// On in one direction, at constant speed.
-    OneWay { speed_rad_per_s: f64, for_s: f64 },
+    /// There and back at constant speed, as often as time allows; each way is so long, and begins and ends with a ramp.
+    BothWays { speed_rad_per_s: f64, acceleration_rad_per_s2: f64, way_rad: f64, for_s: f64 },
+    /// On in one direction, at constant speed behind a ramp.
+    OneWay { speed_rad_per_s: f64, acceleration_rad_per_s2: f64, for_s: f64 },
     /// Moves to and fro with rests before each.
-    StartStop { rest_s: f64, way_rad: f64, speed_rad_per_s: f64, for_s: f64 },
+    StartStop { rest_s: f64, way_rad: f64, speed_rad_per_s: f64, acceleration_rad_per_s2: f64, for_s: f64 },
 }
 
 impl Motion {
@@ -34,19 +34,16 @@ impl Motion {
                 let risen = part * part * (3.0 - 2.0 * part);
                 risen * amplitude_rad * (TAU * frequency_hz * time_s).sin()
             }
-            Self::BothWays { speed_rad_per_s, way_rad, .. } => {
-                let gone = (speed_rad_per_s * time_s + 0.5 * way_rad) % (2.0 * way_rad);
-                let there = if gone < way_rad { gone } else { 2.0 * way_rad - gone };
-                there - 0.5 * way_rad
+            Self::BothWays { speed_rad_per_s, acceleration_rad_per_s2, way_rad, .. } => {
+                to_and_fro(time_s, 0.0, &Ramp::new(way_rad, speed_rad_per_s, acceleration_rad_per_s2))
             }
-            Self::OneWay { speed_rad_per_s, .. } => speed_rad_per_s * time_s,
-            Self::StartStop { rest_s, way_rad, speed_rad_per_s, .. } => {
-                let one_s = rest_s + way_rad / speed_rad_per_s;
-                // Both of one number: a remainder may be of the swing before where the quotient is of the next.
-                let number = (time_s / one_s).floor();
-                let within_s = (time_s - number * one_s).clamp(0.0, one_s);
-                let moved = (speed_rad_per_s * (within_s - rest_s)).clamp(0.0, way_rad);
-                if number % 2.0 == 0.0 { moved - 0.5 * way_rad } else { 0.5 * way_rad - moved }
+            Self::OneWay { speed_rad_per_s, acceleration_rad_per_s2, .. } => {
+                let rising_s = speed_rad_per_s / acceleration_rad_per_s2;
+                let rising = time_s.min(rising_s);
+                0.5 * acceleration_rad_per_s2 * rising * rising + speed_rad_per_s * (time_s - rising)
+            }
+            Self::StartStop { rest_s, way_rad, speed_rad_per_s, acceleration_rad_per_s2, .. } => {
+                to_and_fro(time_s, rest_s, &Ramp::new(way_rad, speed_rad_per_s, acceleration_rad_per_s2))
             }
         }
     }
@@ -67,20 +64,70 @@ impl Motion {
             Self::Sine { amplitude_rad, frequency_hz, for_s } => {
                 vec![("amplitude_rad", amplitude_rad), ("frequency_hz", frequency_hz), ("for_s", for_s)]
             }
-            Self::BothWays { speed_rad_per_s, way_rad, for_s } => {
-                vec![("speed_rad_per_s", speed_rad_per_s), ("way_rad", way_rad), ("for_s", for_s)]
-            }
-            Self::OneWay { speed_rad_per_s, for_s } => {
-                vec![("speed_rad_per_s", speed_rad_per_s), ("for_s", for_s)]
-            }
-            Self::StartStop { rest_s, way_rad, speed_rad_per_s, for_s } => vec![
+            Self::BothWays { speed_rad_per_s, acceleration_rad_per_s2, way_rad, for_s } => vec![
+                ("speed_rad_per_s", speed_rad_per_s),
+                ("acceleration_rad_per_s2", acceleration_rad_per_s2),
+                ("way_rad", way_rad),
+                ("for_s", for_s),
+            ],
+            Self::OneWay { speed_rad_per_s, acceleration_rad_per_s2, for_s } => vec![
+                ("speed_rad_per_s", speed_rad_per_s),
+                ("acceleration_rad_per_s2", acceleration_rad_per_s2),
+                ("for_s", for_s),
+            ],
+            Self::StartStop { rest_s, way_rad, speed_rad_per_s, acceleration_rad_per_s2, for_s } => vec![
                 ("rest_s", rest_s),
                 ("way_rad", way_rad),
                 ("speed_rad_per_s", speed_rad_per_s),
+                ("acceleration_rad_per_s2", acceleration_rad_per_s2),
                 ("for_s", for_s),
             ],
         }
     }
+}
+
+/// From rest to rest at constant speed between two ramps, or as fast as these allow.
+struct Ramp {
+    way_rad: f64,
+    speed_rad_per_s: f64,
+    acceleration_rad_per_s2: f64,
+}
+
+impl Ramp {
+    fn new(way_rad: f64, speed_rad_per_s: f64, acceleration_rad_per_s2: f64) -> Self {
+        let most_rad_per_s = (acceleration_rad_per_s2 * way_rad).sqrt();
+        Self { way_rad, speed_rad_per_s: speed_rad_per_s.min(most_rad_per_s), acceleration_rad_per_s2 }
+    }
+
+    fn takes_s(&self) -> f64 {
+        self.way_rad / self.speed_rad_per_s + self.speed_rad_per_s / self.acceleration_rad_per_s2
+    }
+
+    /// How far it has come, rad.
+    fn at(&self, time_s: f64) -> f64 {
+        let ramp_s = self.speed_rad_per_s / self.acceleration_rad_per_s2;
+        let within = |time_s: f64| 0.5 * self.acceleration_rad_per_s2 * time_s * time_s;
+        let left_s = self.takes_s() - time_s;
+        if time_s <= 0.0 {
+            0.0
+        } else if time_s < ramp_s {
+            within(time_s)
+        } else if left_s > ramp_s {
+            within(ramp_s) + self.speed_rad_per_s * (time_s - ramp_s)
+        } else {
+            self.way_rad - within(left_s.max(0.0))
+        }
+    }
+}
+
+/// Ways to and fro about the middle, with a rest before each.
+fn to_and_fro(time_s: f64, rest_s: f64, ramp: &Ramp) -> f64 {
+    let one_s = rest_s + ramp.takes_s();
+    // Both of one number: a remainder may be of the way before where the quotient is of the next.
+    let number = (time_s / one_s).floor();
+    let within_s = (time_s - number * one_s).clamp(0.0, one_s);
+    let moved = ramp.at(within_s - rest_s);
+    if number % 2.0 == 0.0 { moved - 0.5 * ramp.way_rad } else { 0.5 * ramp.way_rad - moved }
 }
 
 /// What motions must keep within.
@@ -133,22 +180,24 @@ pub fn motions(bounds: &Bounds) -> Vec<Motion> {
         }
     }
     let whole_turns = bounds.range_rad >= TAU;
+    let acceleration_rad_per_s2 = bounds.acceleration_rad_per_s2;
     for part in SPEEDS {
         let speed_rad_per_s = part * bounds.speed_rad_per_s;
         let way_rad = bounds.range_rad.min(if whole_turns { TAU } else { f64::INFINITY });
         let way_rad = way_rad.min(0.5 * LONG_S * speed_rad_per_s);
         if way_rad > 10.0 * bounds.finest_rad {
-            all.push(Motion::BothWays { speed_rad_per_s, way_rad, for_s: LONG_S });
+            all.push(Motion::BothWays { speed_rad_per_s, acceleration_rad_per_s2, way_rad, for_s: LONG_S });
         }
         if whole_turns && speed_rad_per_s * LONG_S <= bounds.range_rad && part > 0.1 {
-            all.push(Motion::OneWay { speed_rad_per_s, for_s: LONG_S });
+            all.push(Motion::OneWay { speed_rad_per_s, acceleration_rad_per_s2, for_s: LONG_S });
         }
     }
     for (rest_s, starts) in RESTS {
         let speed_rad_per_s = 0.1 * bounds.speed_rad_per_s;
         let way_rad = (0.3 * speed_rad_per_s).min(bounds.range_rad);
-        let one_s = rest_s + way_rad / speed_rad_per_s;
-        all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, for_s: starts as f64 * one_s });
+        let one_s = rest_s + Ramp::new(way_rad, speed_rad_per_s, acceleration_rad_per_s2).takes_s();
+        let for_s = starts as f64 * one_s;
+        all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, acceleration_rad_per_s2, for_s });
     }
     all
 }
@@ -181,6 +230,12 @@ mod tests {
                     angles.windows(2).map(|pair| (pair[1] - pair[0]).abs() / 1e-4).fold(0.0, f64::max);
                 // A sine is a little faster while it fades in.
                 assert!(fastest < 1.3 * bounds.speed_rad_per_s, "{motion:?}: {fastest} rad/s");
+                let rise = |three: &[f64]| (three[2] - 2.0 * three[1] + three[0]).abs() / 1e-8;
+                let steepest = angles.windows(3).map(rise).fold(0.0, f64::max);
+                assert!(
+                    steepest < 1.6 * bounds.acceleration_rad_per_s2,
+                    "{motion:?}: {steepest} rad/s², though a sine fades in"
+                );
             }
         }
     }

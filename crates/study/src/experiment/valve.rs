@@ -55,6 +55,7 @@ pub fn parts(scenario: &Scenario, model: &Model, within: &[Range], sines: bool) 
 fn motions(limits: &MotionLimits, room_rad: f64, presliding_rad: f64) -> Vec<Motion> {
     let mut all = Vec::new();
     let speed_rad_per_s = limits.max_speed_rad_per_s;
+    let acceleration_rad_per_s2 = limits.max_acceleration_rad_per_s2;
     let largest = |frequency_hz: f64| largest_amplitude(limits, frequency_hz).min(room_rad);
     for (frequency_hz, for_s) in SINES {
         for part in [1.0, 0.2] {
@@ -70,11 +71,14 @@ fn motions(limits: &MotionLimits, room_rad: f64, presliding_rad: f64) -> Vec<Mot
     for (part, rest_s) in LADDERS {
         let way_rad = part * room_rad;
         let for_s = STEPS as f64 * (rest_s + 2.0 * way_rad / speed_rad_per_s + 0.2);
-        all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, for_s });
+        all.push(Motion::StartStop { rest_s, way_rad, speed_rad_per_s, acceleration_rad_per_s2, for_s });
     }
     if !limits.position_limited() {
-        let turning =
-            SPEEDS.map(|part| Motion::OneWay { speed_rad_per_s: part * speed_rad_per_s, for_s: TURNING_S });
+        let turning = SPEEDS.map(|part| Motion::OneWay {
+            speed_rad_per_s: part * speed_rad_per_s,
+            acceleration_rad_per_s2,
+            for_s: TURNING_S,
+        });
         all.extend(turning);
     }
     all
