@@ -26,7 +26,7 @@ fn scenario(place: &TestPlace, from_s: f64) -> PathBuf {
 #[test]
 fn a_run_tells_that_a_flow_was_out_of_reach() {
     let place = TestPlace::new();
-    let finished = place.simulate(&scenario(&place, 1.0), "in-process", "out").expect_code(0);
+    let finished = place.simulate(&scenario(&place, 1.1), "in-process", "out").expect_code(0);
     assert!(finished.stdout.contains("flow             out of reach"), "{}", finished.stdout);
     let run = place.path("out");
     let page = place.path("page.html");

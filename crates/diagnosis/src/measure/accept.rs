@@ -332,14 +332,13 @@ pub(crate) fn errors_of(judged: &Judgement<'_>, fitted: &Fitted) -> Result<Error
             free = at(finer)?;
         }
     }
-    let (fitted, hypothesis) = (free.clone(), free.point.hypothesis);
-    let spread = match spread(&fitted, setting.loss()) {
-        Some(spread) if !hypothesis.members.is_empty() => {
-            Some(spread.with_motion(setting, &fitted, judged.seed)?.with_choice(setting, &fitted)?)
+    let spread = match spread(&free, setting.loss()) {
+        Some(spread) if !free.point.hypothesis.members.is_empty() => {
+            Some(spread.with_motion(setting, &free, judged.seed)?.with_choice(setting, &free)?)
         }
         spread => spread,
     };
-    Ok(Errors { hypothesis, spread })
+    Ok(Errors { hypothesis: free.point.hypothesis, spread })
 }
 
 /// A correction is reported if it exceeds `CLEAR` standard errors or `MOVED` of its tolerance, whichever is less. The

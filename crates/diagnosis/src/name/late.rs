@@ -60,19 +60,19 @@ pub(crate) fn with_late_transducer_alone(
 }
 
 /// Drops the late transducer that a search began with, where the other causes leave as much without it: it stood in for them. What has taken
-/// its place since has to pay like any other cause; the transducer did not have to. True if something was dropped.
+/// its place since has to pay like any other cause; the transducer did not have to.
 pub(crate) fn drop_idle_transducer(
     setting: &Setting<'_>,
     state: &mut Selection,
-) -> Result<bool, DiagnosisError> {
+) -> Result<(), DiagnosisError> {
     let begun =
         state.rounds.first().filter(|round| round.rivals.iter().all(|(id, _)| *id == EffectId::SensorDelay));
     let id = begun.and_then(|round| round.accepted).unwrap_or(EffectId::SensorDelay);
     let Point { hypothesis, starts } = &state.fitted.point;
     let place = hypothesis.members.iter().position(|of| of.candidate.id == id);
-    let Some(place) = place.filter(|_| state.causes() > 1 && !setting.is_over()) else { return Ok(false) };
+    let Some(place) = place.filter(|_| state.causes() > 1 && !setting.is_over()) else { return Ok(()) };
     let begin = Point { hypothesis: hypothesis.without(place), starts: starts.clone() };
-    let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(false) };
+    let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { return Ok(()) };
     let mut without = state.clone();
     without.take(tried);
     let least = if id == EffectId::SensorDelay {
@@ -81,12 +81,12 @@ pub(crate) fn drop_idle_transducer(
         rms_threshold(&without, setting.loss())
     };
     if without.rms > state.rms + least {
-        return Ok(false);
+        return Ok(());
     }
     *state = without;
     state.refuse(id, "what it does is done by the other causes as well");
     state.ambiguous.retain(|(best, _)| *best != id);
-    Ok(true)
+    Ok(())
 }
 
 /// The best of the simpler rivals with a late transducer beside it, if that is as good as the `chosen` one; the transducer stands before

@@ -60,10 +60,13 @@ pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structu
 fn is_everywhere(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> bool {
     let pieces = setting.campaign.pieces.iter().zip(left);
     let squares = pieces.filter_map(|(piece, left)| {
-        let values = piece.in_deviations(&left.residual);
-        let known = || values.iter().filter(|value| value.is_finite() && **value != 0.0);
-        let count = known().count() as f64;
-        (count > 0.0).then(|| (known().map(|value| value * value).sum::<f64>() / count, count))
+        // Samples that share an error count as fewer.
+        let samples = left.residual.iter().zip(&piece.weights).zip(&piece.information);
+        let known = samples.filter(|((value, weight), _)| value.is_finite() && **weight > 0.0);
+        let (squares, count) = known.fold((0.0, 0.0), |(squares, count), ((value, weight), information)| {
+            (squares + (value * weight).powi(2), count + information)
+        });
+        (count > 0.0).then(|| (squares / count, count))
     });
     none_stands_out(squares.collect(), per_independent)
 }
@@ -117,9 +120,9 @@ mod tests {
     fn what_is_left_in_one_piece_alone_is_no_noise() {
         for (squares, count, everywhere) in [
             (vec![1.1, 0.9, 1.3, 1.0], 1000.0, true),
-            (vec![1.1, 0.9, 6.0, 1.0], 1000.0, false),
+            (vec![1.1, 0.9, 10.0, 1.0], 1000.0, false),
             // Of few independent samples a mean square says little.
-            (vec![1.1, 0.9, 6.0, 1.0], 60.0, true),
+            (vec![1.1, 0.9, 10.0, 1.0], 60.0, true),
             (vec![1.1, 0.9, 60.0, 1.0], 60.0, false),
             // All loud is everywhere; below the noise nothing stands out.
             (vec![20.0, 25.0, 30.0, 22.0], 1000.0, true),

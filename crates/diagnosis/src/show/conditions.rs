@@ -122,10 +122,10 @@ fn with_time(runs: &[(OwnZero, Conditions)]) -> Option<&'static str> {
     }
     let accounts =
         |of: &DVector<f64>| partial_f(runs, &one_for_all(runs), curve(of)).is_some_and(|of| is_clear(&of));
-    let known: [(&str, fn(&Conditions) -> f64); 2] =
-        [("pressure drop", |of| of.pressure_pa), ("oil temperature", |of| of.temperature_c)];
-    let goes_by = |of: &(&str, fn(&Conditions) -> f64)| accounts(&column(runs, of.1));
-    known.into_iter().find(goes_by).filter(|_| accounts(&times(runs))).map(|(name, _)| name)
+    let (pressure, temperature) = (column(runs, |of| of.pressure_pa), column(runs, |of| of.temperature_c));
+    let known = [("pressure drop", pressure), ("oil temperature", temperature)];
+    let found = known.into_iter().find(|(_, column)| accounts(column));
+    found.filter(|_| accounts(&times(runs))).map(|(name, _)| name)
 }
 
 /// Whether so large a part, with this p-value, is beyond chance.
