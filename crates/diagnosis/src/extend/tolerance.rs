@@ -50,7 +50,8 @@ pub(crate) fn corrections(facts: &Facts, able: &[Candidate], tolerance: f64) -> 
         value: neutral,
         deviation,
         free: !is_held(id),
-        finer: 1.0,
+        // A step is as long for all of them.
+        finer: tolerance / tolerance_of(id, tolerance),
     };
     let factors = FACTORS.map(|id| correction(id, "factor", 1.0, tolerance_of(id, tolerance)));
     let zero = correction(EffectId::TorqueOffset, "offset_nm", 0.0, tolerance * facts.coulomb_nm);

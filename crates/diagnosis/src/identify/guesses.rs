@@ -105,7 +105,8 @@ impl Asked<'_> {
     ) -> Result<Vec<(EffectId, f64)>, DiagnosisError> {
         let mut hypothesis = tried.fitted.point.hypothesis.clone();
         for of in &mut hypothesis.corrections {
-            (of.free, of.finer) = (!self.is_of_data_sheet(of.id), FINER);
+            of.free = !self.is_of_data_sheet(of.id);
+            of.finer *= FINER;
         }
         let point = Point { hypothesis: hypothesis.clone(), starts: tried.fitted.point.starts.clone() };
         let free = fit(setting, point, &Piece::is_fitted, 0)?;
