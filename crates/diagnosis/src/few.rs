@@ -122,8 +122,7 @@ fn in_place_of_colour(
     let Few::Found(few) = few_beside_corrections(setting, able, (given, corrected), FEW, ranked)? else {
         return Ok(None);
     };
-    let leads = few.fitted.point.hypothesis.leads().next().is_some();
-    Ok((!leads && is_plain(&few.fitted)?).then_some(*few))
+    Ok((!few.fitted.point.hypothesis.has_lead() && is_plain(&few.fitted)?).then_some(*few))
 }
 
 /// Whether the few causes found beside corrections stay, though they leave more than noise: a search without corrections was ended before it found
@@ -298,7 +297,7 @@ fn retain_better_in_units(
     let most = rms(corrected)?;
     let mut better = Vec::new();
     for (id, tried) in found.drain(..) {
-        if tried.fitted.point.hypothesis.leads().next().is_none() && rms(&tried.fitted)? <= most {
+        if !tried.fitted.point.hypothesis.has_lead() && rms(&tried.fitted)? <= most {
             better.push((id, tried));
         }
     }
@@ -383,6 +382,11 @@ fn few_beside_corrections(
 mod tests {
     use super::*;
 
+    /// What so many causes of the valve leave.
+    fn reached((causes, rms): (usize, f64)) -> Reached {
+        Reached { causes, of_the_valve: causes, rms }
+    }
+
     #[test]
     fn few_causes_stay_where_others_are_no_better() {
         // Causes with and without a late transducer, and what they leave of 10 times the noise.
@@ -405,7 +409,6 @@ mod tests {
 
     #[test]
     fn one_cause_is_simpler_than_several_that_leave_as_much() {
-        let reached = |(causes, rms)| Reached { causes, of_the_valve: causes, rms };
         for (one, others, simpler) in [
             ((1, 1.2), (2, 1.1), false),
             ((1, 1.11), (2, 1.1), true),
@@ -422,7 +425,6 @@ mod tests {
 
     #[test]
     fn more_causes_stay_where_they_cut_what_each_has_to() {
-        let reached = |(causes, rms)| Reached { causes, of_the_valve: causes, rms };
         for (few, others, stay) in [
             // Each further cause has to cut 0.02 of 100 − 9.
             ((2, 2.0), (1, 3.0), true),

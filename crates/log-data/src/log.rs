@@ -151,6 +151,11 @@ impl Run {
         self.time_s.last().copied().unwrap_or(f64::NAN)
     }
 
+    /// Moves all of it on its log's clock.
+    pub fn shift(&mut self, by_s: f64) {
+        self.time_s.iter_mut().for_each(|time_s| *time_s += by_s);
+    }
+
     /// A channel's samples, in its unit; `None` where the run does not have it.
     pub fn channel(&self, channel: Channel) -> Option<&[f64]> {
         match channel {

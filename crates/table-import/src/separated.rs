@@ -7,7 +7,6 @@ use crate::table::{CutLine, Table, Take};
 use anyhow::{Context, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -169,7 +168,7 @@ pub(crate) struct CellReader {
     /// What to try where a cell makes no sense.
     hint: String,
     /// Which of `format.missing` a cell has said.
-    said: RefCell<BTreeSet<usize>>,
+    said: BTreeSet<usize>,
 }
 
 impl Separated {
@@ -271,7 +270,7 @@ impl Table for Separated {
     }
 
     fn says_missing(&self, place: usize) -> bool {
-        self.reader.said.borrow().contains(&place)
+        self.reader.said.contains(&place)
     }
 
     fn each(&mut self, wanted: &[usize], take: &mut Take<'_>) -> anyhow::Result<()> {
@@ -329,6 +328,10 @@ impl CellReader {
     /// A line without that column, a cell that is no number; with line and column.
     pub(crate) fn number(&mut self, cells: &Cells, line: u64, column: usize) -> anyhow::Result<f64> {
         let text = self.text(cells, line, column)?;
+        if !self.format.missing.is_empty() {
+            let said = self.says_missing(&text, self.parsed(&text));
+            self.said.extend(said);
+        }
         if let Some(value) = self.value(&text) {
             return Ok(value);
         }
@@ -379,17 +382,20 @@ impl CellReader {
 
     /// The number that a text is; NaN where it says that a sample is missing.
     fn value(&self, text: &str) -> Option<f64> {
-        let number = |text: &str| {
-            if self.format.decimal_comma { text.replace(',', ".").parse().ok() } else { text.parse().ok() }
-        };
-        let value: Option<f64> = number(text);
-        // -9999 is -9999.00 too.
-        let same = |missing: &String| *missing == text || (value.is_some() && number(missing) == value);
-        let said = self.format.missing.iter().position(same);
-        self.said.borrow_mut().extend(said);
-        let is_missing = said.is_some()
+        let value = self.parsed(text);
+        let is_missing = self.says_missing(text, value).is_some()
             || (value.is_none() && MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(text)));
         if is_missing { Some(f64::NAN) } else { value }
+    }
+
+    /// The place in `format.missing` of what a text says; -9999 is -9999.00 too.
+    fn says_missing(&self, text: &str, value: Option<f64>) -> Option<usize> {
+        let same = |missing: &String| *missing == text || (value.is_some() && self.parsed(missing) == value);
+        self.format.missing.iter().position(same)
+    }
+
+    fn parsed(&self, text: &str) -> Option<f64> {
+        if self.format.decimal_comma { text.replace(',', ".").parse().ok() } else { text.parse().ok() }
     }
 }
 

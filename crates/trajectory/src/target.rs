@@ -61,7 +61,6 @@ pub(crate) fn held_flow(
         Ok(angle_rad) => {
             let travel_rad = orifice.open_angle_rad - orifice.closed_angle_rad;
             let margin_rad = if before == HeldFlow::OutOfReach { BACK_WITHIN * travel_rad } else { 0.0 };
-            // Shut is as near to no flow as to a little.
             let fully_open_rad = highest.min(orifice.open_angle_rad);
             let is_held = angle_rad >= lowest && angle_rad <= fully_open_rad - margin_rad;
             let held = if is_held { HeldFlow::Held } else { HeldFlow::OutOfReach };

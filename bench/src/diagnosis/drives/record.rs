@@ -9,8 +9,7 @@ use std::path::Path;
 pub fn placed(mut run: Run, runs: &[Run]) -> Run {
     /// Between two runs, s.
     const GAP_S: f64 = 60.0;
-    let begin = runs.last().map_or(0.0, |last| last.end_s() + GAP_S) - run.start_s();
-    run.time_s.iter_mut().for_each(|time_s| *time_s += begin);
+    run.shift(runs.last().map_or(0.0, |last| last.end_s() + GAP_S) - run.start_s());
     run
 }
 

@@ -243,6 +243,10 @@ impl Hypothesis {
         leads.map(|(index, _)| index)
     }
 
+    pub fn has_lead(&self) -> bool {
+        self.leads().next().is_some()
+    }
+
     /// All free numbers, in order.
     pub fn free(&self) -> Vec<Free> {
         let zero = self.zero_rad.map(|_| Free::Zero);

@@ -2,7 +2,7 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
-use crate::show::residual::PieceResidual;
+use crate::show::residual::{PieceResidual, squares_as_fitted};
 use crate::show::structure::{Structure, depends, structure};
 use crate::show::tone::tone;
 use crate::show::whiteness::is_white;
@@ -20,7 +20,7 @@ const LOUDEST_STEADY: f64 = 6.0;
 const CLASSES: usize = 4;
 const RATIO: f64 = 1.3;
 const DEVIATIONS: f64 = 3.0;
-/// A piece is much louder than the others beyond twice their RMS: transducers and motions differ by less.
+/// A group is much louder than the others beyond twice their RMS: transducers and motions differ by less.
 const STANDS_OUT: f64 = 4.0;
 
 /// The noise's colour.
@@ -55,20 +55,14 @@ pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structu
         && tone(setting, left).is_none()
 }
 
-/// Whether no piece is much louder than the others: what is left in one piece alone, where an angle or a pressure was reached that no other has, is
+/// Whether no group is much louder than the others: what is left in one alone, where an angle or a pressure was reached that no other has, is
 /// no noise.
 fn is_everywhere(setting: &Setting<'_>, left: &[PieceResidual], per_independent: f64) -> bool {
-    let pieces = setting.campaign.pieces.iter().zip(left);
-    let squares = pieces.filter_map(|(piece, left)| {
-        // Samples that share an error count as fewer.
-        let samples = left.residual.iter().zip(&piece.weights).zip(&piece.information);
-        let known = samples.filter(|((value, weight), _)| value.is_finite() && **weight > 0.0);
-        let (squares, count) = known.fold((0.0, 0.0), |(squares, count), ((value, weight), information)| {
-            (squares + (value * weight).powi(2), count + information)
-        });
-        (count > 0.0).then(|| (squares / count, count))
-    });
-    none_stands_out(squares.collect(), per_independent)
+    let groups = squares_as_fitted(setting, left, &|_| true);
+    none_stands_out(
+        groups.into_iter().map(|(squares, count)| (squares / count, count)).collect(),
+        per_independent,
+    )
 }
 
 /// Whether no mean square of so many samples is above the median by `STANDS_OUT` times what chance allows.
@@ -117,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_in_one_piece_alone_is_no_noise() {
+    fn what_is_left_in_one_group_alone_is_no_noise() {
         for (squares, count, everywhere) in [
             (vec![1.1, 0.9, 1.3, 1.0], 1000.0, true),
             (vec![1.1, 0.9, 10.0, 1.0], 1000.0, false),

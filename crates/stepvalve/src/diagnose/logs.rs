@@ -81,8 +81,7 @@ fn put_behind(all: &Log, log: &mut Log) -> bool {
     let start_s = log.runs.iter().map(Run::start_s).fold(f64::INFINITY, f64::min);
     let is_behind = start_s > end_s;
     if !is_behind {
-        let times = log.runs.iter_mut().flat_map(|run| &mut run.time_s);
-        times.for_each(|time_s| *time_s += end_s + PAUSE_S - start_s);
+        log.runs.iter_mut().for_each(|run| run.shift(end_s + PAUSE_S - start_s));
     }
     !is_behind
 }

@@ -10,8 +10,7 @@ const DATES_S: f64 = 3.0 * 365.0 * DAY_S;
 /// Moves a run behind the one before it, where a gap is wanted.
 pub(super) fn follow(run: &mut Run, before: Option<&Run>, gap_s: Option<f64>) {
     if let (Some(before), Some(gap_s)) = (before, gap_s) {
-        let shift_s = before.end_s() + gap_s - run.start_s();
-        run.time_s.iter_mut().for_each(|time| *time += shift_s);
+        run.shift(before.end_s() + gap_s - run.start_s());
     }
 }
 
@@ -23,8 +22,6 @@ pub(super) fn begin_with_a_day(log: &mut Log) {
         return;
     }
     let day_s = (start_s / DAY_S).floor() * DAY_S;
-    for time in log.runs.iter_mut().flat_map(|run| &mut run.time_s) {
-        *time -= day_s;
-    }
+    log.runs.iter_mut().for_each(|run| run.shift(-day_s));
     log.attributes.insert("time_zero_unix_s".to_owned(), Attribute::Number(day_s));
 }
