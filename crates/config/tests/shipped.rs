@@ -39,7 +39,12 @@ fn scenarios_are_valid_with_their_models() {
         config::check_against_models(&scenario, &truth, &belief, &text, &file)
             .unwrap_or_else(|errors| panic!("{errors}"));
         assert_eq!(scenario.safety.silence_cycles, 50, "{file}");
-        assert_eq!(scenario.warnings(), Vec::<String>::new(), "{file}");
+        // The paper's two put the following error out of reach on purpose: lost steps are to end them. `check` says so.
+        let is_unwatched = scenario.safety.max_following_error_rad > std::f64::consts::TAU;
+        let warnings = scenario.warnings();
+        assert_eq!(is_unwatched, file.contains("/paper-"), "{file}");
+        assert_eq!(warnings.len(), usize::from(is_unwatched), "{file}: {warnings:?}");
+        assert!(warnings.iter().all(|warning| warning.contains("never a fault")), "{file}: {warnings:?}");
         assert!(text.starts_with('#'), "{file} says what it shows");
         names.push(path.file_stem().unwrap().to_str().unwrap().to_owned());
     }
