@@ -42,7 +42,6 @@ pub use diagnose::diagnose;
 pub use error::DiagnosisError;
 pub use found::{Event, Found, Shown};
 pub use identify::{Identification, Identified, identify};
-pub use log::gaps::bridged;
 pub use options::Options;
 pub use outcome::{
     Ambiguity, Band, BestOfGroup, Cause, ClosedLoopGain, Corrected, Covariance, Dependence, Description,

@@ -7,6 +7,7 @@
 mod channel;
 mod check;
 mod energised;
+mod gaps;
 mod known;
 mod log;
 mod quantile;
@@ -14,6 +15,7 @@ mod quantile;
 pub use channel::Channel;
 pub use check::LogError;
 pub use energised::cut_to_energised;
+pub use gaps::{bridged, bridged_run};
 pub use known::{MOST_MISSING, cut_to_known, lacking};
 pub use log::{AngleZero, Attribute, Extra, Log, Run};
 pub use quantile::{median, quantile};

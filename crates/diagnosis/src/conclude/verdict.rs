@@ -156,7 +156,7 @@ fn conclusion(
         .filter(|of| !ambiguous.iter().any(|group| group.ids.contains(&of.id)))
         .map(|of| Judged { id: of.id, reason: of.reason.clone() })
         .collect();
-    let mut observations = observations(judged, verdict, &after, &structure_kept);
+    let mut observations = observations(judged, verdict, &after, &structure_kept)?;
     // What is explained needs no further search.
     let ended_open = ended && !matches!(verdict, Verdict::NoDiscrepancy | Verdict::Explained);
     observations.extend(ended_open.then(|| cut_short(judged.setting.campaign)));
@@ -351,9 +351,8 @@ fn observations(
     verdict: Verdict,
     after: &[PieceResidual],
     structure: &Structure,
-) -> Vec<String> {
+) -> Result<Vec<String>, DiagnosisError> {
     let campaign = judged.setting.campaign;
-    let zero_nm = judged.setting.nuisances.zero_nm;
     let share_by = |names: &[&str]| {
         let shares = structure.dependences.iter().filter(|of| names.contains(&of.on.as_str()));
         shares.map(|of| of.share).fold(0.0, f64::max)
@@ -366,10 +365,13 @@ fn observations(
         structure.dependences.iter().find(of_run).is_some_and(clear)
     };
     let open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
-    let differ = open && !as_they_move && by_run(true) && (zero_nm > 0.0 || by_run(false));
+    let has_zeros = judged.setting.nuisances.zero_nm > 0.0;
+    let differ = open && !as_they_move && by_run(true) && (has_zeros || by_run(false));
     let mut said = speed_with_pressure(campaign);
-    said.extend(runs_differ(campaign, after, zero_nm).filter(|_| differ));
-    said
+    if differ {
+        said.extend(runs_differ(campaign, after, judged.scatter_of_zeros_nm()?));
+    }
+    Ok(said)
 }
 
 /// Selected series over the angle that stand in for a gear, each with the gear's order.

@@ -4,6 +4,7 @@
 use crate::DiagnosisError;
 use crate::extend::hypothesis::{Free, Hypothesis};
 use crate::fit::kept::Kept;
+use crate::fit::law_column::LawColumn;
 use crate::log::campaign::Campaign;
 use crate::log::initial_state::InitialState;
 use crate::log::piece::Piece;
@@ -52,6 +53,7 @@ pub(crate) enum Column {
     Direct(Additive),
     /// Kept sensitivities, by their place in [`Setting::kept`].
     Kept(usize),
+    Law(Box<LawColumn>),
 }
 
 /// A piece's equations.
@@ -156,11 +158,16 @@ impl<'a> Setting<'a> {
         Ok(Column::Simulated(self.ready(&moved)?, size))
     }
 
-    /// An effect's number whose sensitivity is known without simulation.
-    pub fn additive(&self, hypothesis: &Hypothesis, id: EffectId, number: usize) -> Option<Additive> {
+    /// Whether a torque beside friction changes what is measured by itself alone.
+    pub fn adds_torques(&self, hypothesis: &Hypothesis) -> bool {
         let between = EffectId::CouplingCompliance;
         let given = || self.given.effects.iter().any(|effect| effect.id() == between);
-        if !self.campaign.kind.smooth || hypothesis.has(between) || given() {
+        self.campaign.kind.smooth && !hypothesis.has(between) && !given()
+    }
+
+    /// An effect's number whose sensitivity is known without simulation.
+    pub fn additive(&self, hypothesis: &Hypothesis, id: EffectId, number: usize) -> Option<Additive> {
+        if !self.adds_torques(hypothesis) {
             return None;
         }
         let harmonic = |times_pressure| Additive::Harmonic(number / 2 + 1, number % 2 == 1, times_pressure);
@@ -237,7 +244,7 @@ impl<'a> Setting<'a> {
         let ready = self.ready(&point.hypothesis)?;
         let moved = columns.iter().filter_map(|column| match column {
             Column::Simulated(moved, _) => Some(moved),
-            Column::Direct(_) | Column::Kept(_) => None,
+            Column::Direct(_) | Column::Kept(_) | Column::Law(_) => None,
         });
         self.predict_courses(point, &std::iter::once(&ready).chain(moved).collect::<Vec<_>>());
         let job = |index: usize| {
@@ -310,6 +317,14 @@ impl<'a> Setting<'a> {
                 Column::Kept(kept) => {
                     let values = self.kept.map_or(&[][..], |all| all.of(place, *kept));
                     put(offset + index, &mut values.iter().copied());
+                }
+                Column::Law(law) => {
+                    let mut values = law.values(piece);
+                    match law.on.and_then(|on| Some(self.kept?.of(place, on))) {
+                        None => values = ready.as_measured(&piece.driven, values),
+                        Some(on) => values.iter_mut().zip(on).for_each(|(value, on)| *value *= on),
+                    }
+                    put(offset + index, &mut values.into_iter());
                 }
                 // The transducer's offset is added after its scale, and a delay doesn't change a constant.
                 Column::Direct(Additive::Constant) => {

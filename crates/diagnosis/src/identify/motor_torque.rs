@@ -3,9 +3,8 @@
 //! The shaft feels T_hold·sin(N_r·(θ_cmd − θ)) − D·ω − J_rotor·ω̇, with ω and ω̇ from the smoothed angle. The encoder's steps blur
 //! it, but unlike a predicted angle it depends smoothly on every number of the model: no rotor slips elsewhere.
 
-use crate::log::gaps::bridged;
 use crate::workers::{Workers, map};
-use log_data::{Log, Run};
+use log_data::{Log, Run, bridged};
 use prediction::{Noise, Smoother};
 use valve_model::{Model, MotorParams};
 

@@ -6,7 +6,6 @@ use crate::log::course::WholeRun;
 use crate::log::cut::{Choice, Place, Plan, choose, deal, longest, plan};
 use crate::log::driven::Driven;
 use crate::log::facts::Facts;
-use crate::log::gaps::bridged;
 use crate::log::hum::Hum;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
@@ -18,7 +17,7 @@ use crate::log::predictions::Models;
 use crate::log::ready::{Params, Ready};
 use crate::log::work::Work;
 use crate::workers::{Workers, map};
-use log_data::{AngleZero, Channel, Log, Run, median};
+use log_data::{AngleZero, Channel, Log, Run, bridged, median};
 use prediction::{Noise, motion_at, predicted_channel};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -175,7 +174,17 @@ impl Campaign {
 
     /// Does what a conclusion can't do without, within the reserve if the limit is reached.
     pub fn with_reserve<T>(&self, needed: impl FnOnce() -> T) -> T {
-        self.work.with_reserve((self.kind.reserve * self.kind.most_simulated as f64) as u64, needed)
+        self.with_part(self.kind.reserve, needed)
+    }
+
+    /// Does a search for laws, which a search for causes that used up its samples says nothing against.
+    pub fn with_reserve_for_laws<T>(&self, search: impl FnOnce() -> T) -> T {
+        self.with_part(self.kind.for_laws, search)
+    }
+
+    /// Does something with at least so large a part of the whole limit.
+    fn with_part<T>(&self, part: f64, needed: impl FnOnce() -> T) -> T {
+        self.work.with_reserve((part * self.kind.most_simulated as f64) as u64, needed)
     }
 
     /// Ends every search.

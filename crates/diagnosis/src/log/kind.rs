@@ -44,6 +44,8 @@ pub(crate) struct LogKind {
     /// The fraction of `most_simulated` that the fits of a conclusion may use beyond it: a search that was ended is judged at the best
     /// numbers of the causes it has, not at those where it was ended.
     pub reserve: f64,
+    /// The same for one search for laws that the list lacks: hundreds of them are screened.
+    pub for_laws: f64,
     /// Gauss-Newton steps in which a piece's start converges; angle logs search for it separately.
     pub settling_steps: usize,
     /// Other initial angles that are tried for a badly fitted piece, in standard deviations of the encoder: a rotor close to
@@ -67,6 +69,7 @@ impl LogKind {
         most_high_orders: 12,
         first_search: 0.6,
         reserve: 0.15,
+        for_laws: 0.3,
         settling_steps: 4,
         other_starts: &[],
     };
@@ -86,6 +89,7 @@ impl LogKind {
         most_high_orders: 4,
         first_search: 1.0,
         reserve: 0.15,
+        for_laws: 0.15,
         settling_steps: 2,
         other_starts: &[-4.0, -2.0, -1.0, 1.0, 2.0, 4.0],
     };

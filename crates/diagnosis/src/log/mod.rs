@@ -8,7 +8,6 @@ pub(crate) mod driven;
 pub(crate) mod error_model;
 pub(crate) mod excitation;
 pub(crate) mod facts;
-pub(crate) mod gaps;
 pub(crate) mod holds;
 pub(crate) mod hum;
 pub(crate) mod initial_state;

@@ -1,6 +1,7 @@
 //! What a piece's motion is at each sample, with the rest and the distance before it.
 
 use crate::log::piece::Piece;
+use valve_model::Covariate;
 
 /// A spool slower than this rests, rad/s.
 pub(crate) const RESTS: f64 = 1e-3;
@@ -16,6 +17,23 @@ pub(crate) struct Moment {
     pub rest_s: f64,
     /// Distance travelled over the log so far.
     pub distance_rad: f64,
+}
+
+/// What laws are functions of, at each sample of a piece, in the order of [`Covariate::ALL`].
+pub(crate) fn covariates(piece: &Piece) -> impl Iterator<Item = [f64; 8]> + '_ {
+    moments(piece).enumerate().map(|(index, at)| {
+        let (pressure_pa, temperature_c) = piece.driven.conditions(index + piece.driven.lead());
+        Covariate::ALL.map(|of| match of {
+            Covariate::Angle => at.angle_rad,
+            Covariate::Speed => at.speed_rad_per_s,
+            Covariate::Acceleration => at.acceleration_rad_per_s2,
+            Covariate::Time => at.time_s,
+            Covariate::PressureDrop => pressure_pa,
+            Covariate::OilTemperature => temperature_c,
+            Covariate::TimeAtRest => at.rest_s,
+            Covariate::Distance => at.distance_rad,
+        })
+    })
 }
 
 /// The samples of a piece, in order.

@@ -114,15 +114,23 @@ impl Judgement<'_> {
         Ok(colour(&self.setting, &left))
     }
 
+    /// The standard deviation of the torque's zero from run to run as it was found, N·m; 0 where runs have none of their own.
+    pub fn scatter_of_zeros_nm(&self) -> Result<f64, DiagnosisError> {
+        if self.setting.nuisances.zero_nm == 0.0 {
+            return Ok(0.0);
+        }
+        let zeros = own_zeros(&self.setting, &self.selection.fitted.point)?;
+        Ok(mean_and_scatter(&zeros).1)
+    }
+
     /// The nuisances, in words: what differs from run to run or disturbs the measurement, without being a cause.
     ///
     /// # Errors
     /// As predictions have them.
     pub fn nuisances(&self) -> Result<Vec<String>, DiagnosisError> {
         let mut found = Vec::new();
-        if self.setting.nuisances.zero_nm > 0.0 {
-            let zeros = own_zeros(&self.setting, &self.selection.fitted.point)?;
-            let (_, scatter_nm) = mean_and_scatter(&zeros);
+        let scatter_nm = self.scatter_of_zeros_nm()?;
+        if scatter_nm > 0.0 {
             let zeros = format!("the torque's zero differs from run to run by about {}", torque(scatter_nm));
             found.push(match changed_with_time(&self.setting, &self.selection.fitted.point)? {
                 None => zeros,

@@ -188,6 +188,10 @@ fn probe_column(
     }
     let mut numbers = probe.shape.clone();
     if !probe.jump {
+        let law = setting.law_column(&point.hypothesis, candidate, (&numbers, parameter, step));
+        if law.is_some() {
+            return law;
+        }
         *numbers.get_mut(parameter)? += step;
     }
     let member = Member::new(candidate, numbers, Vec::new());

@@ -5,12 +5,12 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
 use crate::fit::equations::Point;
 use crate::fit::spread::spread;
-use crate::measure::gain::gain;
 use crate::measure::judgement::Judgement;
 use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
-use crate::unnamed::kept::{HARDLY_MORE, Kept, MOST_LEFT};
-use crate::unnamed::search::{Laws, search, without};
+use crate::unnamed::kept::Kept;
+use crate::unnamed::search::{Laws, without};
+use crate::unnamed::searched::{Searched, beside_or_instead};
 use crate::unnamed::stand_in::{stays, without_stand_ins};
 use crate::unnamed::told::{Extended, told};
 use valve_model::EffectId;
@@ -31,24 +31,9 @@ pub(crate) fn unnamed(
         return Ok(None);
     }
     let begin = beside_what_is_uncertain(judged, able, accepted);
-    // A search for causes that used up its samples says nothing against a law.
-    let mut stages = campaign.with_reserve(|| search(&judged.setting, begin.clone()))?.into_iter();
-    let Some(without_laws) = stages.next().map(|laws| laws.tried) else { return Ok(None) };
-    let (_, bare) = judged.everywhere(&without_laws.fitted)?;
-    let mut kept: Option<Kept> = None;
-    for laws in stages {
-        let found = Kept::of(judged, &bare, laws)?;
-        let holds =
-            found.ci95[1] < 1.0 && gain(&judged.setting, before, &found.after, judged.seed).ratio <= 1.0;
-        let most = kept.as_ref().map_or(MOST_LEFT, |kept| {
-            let fewer = found.laws.terms.len() < kept.laws.terms.len();
-            kept.part * if fewer { HARDLY_MORE } else { MOST_LEFT }
-        });
-        if holds && found.part <= most {
-            kept = Some(found);
-        }
-    }
-    let Some(kept) = kept else { return Ok(None) };
+    let bare = beside_what_is_uncertain(judged, able, &without_causes(accepted));
+    let Some(found) = beside_or_instead(judged, (begin, bare), before)? else { return Ok(None) };
+    let Searched { begin, without_laws, bare, kept } = found;
     for group in groups {
         let stays = || stays(&judged.setting, (&begin, &without_laws), group, &kept.laws);
         if campaign.with_reserve(stays)? {
@@ -72,6 +57,13 @@ fn beside_what_is_uncertain(judged: &Judgement<'_>, able: &[Candidate], accepted
     let late = if is_there(EffectId::SensorDelay) { None } else { lateness(judged, able) };
     let members = own.members.iter().cloned().chain(late).collect();
     Point { hypothesis: Hypothesis { members, corrections, ..own.clone() }, starts: accepted.starts.clone() }
+}
+
+/// The point without causes. A transducer's lateness is none here: it is uncertain whatever is found.
+fn without_causes(point: &Point) -> Point {
+    let late = point.hypothesis.members.iter().filter(|member| member.candidate.id == EffectId::SensorDelay);
+    let hypothesis = Hypothesis { members: late.cloned().collect(), ..point.hypothesis.clone() };
+    Point { hypothesis, starts: point.starts.clone() }
 }
 
 /// A transducer's lateness, as the search found it if it did.

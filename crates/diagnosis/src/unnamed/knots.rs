@@ -1,12 +1,15 @@
 //! Where a curve over a covariate bends: at even parts of what the data have of it.
 
 use crate::log::campaign::Campaign;
-use crate::log::moments::{RESTS, moments};
+use crate::log::moments::{RESTS, covariates};
 use crate::log::piece::Piece;
 use valve_model::Covariate;
 
 /// The parts of the samples below each knot.
 const PARTS: [f64; 7] = [0.02, 0.15, 0.32, 0.5, 0.68, 0.85, 0.98];
+/// Of a size, parts of the samples and of the range: a formula has room for six bends.
+const PARTS_OF_SIZE: [f64; 5] = [0.02, 0.3, 0.6, 0.85, 0.98];
+const RANGE: [f64; 3] = [0.2, 0.4, 0.7];
 /// Every so many samples are looked at.
 const EVERY: usize = 20;
 
@@ -31,6 +34,23 @@ pub(crate) fn knots(campaign: &Campaign, of: Covariate) -> Option<Vec<f64>> {
     (knots.len() >= 3 && high > low).then_some(knots)
 }
 
+/// The same of the size of what goes both ways: also at even parts of its range, since what is fast is seldom and has the largest torques.
+pub(crate) fn knots_of_size(campaign: &Campaign, of: Covariate) -> Option<Vec<f64>> {
+    let fitted = campaign.pieces.iter().filter(|piece| piece.is_fitted());
+    let values = fitted.flat_map(|piece| values(piece, of)).map(f64::abs);
+    let mut sizes: Vec<f64> = values.filter(|size| size.is_finite() && *size > RESTS).collect();
+    sizes.sort_by(f64::total_cmp);
+    let last = sizes.len().checked_sub(1)?;
+    let most = sizes.last().copied()?;
+    let at = |part: &f64| sizes.get((part * last as f64).round() as usize).copied();
+    let by_range = RANGE.iter().map(|part| part * most);
+    let mut knots: Vec<f64> =
+        PARTS_OF_SIZE.iter().filter_map(at).chain(by_range).map(|knot| rounded(knot, most)).collect();
+    knots.sort_by(f64::total_cmp);
+    knots.dedup_by(|next, knot| *next - *knot <= 0.01 * most);
+    (knots.len() >= 3).then_some(knots)
+}
+
 /// To a thousandth of the range.
 fn rounded(value: f64, range: f64) -> f64 {
     let digit = 10f64.powf((1e-3 * range).log10().floor());
@@ -40,17 +60,6 @@ fn rounded(value: f64, range: f64) -> f64 {
 }
 
 fn values(piece: &Piece, of: Covariate) -> impl Iterator<Item = f64> + '_ {
-    moments(piece).enumerate().step_by(EVERY).map(move |(index, at)| {
-        let (pressure_pa, temperature_c) = piece.driven.conditions(index + piece.driven.lead());
-        match of {
-            Covariate::Angle => at.angle_rad,
-            Covariate::Speed => at.speed_rad_per_s,
-            Covariate::Acceleration => at.acceleration_rad_per_s2,
-            Covariate::Time => at.time_s,
-            Covariate::PressureDrop => pressure_pa,
-            Covariate::OilTemperature => temperature_c,
-            Covariate::TimeAtRest => at.rest_s,
-            Covariate::Distance => at.distance_rad,
-        }
-    })
+    let place = Covariate::ALL.iter().position(|other| *other == of).unwrap_or_default();
+    covariates(piece).step_by(EVERY).map(move |at| at.get(place).copied().unwrap_or(f64::NAN))
 }

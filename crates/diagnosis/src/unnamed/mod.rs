@@ -7,6 +7,7 @@ mod kind;
 mod knots;
 mod library;
 mod search;
+mod searched;
 mod stand_in;
 mod term;
 mod told;

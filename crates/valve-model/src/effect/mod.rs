@@ -96,6 +96,12 @@ impl Effect {
         self.prepared()?.ok().map(|prepared| prepared.at(covariates))
     }
 
+    /// The same at many places.
+    pub fn custom_values(&self, covariates: impl Iterator<Item = [f64; 8]>) -> Option<Vec<f64>> {
+        let prepared = self.prepared()?.ok()?;
+        Some(covariates.map(|at| prepared.at(&at)).collect())
+    }
+
     /// What a formula or a table does; `None` for the effects of the list.
     pub fn custom(&self) -> Option<&CustomLaw> {
         self.custom.as_ref()

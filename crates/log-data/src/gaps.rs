@@ -1,21 +1,34 @@
 //! Missing samples: interpolated so that the motion goes on, and masked so that they have no weight.
 
-use log_data::{Channel, Log, MOST_MISSING, Run, lacking};
+use crate::{Channel, Log, MOST_MISSING, Run, lacking};
 use std::borrow::Cow;
 
 const CHANNELS: [Channel; 5] =
     [Channel::Angle, Channel::AngleCommand, Channel::Torque, Channel::PressureDrop, Channel::OilTemperature];
 
-/// The log with its gaps interpolated, and for each run the samples that were interpolated in angle, command or torque: a
-/// prediction follows these directly, or is compared with them. A channel with too many samples missing is left as it is.
+/// The log with its gaps bridged by straight lines, and for each run what [`bridged_run`] has.
 pub fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
-    let lacks = |run: &Run| CHANNELS.iter().any(|channel| lacking(run, *channel) > 0);
     if !log.runs.iter().any(lacks) {
         return (Cow::Borrowed(log), vec![Vec::new(); log.runs.len()]);
     }
     let mut whole = log.clone();
     let masks = whole.runs.iter_mut().map(bridge).collect();
     (Cow::Owned(whole), masks)
+}
+
+/// A run with its gaps bridged by straight lines, and the samples that were interpolated in angle, command or torque: a prediction follows
+/// these directly, or is compared with them. Empty where nothing is missing. A channel that lacks more than [`MOST_MISSING`] is left as it is.
+pub fn bridged_run(run: &Run) -> (Cow<'_, Run>, Vec<bool>) {
+    if !lacks(run) {
+        return (Cow::Borrowed(run), Vec::new());
+    }
+    let mut whole = run.clone();
+    let mask = bridge(&mut whole);
+    (Cow::Owned(whole), mask)
+}
+
+fn lacks(run: &Run) -> bool {
+    CHANNELS.iter().any(|channel| lacking(run, *channel) > 0)
 }
 
 fn bridge(run: &mut Run) -> Vec<bool> {
@@ -56,6 +69,7 @@ fn fill(time_s: &[f64], values: &mut [f64]) {
 }
 
 #[cfg(test)]
+#[allow(clippy::indexing_slicing)]
 mod tests {
     use super::*;
 
