@@ -211,17 +211,35 @@ fn a_prediction_is_replaced_if_that_is_said_and_the_log_never() {
     forced(place.path("pred.h5").to_str().unwrap()).expect_code(0);
 }
 
+/// A recorder that skips a cycle doesn't make its record useless.
 #[test]
-fn samples_missing_and_runs_too_short() {
+fn a_few_missing_samples_are_bridged() {
+    let place = TestPlace::new();
+    let whole = run("whole", 1.0, |t| (3.0 * t).sin(), |_| 1.5);
+    let mut holed = Run { name: "holed".to_owned(), ..whole.clone() };
+    holed.angle_rad[41..43].fill(f64::NAN);
+    let told = predict(&place, &write(&place, vec![whole, holed]), &rig()).expect_code(0).stdout;
+    assert!(told.contains("angle missing 2 times: nothing is predicted there"), "{told}");
+    let found = predicted(&place);
+    let torque = |name: &str| found.run(name).unwrap().torque_nm.clone().unwrap();
+    for (row, (whole, holed)) in torque("whole").iter().zip(torque("holed")).enumerate() {
+        assert_eq!(holed.is_nan(), row == 41 || row == 42, "row {}", row + 1);
+        assert!(holed.is_nan() || (whole - holed).abs() < 0.02, "row {}: {holed}, whole {whole}", row + 1);
+    }
+    assert!(found.run("holed").unwrap().angle_rad[41].is_nan(), "what was measured is written as it was");
+}
+
+#[test]
+fn too_many_samples_missing_and_runs_too_short() {
     let place = TestPlace::new();
     let good = || run("good", 1.0, |t| t, |_| 1.5);
     let mut holed = run("holed", 1.0, |t| t, |_| 1.5);
-    holed.angle_rad[41] = f64::NAN;
+    holed.angle_rad[41..341].fill(f64::NAN);
     refused(&place, &write(&place, vec![good(), holed]), &rig(), &["run holed", "row 42", "angle is NaN"]);
     let mut command = run("uncommanded", 1.0, |t| t, |_| 1.5);
     command.torque_nm = None;
     let mut angle_command = command.angle_rad.clone();
-    angle_command[7] = f64::NAN;
+    angle_command[7..407].fill(f64::NAN);
     refused(
         &place,
         &write(&place, vec![command.clone()]),

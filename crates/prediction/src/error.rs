@@ -35,7 +35,7 @@ pub enum PredictionError {
     },
     /// A sample that the model needs is missing.
     #[error(
-        "run {run}, row {row} (time {time_s} s): {channel} is NaN, expected a number; import bridges gaps with fill(x): --map {channel}='fill(...)'"
+        "run {run}, row {row} (time {time_s} s): {channel} is NaN, expected a number; up to a fifth of a run is bridged, more by import's fill(x): --map {channel}='fill(...)'"
     )]
     MissingSample {
         /// The run.

@@ -2,7 +2,7 @@
 //!
 //! This is what `stepvalve predict` does, too.
 
-use log_data::{Channel, Log, Run};
+use log_data::{Channel, Log, Run, bridged_run};
 use prediction::{Past, Predicted, PredictionError, depends_on_past, predict_taken, predicted_channel};
 use std::num::NonZero;
 use std::sync::mpsc::{self, Sender};
@@ -15,8 +15,32 @@ pub struct Task {
     pub index: usize,
     /// What is predicted.
     pub channel: Channel,
-    /// As measured before, the model's afterwards.
+    /// As measured before, the model's afterwards; NaN where what the model follows was missing.
     pub values: Vec<f64>,
+    /// Samples that are missing in what the model follows, and were bridged for it by straight lines.
+    pub bridged: usize,
+}
+
+impl Task {
+    fn new(index: usize, channel: Channel, values: Vec<f64>) -> Self {
+        Self { index, channel, values, bridged: 0 }
+    }
+
+    /// The channel that the model follows.
+    pub fn follows(&self) -> Channel {
+        if self.channel == Channel::Torque { Channel::Angle } else { Channel::AngleCommand }
+    }
+
+    fn predict(&mut self, run: &Run, model: &Model, past: &Past) -> Result<Predicted, PredictionError> {
+        let (whole, _) = bridged_run(run);
+        let predicted = predict_taken(&whole, self.channel, &mut self.values, model, past)?;
+        let followed = run.channel(self.follows()).unwrap_or_default();
+        for (value, _) in self.values.iter_mut().zip(followed).filter(|(_, followed)| followed.is_nan()) {
+            *value = f64::NAN;
+            self.bridged += 1;
+        }
+        Ok(predicted)
+    }
 }
 
 /// A task that is done, its values the model's, or could not be.
@@ -28,20 +52,16 @@ pub type Done = Result<(Task, Predicted), PredictionError>;
 /// A run of which nothing can be predicted.
 pub fn take_tasks(log: &mut Log) -> Result<Vec<Task>, PredictionError> {
     let channels = log.runs.iter().map(predicted_channel).collect::<Result<Vec<_>, _>>()?;
-    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| Task {
-        index,
-        channel,
-        values: run.take_channel(channel).unwrap_or_default(),
+    let taken = log.runs.iter_mut().zip(channels).enumerate().map(|(index, (run, channel))| {
+        Task::new(index, channel, run.take_channel(channel).unwrap_or_default())
     });
     Ok(taken.collect())
 }
 
 /// One channel of all runs, of a log that is still needed whole: with copies.
 fn tasks(log: &Log, channel: Channel) -> Vec<Task> {
-    let task = |(index, run): (usize, &Run)| Task {
-        index,
-        channel,
-        values: run.channel(channel).unwrap_or_default().to_vec(),
+    let task = |(index, run): (usize, &Run)| {
+        Task::new(index, channel, run.channel(channel).unwrap_or_default().to_vec())
     };
     log.runs.iter().enumerate().map(task).collect()
 }
@@ -79,7 +99,7 @@ fn one_after_the_other(
         if let Some(ended_s) = ended_s.filter(|_| one_clock) {
             past.rest_s += run.start_s() - ended_s;
         }
-        let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
+        let predicted = task.predict(run, model, &past);
         if let Ok(predicted) = &predicted {
             (past, ended_s) = (predicted.end, Some(run.end_s()));
         }
@@ -110,7 +130,7 @@ fn side_by_side(
                 while let Some(mut task) = next() {
                     let Some(run) = log.runs.get(task.index) else { continue };
                     let past = Past::default();
-                    let predicted = predict_taken(run, task.channel, &mut task.values, model, &past);
+                    let predicted = task.predict(run, model, &past);
                     if done.send(predicted.map(|predicted| (task, predicted))).is_err() {
                         return;
                     }

@@ -44,7 +44,7 @@ impl Residuals {
     /// A run that can't be predicted; the diagnosis has looked at all of them before.
     pub fn of(log: &Log, given: &Model, found: &Found) -> Result<Self, PredictionError> {
         let channel = found.channel;
-        let (whole, _) = diagnosis::bridged(log);
+        let (whole, _) = log_data::bridged(log);
         let mut before = predictions(&whole, channel, given)?;
         let mut after = predictions(&whole, channel, &found.extended)?;
         let noise = found.diagnosis.residual.first().map_or(f64::NAN, |residual| residual.noise);

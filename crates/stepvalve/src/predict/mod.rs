@@ -56,8 +56,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Failure::Input(error) => Failure::Input(error.context(log_file.clone())),
         Failure::Failed(error) => Failure::Failed(error),
     })?;
-    for (run, predicted) in log.runs.iter().zip(&predicted) {
-        say(summary(run, predicted));
+    for (run, written) in log.runs.iter().zip(&predicted) {
+        say(summary(run, written));
     }
     say(format_args!("{}: {} runs predicted with \"{}\"", name(out), log.runs.len(), model.name));
     say(format_args!("how far off: stepvalve compare {log_file} {} --out compare.html", name(out)));
@@ -74,7 +74,7 @@ fn predict_and_write(
     log: &Log,
     model: &Model,
     tasks: Vec<Task>,
-) -> Result<Vec<Predicted>, Failure> {
+) -> Result<Vec<Written>, Failure> {
     let progress = ProgressBar::new(log.runs.len() as u64);
     let (done, runs) = (progress.clone(), log.runs.len());
     let pulse = Pulse::new(move || format!("{} of {runs} runs predicted", done.position()));
@@ -92,7 +92,7 @@ fn predict_and_write(
 }
 
 /// Takes the tasks as they are done, in any order. It drops `done` when it ends, and with it whoever still works for it.
-fn write(out: &Path, log: &Log, done: Receiver<Done>) -> Result<Vec<Predicted>, Failure> {
+fn write(out: &Path, log: &Log, done: Receiver<Done>) -> Result<Vec<Written>, Failure> {
     let mut early: BTreeMap<usize, (Task, Predicted)> = BTreeMap::new();
     let mut all = Vec::new();
     let mut late = |index| -> Result<Late, Failure> {
@@ -104,12 +104,20 @@ fn write(out: &Path, log: &Log, done: Receiver<Done>) -> Result<Vec<Predicted>, 
                 done.recv().context("predicting ended too early")?.map_err(Failure::input)?;
             early.insert(task.index, (task, predicted));
         };
-        all.push(predicted);
+        all.push(Written { predicted, source: task.follows(), bridged: task.bridged });
         Ok(Late { channel: task.channel, values: task.values, attributes: attributes(&predicted) })
     };
     run_log::write_log_with_late(out, log, |index| late(index).map_err(Stopped))
         .map_err(|stopped| stopped.0)?;
     Ok(all)
+}
+
+/// What is told of a run that was written.
+struct Written {
+    predicted: Predicted,
+    /// The channel that the model followed, and how many samples of it are missing.
+    source: Channel,
+    bridged: usize,
 }
 
 /// Why the file was not finished: the prediction's own failure, or one of writing.
@@ -140,11 +148,7 @@ fn attributes(predicted: &Predicted) -> BTreeMap<String, Attribute> {
     attributes
 }
 
-fn summary(run: &Run, predicted: &Predicted) -> String {
-    let source = match predicted.channel {
-        Channel::Torque => "angle",
-        _ => "angle_command",
-    };
+fn summary(run: &Run, Written { predicted, source, bridged }: &Written) -> String {
     let steps = match predicted.noise.step_rad {
         0.0 => "no encoder steps".to_owned(),
         step_rad => format!("encoder steps of {step_rad:.3e} rad"),
@@ -153,5 +157,14 @@ fn summary(run: &Run, predicted: &Predicted) -> String {
         0 => String::new(),
         samples => format!(", the first {samples} left out: no torque to begin from"),
     };
-    format!("{}: {} from {source}, {} samples, {steps}{left_out}", run.name, predicted.channel, run.len())
+    let gaps = match bridged {
+        0 => String::new(),
+        samples => format!(", {source} missing {samples} times: nothing is predicted there"),
+    };
+    format!(
+        "{}: {} from {source}, {} samples, {steps}{left_out}{gaps}",
+        run.name,
+        predicted.channel,
+        run.len()
+    )
 }
