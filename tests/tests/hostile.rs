@@ -158,6 +158,10 @@ fn a_removed_runtime_folder_lets_no_second_supervisor_start() {
     assert!(disarmed.stderr.contains(&kill), "{}", disarmed.stderr);
     let listed = place.stepvalve(&["list"]).expect_code(0);
     assert!(listed.stdout.contains(&kill), "{}", listed.stdout);
+    let text = place.stepvalve(&["list", "--json"]).expect_code(0).stdout;
+    let all: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
+    let ours = all.iter().find(|one| one["supervisor"] == run.id()).expect(&text);
+    assert_eq!((&ours["state"], ours["folder"].as_str()), (&"folder-gone".into(), None), "{text}");
     // The first goes on, and can be ended.
     end_instance(run, Signal::SIGTERM);
     place.assert_nothing_left(&[NAME]);

@@ -132,7 +132,8 @@ fn listed(place: &TestPlace) -> Vec<(String, String)> {
     let text = place.stepvalve(&["list", "--json"]).expect_code(0).stdout;
     let all: Vec<Value> = serde_json::from_str(&text).unwrap();
     let here = place.path("runtime").display().to_string();
-    let ours = all.iter().filter(|one| one["folder"].as_str().unwrap().starts_with(&here));
+    let ours =
+        all.iter().filter(|one| one["folder"].as_str().is_some_and(|folder| folder.starts_with(&here)));
     let word = |one: &Value, key: &str| one[key].as_str().unwrap().to_owned();
     ours.map(|one| (word(one, "instance"), word(one, "state"))).collect()
 }

@@ -23,13 +23,14 @@ pub struct Arguments {
 /// An instance, for machines.
 #[derive(Debug, Serialize)]
 struct Listed {
-    instance: String,
-    /// The controller's state; `dead`, `ends` or `hangs` of the instance itself.
+    /// Unknown where its folder is gone.
+    instance: Option<String>,
+    /// The controller's state; `dead`, `ends` or `hangs` of the instance itself, `folder-gone` of one that no order reaches.
     state: String,
     fault: Option<String>,
     generation: Option<u64>,
     supervisor: Option<i32>,
-    folder: PathBuf,
+    folder: Option<PathBuf>,
     record: Option<PathBuf>,
 }
 
@@ -42,8 +43,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folders = base_folders();
     let found: Vec<_> =
         folders.iter().flat_map(|base| instances(base, &locks)).map(|one| look(&one)).collect();
+    let folderless = without_a_folder(&locks);
     if arguments.json {
-        say(serde_json::to_string_pretty(&found).map_err(anyhow::Error::from)?);
+        let all: Vec<_> = found.into_iter().chain(folderless.into_iter().map(folder_gone)).collect();
+        say(serde_json::to_string_pretty(&all).map_err(anyhow::Error::from)?);
         return Ok(Outcome::Done);
     }
     if found.is_empty() {
@@ -59,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         found.iter().for_each(print);
     }
-    without_a_folder(&locks).into_iter().for_each(|process| say(beyond_orders(process)));
+    folderless.into_iter().for_each(|process| say(beyond_orders(process)));
     Ok(Outcome::Done)
 }
 
@@ -81,13 +84,25 @@ fn look(found: &FoundInstance) -> Listed {
     };
     let at = whereabouts(&found.folder).ok();
     Listed {
-        instance: found.name.clone(),
+        instance: Some(found.name.clone()),
         state,
         fault: status.as_ref().map(|status| status.fault.clone()).filter(|fault| fault != "none"),
         generation: status.as_ref().map(|status| status.generation),
         supervisor: found.supervisor,
-        folder: found.folder.clone(),
+        folder: Some(found.folder.clone()),
         record: at.map(|at| at.record),
+    }
+}
+
+fn folder_gone(process: i32) -> Listed {
+    Listed {
+        instance: None,
+        state: "folder-gone".to_owned(),
+        fault: None,
+        generation: None,
+        supervisor: Some(process),
+        folder: None,
+        record: None,
     }
 }
 
@@ -101,5 +116,7 @@ fn print(listed: &Listed) {
     };
     let process = listed.supervisor.map_or(String::new(), |pid| format!(", process {pid}"));
     let record = listed.record.as_ref().map_or(String::new(), |path| format!(", record {}", path.display()));
-    say(format_args!("{:<16} {state}{process}{record}, in {}", listed.instance, listed.folder.display()));
+    let name = listed.instance.as_deref().unwrap_or_default();
+    let folder = listed.folder.as_ref().map_or(String::new(), |path| format!(", in {}", path.display()));
+    say(format_args!("{name:<16} {state}{process}{record}{folder}"));
 }
