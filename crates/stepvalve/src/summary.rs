@@ -224,7 +224,7 @@ impl fmt::Display for Summary {
         if self.missed_commands > 0 {
             writeln!(f, "missed commands  {}", self.missed_commands)?;
         }
-        writeln!(f, "lost steps       {}", self.lost_steps)?;
+        writeln!(f, "lost steps       {}", lost(self.lost_steps, self.encoder))?;
         if let (Some(fault), Some(cycle)) = (&self.fault, self.fault_cycle) {
             writeln!(f, "fault            {fault}, found in cycle {cycle}")?;
             writeln!(f, "                 {}", self.fault_advice)?;
@@ -268,6 +268,16 @@ pub fn flaws(report: &Report) -> impl Iterator<Item = String> {
         let flaws = segment.damage.iter().filter(move |damage| index == last || !left_open(damage));
         flaws.map(|damage| format!("{}: {damage}", segment.path.display()))
     })
+}
+
+/// Lost steps in words. A rotor falls from tooth to tooth, by as many full steps as a period of its current has.
+fn lost(teeth: u64, encoder: bool) -> String {
+    let unnoticed = if encoder { "" } else { "; without an encoder nothing noticed it" };
+    match teeth {
+        0 => "none".to_owned(),
+        1 => format!("1 tooth pitch (4 full steps){unnoticed}"),
+        more => format!("{more} tooth pitches (each 4 full steps){unnoticed}"),
+    }
 }
 
 fn error_line(f: &mut fmt::Formatter<'_>, label: &str, error: Option<Spread>, of: &str) -> fmt::Result {
