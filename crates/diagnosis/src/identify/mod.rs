@@ -14,6 +14,7 @@ use crate::found::Event;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::measure::gain::{gain, part_left_as_fitted};
+use crate::name::tried::NEARLY;
 use crate::options::Options;
 use crate::outcome::Gain;
 use crate::show::residual::{PieceResidual, left, settled};
@@ -28,6 +29,9 @@ const FITS: usize = 12;
 
 /// From this many times the noise on a fit has not found the minimum, and is begun elsewhere.
 const FAR: f64 = 1.2;
+
+/// A number counts as shown if its standard error is below this part of it.
+const SHOWN: f64 = 0.2;
 
 /// Factors on the static torque to begin with. When a rotor breaks away is the roughest question to an angle.
 const BREAK_AWAY: [f64; 3] = [0.8, 1.25, 0.65];
@@ -51,6 +55,13 @@ pub struct Identified {
     pub id: EffectId,
     /// Its standard error in parts of it; that of a first guess where the record doesn't show it.
     pub std_error: f64,
+}
+
+impl Identified {
+    /// Whether the record shows it: its standard error is below a fifth of it.
+    pub fn is_shown(&self) -> bool {
+        self.std_error < SHOWN
+    }
 }
 
 /// The numbers that a record shows.
@@ -108,7 +119,37 @@ pub fn identify(
             }
         }
     }
-    Ok(best)
+    without_what_is_not_shown(asked, model, best)
+}
+
+/// The same with the given numbers in place of those that the record doesn't show, if that predicts the runs held out as well. What went far
+/// in many fits without being shown made up for what is no number of the model.
+fn without_what_is_not_shown(
+    asked: Asked<'_>,
+    given: &Model,
+    found: Identification,
+) -> Result<Identification, DiagnosisError> {
+    let not_shown: Vec<EffectId> = found.numbers.iter().filter(|of| !of.is_shown()).map(|of| of.id).collect();
+    let mut model = found.model.clone();
+    for id in &not_shown {
+        let (Some(before), Some(now)) = (given.number_of(*id), model.number_of(*id)) else { continue };
+        if before != now {
+            model = with_factors(&model, &[*id], before / now).unwrap_or(model);
+        }
+    }
+    if model == found.model || asked.workers.is_over() {
+        return Ok(found);
+    }
+    let errors = found.numbers.iter().map(|of| (of.id, of.std_error / beyond(&found.gain))).collect();
+    let at_bound = found.unfinished.iter().copied().filter(|id| !not_shown.contains(id)).collect();
+    let put_back = judged(asked, given, Fit { model, errors, at_bound })?;
+    let as_good = put_back.gain.over_noise_after <= found.gain.over_noise_after + NEARLY;
+    Ok(if put_back.better && as_good { put_back } else { found })
+}
+
+/// What leaves more than noise is not known as well as noise alone would let it be: so many times the error.
+fn beyond(gain: &Gain) -> f64 {
+    gain.over_noise_after.max(1.0)
 }
 
 /// A model with these of its numbers changed, those that it has; `None` where it has none of them.
@@ -145,12 +186,10 @@ fn judged(asked: Asked<'_>, given: &Model, fit: Fit) -> Result<Identification, D
     let part = part_left_as_fitted(&setting, &before, &after, asked.options.seed);
     // Beyond what chance makes of it, and in plain units too.
     let better = part.ci95[1] < 1.0 && gain.ratio < 1.0;
-    // What leaves more than noise is not known as well as noise alone would let it be.
-    let beyond = gain.over_noise_after.max(1.0);
     let numbers = fit
         .errors
         .iter()
-        .map(|(id, std_error)| Identified { id: *id, std_error: std_error * beyond })
+        .map(|(id, std_error)| Identified { id: *id, std_error: std_error * beyond(&gain) })
         .collect();
     let (model, unfinished) = if better { (fit.model, fit.at_bound) } else { (given.clone(), Vec::new()) };
     Ok(Identification { model, better, numbers, unfinished, gain, channel: campaign.kind.channel })

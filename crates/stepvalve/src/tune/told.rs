@@ -7,9 +7,6 @@ use study::words;
 use toml::Table;
 use valve_model::{EffectId, Model};
 
-/// A number counts as known if its standard error is below this part of it.
-const KNOWN: f64 = 0.2;
-
 /// A delay that is told, s.
 const LATE_S: f64 = 5e-6;
 
@@ -46,7 +43,7 @@ fn rows(found: &Identification, given: &Model) -> Vec<Row> {
     let row = |of: &Identified| {
         let place = place(of.id)?;
         let (before, found) = (value(&before, &place)?, value(&after, &place)?);
-        Some(Row { place, before, found, std_error: of.std_error * found, known: of.std_error < KNOWN })
+        Some(Row { place, before, found, std_error: of.std_error * found, known: of.is_shown() })
     };
     found.numbers.iter().filter_map(row).collect()
 }

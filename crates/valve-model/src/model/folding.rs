@@ -32,11 +32,41 @@ impl Model {
         }
         Ok(model)
     }
+
+    /// The number that an effect's `factor` is on, that of the static friction in parts of the Coulomb torque; `None` of other effects, and where
+    /// the model has no such number.
+    pub fn number_of(&self, id: EffectId) -> Option<f64> {
+        let mut model = self.clone();
+        match id {
+            EffectId::CoulombLevel => Some(*model.friction.coulomb_mut()),
+            EffectId::StaticLevel => {
+                let coulomb_nm = *model.friction.coulomb_mut();
+                model.friction.static_mut().map(|static_nm| *static_nm / coulomb_nm)
+            }
+            other => number_mut(other, &mut model).map(|number| *number),
+        }
+    }
+}
+
+/// The number that an effect is a factor on alone.
+fn number_mut(id: EffectId, model: &mut Model) -> Option<&mut f64> {
+    let (friction, motor) = (&mut model.friction, model.motor.as_mut());
+    match id {
+        EffectId::ViscousLevel => Some(friction.viscous_mut()),
+        EffectId::StribeckVelocity => friction.stribeck_velocity_mut(),
+        EffectId::BristleStiffness => friction.stiffness_mut(),
+        EffectId::BristleDamping => friction.damping_mut(),
+        EffectId::LoadInertia => model.load.as_mut().map(|load| &mut load.inertia_kg_m2),
+        EffectId::HoldingTorqueLevel => motor.map(|motor| &mut motor.holding_torque_nm),
+        EffectId::RotorInertia => motor.map(|motor| &mut motor.rotor_inertia_kg_m2),
+        EffectId::MotorDamping => motor.map(|motor| &mut motor.damping_nm_s_per_rad),
+        _ => None,
+    }
 }
 
 fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
     let factor = effect.number("factor");
-    let (friction, motor) = (&mut model.friction, model.motor.as_mut());
+    let friction = &mut model.friction;
     let changed = match effect.id() {
         EffectId::CoulombLevel => {
             *friction.coulomb_mut() *= factor;
@@ -50,17 +80,14 @@ fn fold(effect: &Effect, model: &mut Model) -> Result<(), ParamError> {
                 true
             })
         }
-        EffectId::ViscousLevel => {
-            *friction.viscous_mut() *= factor;
-            true
-        }
-        EffectId::StribeckVelocity => scale(friction.stribeck_velocity_mut(), factor),
-        EffectId::BristleStiffness => scale(friction.stiffness_mut(), factor),
-        EffectId::BristleDamping => scale(friction.damping_mut(), factor),
-        EffectId::LoadInertia => scale(model.load.as_mut().map(|load| &mut load.inertia_kg_m2), factor),
-        EffectId::HoldingTorqueLevel => scale(motor.map(|motor| &mut motor.holding_torque_nm), factor),
-        EffectId::RotorInertia => scale(motor.map(|motor| &mut motor.rotor_inertia_kg_m2), factor),
-        EffectId::MotorDamping => scale(motor.map(|motor| &mut motor.damping_nm_s_per_rad), factor),
+        number @ (EffectId::ViscousLevel
+        | EffectId::StribeckVelocity
+        | EffectId::BristleStiffness
+        | EffectId::BristleDamping
+        | EffectId::LoadInertia
+        | EffectId::HoldingTorqueLevel
+        | EffectId::RotorInertia
+        | EffectId::MotorDamping) => scale(number_mut(number, model), factor),
         EffectId::PreslidingHysteresis => single_spring(friction).is_some_and(|params| {
             *friction = FrictionParams::Leuven(with_hysteresis(&params, effect));
             true
