@@ -270,13 +270,13 @@ pub fn flaws(report: &Report) -> impl Iterator<Item = String> {
     })
 }
 
-/// Lost steps in words. A rotor falls from tooth to tooth, by as many full steps as a period of its current has.
+/// Lost steps in words: a rotor falls from tooth to tooth.
 fn lost(teeth: u64, encoder: bool) -> String {
     let unnoticed = if encoder { "" } else { "; without an encoder nothing noticed it" };
     match teeth {
         0 => "none".to_owned(),
-        1 => format!("1 tooth pitch (4 full steps){unnoticed}"),
-        more => format!("{more} tooth pitches (each 4 full steps){unnoticed}"),
+        1 => format!("1 tooth pitch, a period of the motor's current{unnoticed}"),
+        more => format!("{more} tooth pitches, each a period of the motor's current{unnoticed}"),
     }
 }
 

@@ -4,11 +4,9 @@
 //! which a fit of the law then has.
 
 use crate::extend::candidate::Candidate;
-use crate::extend::hypothesis::Hypothesis;
-use crate::fit::equations::{Column, Setting};
 use crate::log::moments::covariates;
 use crate::log::piece::Piece;
-use valve_model::{ActsOn, Covariate, Effect, EffectId};
+use valve_model::{ActsOn, Covariate, Effect, EffectId, Model};
 
 /// A law with two sets of numbers.
 pub(crate) struct LawColumn {
@@ -22,6 +20,32 @@ pub(crate) struct LawColumn {
 }
 
 impl LawColumn {
+    /// The column of one of a law's `numbers`, moved by `step`. `None` of what is no law, of one that goes by the time at rest (it acts while the
+    /// spool breaks away), and where the sensitivity that it is a factor on is not `kept`, which tells its place.
+    pub fn of(
+        given: &Model,
+        candidate: &Candidate,
+        (numbers, number, step): (&[f64], usize, f64),
+        kept: impl Fn(EffectId) -> Option<usize>,
+    ) -> Option<Self> {
+        let mut moved = numbers.to_vec();
+        *moved.get_mut(number)? += step;
+        let base = candidate.effect(given, numbers).ok()?;
+        let acts_on = base.custom()?.acts_on;
+        if base.depends_on(Covariate::TimeAtRest) {
+            return None;
+        }
+        let on = match acts_on {
+            ActsOn::Torque => None,
+            ActsOn::Level => Some(kept(EffectId::CoulombLevel)?),
+            ActsOn::Viscous => Some(kept(EffectId::ViscousLevel)?),
+        };
+        let moved = candidate.effect(given, &moved).ok()?;
+        let mut amplitudes = candidate.own.as_ref()?.amplitudes().iter();
+        let is_none = amplitudes.all(|index| numbers.get(*index) == Some(&0.0));
+        Some(Self { base: Some(base).filter(|_| !is_none), moved, step, on })
+    }
+
     /// The change of the law for each unit of its number, at each sample.
     pub fn values(&self, piece: &Piece) -> Vec<f64> {
         let values = |law: &Effect| law.custom_values(covariates(piece)).unwrap_or_default();
@@ -34,47 +58,14 @@ impl LawColumn {
     }
 }
 
-impl Setting<'_> {
-    /// The column of one of a law's `numbers`, moved by `step`. `None` of what is no law, of one that goes by the time at rest (it acts while the
-    /// spool breaks away), and where the sensitivity that it is a factor on is not kept.
-    pub fn law_column(
-        &self,
-        hypothesis: &Hypothesis,
-        candidate: &Candidate,
-        (numbers, number, step): (&[f64], usize, f64),
-    ) -> Option<Column> {
-        let mut moved = numbers.to_vec();
-        *moved.get_mut(number)? += step;
-        let base = candidate.effect(self.given, numbers).ok()?;
-        let acts_on = base.custom()?.acts_on;
-        if !self.adds_torques(hypothesis) || base.depends_on(Covariate::TimeAtRest) {
-            return None;
-        }
-        let factor = match acts_on {
-            ActsOn::Torque => None,
-            ActsOn::Level => Some(EffectId::CoulombLevel),
-            ActsOn::Viscous => Some(EffectId::ViscousLevel),
-        };
-        let on = match factor {
-            None => None,
-            Some(id) => Some(self.kept?.place(id)?),
-        };
-        let moved = candidate.effect(self.given, &moved).ok()?;
-        let mut amplitudes = candidate.own.as_ref()?.amplitudes().iter();
-        let is_none = amplitudes.all(|index| numbers.get(*index) == Some(&0.0));
-        let base = Some(base).filter(|_| !is_none);
-        Some(Column::Law(Box::new(LawColumn { base, moved, step, on })))
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::extend::hypothesis::Correction;
+    use crate::extend::hypothesis::{Correction, Hypothesis};
     use crate::extend::suspected::candidate_of;
     use crate::extend::tolerance::corrections;
-    use crate::fit::equations::{Nuisances, Point};
+    use crate::fit::equations::{Nuisances, Point, Setting};
     use crate::fit::gauss_newton::fit;
     use crate::fixtures;
     use crate::log::campaign::Campaign;
@@ -136,7 +127,8 @@ mod tests {
                 let first = ranked.remove(0);
                 (first.gain, first.member.numbers[0])
             };
-            assert!(quick.law_column(&fitted.point.hypothesis, &candidate, (&[0.0], 0, 1e-3)).is_some());
+            let place = |id: EffectId| quick.kept?.place(id);
+            assert!(LawColumn::of(&given, &candidate, (&[0.0], 0, 1e-3), place).is_some());
             let (expected, number) = found(&quick);
             let simulated = Setting { kept: None, ..setting };
             let (by_simulation, other) = found(&simulated);

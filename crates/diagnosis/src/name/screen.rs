@@ -7,6 +7,7 @@ use crate::extend::hypothesis::Member;
 use crate::extend::stroke::{tells_apart, turns};
 use crate::fit::equations::{Column, Point, Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
+use crate::fit::law_column::LawColumn;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
 use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
@@ -188,9 +189,11 @@ fn probe_column(
     }
     let mut numbers = probe.shape.clone();
     if !probe.jump {
-        let law = setting.law_column(&point.hypothesis, candidate, (&numbers, parameter, step));
-        if law.is_some() {
-            return law;
+        let place = |id: EffectId| setting.kept?.place(id);
+        if setting.adds_torques(&point.hypothesis)
+            && let Some(law) = LawColumn::of(setting.given, candidate, (&numbers, parameter, step), place)
+        {
+            return Some(Column::Law(Box::new(law)));
         }
         *numbers.get_mut(parameter)? += step;
     }

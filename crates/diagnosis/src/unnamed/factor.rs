@@ -5,9 +5,6 @@ use valve_model::Covariate;
 /// A speed at which something saturates may be off by this factor from where its fit begins.
 const SATURATING_WITHIN: f64 = 30.0;
 
-/// Orders of a curve around the turn, as many as a formula has room for.
-const AROUND: usize = 4;
-
 /// A function of one covariate, or several that belong together, such as cosine and sine of one order.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Factor {
@@ -22,8 +19,6 @@ pub(crate) struct Factor {
     pub listed: bool,
     /// The knots of a curve: the first expression is the covariate itself, the others bend at these.
     pub knots: Vec<f64>,
-    /// Whether it is a curve over the size of the covariate, the same on either side.
-    pub mirrored: bool,
 }
 
 /// A number within an expression.
@@ -39,30 +34,14 @@ pub(crate) struct Shape {
 
 impl Factor {
     pub fn plain(of: Covariate, text: &str, unit: &'static str) -> Self {
-        Self {
-            of,
-            texts: vec![text.to_owned()],
-            unit,
-            shape: None,
-            listed: false,
-            knots: Vec::new(),
-            mirrored: false,
-        }
+        Self { of, texts: vec![text.to_owned()], unit, shape: None, listed: false, knots: Vec::new() }
     }
 
     /// Cosine and sine of an order of the angle.
     pub fn harmonic(order: usize) -> Self {
         let angle = if order == 1 { "angle".to_owned() } else { format!("{order}*angle") };
         let texts = ["cos", "sin"].map(|function| format!("{function}({angle})")).to_vec();
-        Self {
-            of: Covariate::Angle,
-            texts,
-            unit: "",
-            shape: None,
-            listed: true,
-            knots: Vec::new(),
-            mirrored: false,
-        }
+        Self { of: Covariate::Angle, texts, unit: "", shape: None, listed: true, knots: Vec::new() }
     }
 
     /// Cosine and sine over a covariate that spans so much, of a frequency that is fitted: within half a period over the span, beyond which
@@ -74,7 +53,7 @@ impl Factor {
         let (least, most) = (frequency - beside, frequency + beside);
         let unit = format!("rad/{}", of.unit());
         let shape = Some(Shape { key, start: frequency, least, most, unit });
-        Self { of, texts, unit: "", shape, listed: false, knots: Vec::new(), mirrored: false }
+        Self { of, texts, unit: "", shape, listed: false, knots: Vec::new() }
     }
 
     /// A speed's part of one, saturating at a speed that is fitted.
@@ -85,35 +64,9 @@ impl Factor {
         Self { shape: Some(shape), ..Self::plain(Covariate::Speed, text, "") }
     }
 
-    /// The same with the speed's sign: what differs between the directions, but at the slowest.
-    pub fn saturating_signed(start: f64) -> Self {
-        Self { texts: vec!["speed/(abs(speed) + v)".to_owned()], ..Self::saturating(start) }
-    }
-
-    /// A power of the speed, which is fitted, times `before`.
-    pub fn power_of_speed(before: &str, unit: &'static str) -> Self {
-        let shape = Shape { key: "n", start: 0.5, least: 0.05, most: 3.0, unit: String::new() };
-        let text = format!("{before}(abs(speed)/1)^n");
-        Self { shape: Some(shape), ..Self::plain(Covariate::Speed, &text, unit) }
-    }
-
-    /// A curve around the whole turn: the lowest orders of the angle together.
-    pub fn around() -> Self {
-        let texts = (1..=AROUND).flat_map(|order| Self::harmonic(order).texts).collect();
-        Self { texts, ..Self::harmonic(1) }
-    }
-
     /// A curve that is linear between its knots, and linear on outside them.
     pub fn curve(of: Covariate, knots: Vec<f64>) -> Self {
-        Self::bent(of, of.name(), knots)
-    }
-
-    /// The same over the size of the covariate.
-    pub fn mirrored_curve(of: Covariate, knots: Vec<f64>) -> Self {
-        Self { mirrored: true, ..Self::bent(of, &format!("abs({})", of.name()), knots) }
-    }
-
-    fn bent(of: Covariate, name: &str, knots: Vec<f64>) -> Self {
+        let name = of.name();
         let straight = Some(name.to_owned());
         let inner = knots.iter().skip(1).take(knots.len().saturating_sub(2));
         let bend = |knot: &f64| {
@@ -124,7 +77,7 @@ impl Factor {
             }
         };
         let texts = straight.into_iter().chain(inner.map(bend)).collect();
-        Self { of, texts, unit: of.unit(), shape: None, listed: false, knots, mirrored: false }
+        Self { of, texts, unit: of.unit(), shape: None, listed: false, knots }
     }
 
     /// The same, known to the list.
@@ -133,6 +86,6 @@ impl Factor {
     }
 
     pub fn is_curve(&self) -> bool {
-        !self.knots.is_empty() || self.texts.len() == 2 * AROUND
+        !self.knots.is_empty()
     }
 }

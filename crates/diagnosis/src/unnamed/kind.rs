@@ -53,7 +53,6 @@ mod tests {
                 shape: None,
                 listed: false,
                 knots: Vec::new(),
-                mirrored: false,
             };
             let factors = on.iter().map(factor).collect();
             assert_eq!(kind(&Term { acts_on, factors }), expected, "{acts_on:?} {on:?}");

@@ -7,9 +7,6 @@ use valve_model::Covariate;
 
 /// The parts of the samples below each knot.
 const PARTS: [f64; 7] = [0.02, 0.15, 0.32, 0.5, 0.68, 0.85, 0.98];
-/// Of a size, parts of the samples and of the range: a formula has room for six bends.
-const PARTS_OF_SIZE: [f64; 5] = [0.02, 0.3, 0.6, 0.85, 0.98];
-const RANGE: [f64; 3] = [0.2, 0.4, 0.7];
 /// Every so many samples are looked at.
 const EVERY: usize = 20;
 
@@ -32,23 +29,6 @@ pub(crate) fn knots(campaign: &Campaign, of: Covariate) -> Option<Vec<f64>> {
     let apart = 0.01 * (high - low);
     knots.dedup_by(|next, knot| *next - *knot <= apart);
     (knots.len() >= 3 && high > low).then_some(knots)
-}
-
-/// The same of the size of what goes both ways: also at even parts of its range, since what is fast is seldom and has the largest torques.
-pub(crate) fn knots_of_size(campaign: &Campaign, of: Covariate) -> Option<Vec<f64>> {
-    let fitted = campaign.pieces.iter().filter(|piece| piece.is_fitted());
-    let values = fitted.flat_map(|piece| values(piece, of)).map(f64::abs);
-    let mut sizes: Vec<f64> = values.filter(|size| size.is_finite() && *size > RESTS).collect();
-    sizes.sort_by(f64::total_cmp);
-    let last = sizes.len().checked_sub(1)?;
-    let most = sizes.last().copied()?;
-    let at = |part: &f64| sizes.get((part * last as f64).round() as usize).copied();
-    let by_range = RANGE.iter().map(|part| part * most);
-    let mut knots: Vec<f64> =
-        PARTS_OF_SIZE.iter().filter_map(at).chain(by_range).map(|knot| rounded(knot, most)).collect();
-    knots.sort_by(f64::total_cmp);
-    knots.dedup_by(|next, knot| *next - *knot <= 0.01 * most);
-    (knots.len() >= 3).then_some(knots)
 }
 
 /// To a thousandth of the range.

@@ -96,7 +96,6 @@ fn of_signed_motion(facts: &Facts) -> Vec<Factor> {
         speed("speed*abs(speed)", "(rad/s)^2"),
         speed("speed^2", "(rad/s)^2"),
         speed("speed^3", "(rad/s)^3"),
-        Factor::power_of_speed("speed*", "rad/s"),
         known_if(has_inertia, acceleration("acceleration", "rad/s^2")),
         acceleration("abs(acceleration)", "rad/s^2"),
         acceleration("acceleration*abs(acceleration)", "(rad/s^2)^2"),
@@ -106,15 +105,12 @@ fn of_signed_motion(facts: &Facts) -> Vec<Factor> {
 /// The same for factors of friction, which has the direction itself.
 fn of_motion_either_way(facts: &Facts) -> Vec<Factor> {
     let speed = |text: &str, unit| Factor::plain(Covariate::Speed, text, unit);
-    let fastest_rad_per_s = facts.fastest_rad_per_s.max(SLOW_RAD_PER_S);
     let mut factors = vec![
         speed("abs(speed)", "rad/s"),
         speed("sqrt(abs(speed))", "(rad/s)^0.5"),
         speed("speed^2", "(rad/s)^2"),
         speed("speed", "rad/s"),
-        Factor::saturating(SATURATING * fastest_rad_per_s),
-        Factor::saturating_signed(SATURATING * fastest_rad_per_s),
-        Factor::power_of_speed("", ""),
+        Factor::saturating(SATURATING * facts.fastest_rad_per_s.max(SLOW_RAD_PER_S)),
     ];
     // A simulated valve's friction takes part in its acceleration.
     if facts.kind.motion_is_measured {

@@ -15,11 +15,10 @@ use crate::show::residual::left;
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
 use crate::unnamed::factor::Factor;
-use crate::unnamed::knots::{knots, knots_of_size};
+use crate::unnamed::knots::knots;
 use crate::unnamed::library::{Suggested, library, may_depend};
 use crate::unnamed::term::Term;
 use crate::unnamed::tone::{order_of_its_own, tone_over_the_clock};
-use std::f64::consts::TAU;
 use valve_model::{ActsOn, Covariate, EffectId};
 
 /// Laws at most.
@@ -29,9 +28,6 @@ const AT_ONCE: usize = 24;
 /// Single functions of which every product is screened, where a simulation is dear, and beside laws. Where it is cheap, the first law is
 /// looked for among all products: of two functions that swing about none, alone neither shows.
 const HEADS: usize = 8;
-/// Curves that are multiplied by a function, where everything else would leave more than so many times the noise.
-const BENT: usize = 4;
-const STILL: f64 = 1.1;
 /// Laws that are fitted, of those the ones of the same quantities, and the part of the best one's screened gain that they must have.
 const FITTED: usize = 8;
 const ALIKE: usize = 2;
@@ -142,20 +138,7 @@ fn ranking(
         }
     }
     ranked.extend(screened(setting, base, products)?);
-    let bent = screened(setting, base, curves(setting))?;
-    let best = ranked.iter().chain(&bent).filter(|of| !of.term.is_listed());
-    let most = best.map(|of| of.gain).fold(0.0, f64::max);
-    let heads = if base.rms - most > STILL { BENT } else { 0 };
-    let mut products: Vec<Term> = Vec::new();
-    for head in bent.iter().take(heads) {
-        let of_head = libraries.iter().find(|(acts_on, _)| *acts_on == head.term.acts_on);
-        let factors = of_head.into_iter().flat_map(|(_, factors)| factors);
-        products.extend(
-            factors.filter(|factor| head.term.takes(factor.of)).map(|factor| head.term.times(factor)),
-        );
-    }
-    ranked.extend(bent);
-    ranked.extend(screened(setting, base, products)?);
+    ranked.extend(screened(setting, base, curves(setting))?);
     ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     if let Some(best) = ranked.iter().find(|of| !of.term.is_listed()).filter(|of| of.term.factors.len() == 2)
     {
@@ -172,20 +155,11 @@ fn ranking(
 /// A free curve over each quantity, as a torque and as a factor of the levels.
 fn curves(setting: &Setting<'_>) -> Vec<Term> {
     let facts = &setting.campaign.facts;
-    let curve = |of: Covariate| {
-        let goes_around = of == Covariate::Angle && facts.angle_rad.1 - facts.angle_rad.0 >= TAU;
-        let knots = knots(setting.campaign, of)?;
-        Some(if goes_around { Factor::around() } else { Factor::curve(of, knots) })
-    };
+    let curve = |of: Covariate| Some(Factor::curve(of, knots(setting.campaign, of)?));
     let all: Vec<Factor> =
         Covariate::ALL.into_iter().filter(|of| facts.varies(*of)).filter_map(curve).collect();
-    // Friction has the direction itself.
-    let both_ways = facts.excitation.both_ways.then(|| knots_of_size(setting.campaign, Covariate::Speed));
-    let of_size = both_ways.flatten().map(|knots| Factor::mirrored_curve(Covariate::Speed, knots));
     let over = |acts_on: ActsOn| {
-        let instead = of_size.as_ref().filter(|_| acts_on == ActsOn::Level);
         let own = all.iter().filter(move |curve| may_depend(acts_on, curve.of, facts));
-        let own = own.map(move |curve| instead.filter(|of| of.of == curve.of).unwrap_or(curve));
         own.map(move |curve| Term { acts_on, factors: vec![curve.clone()] })
     };
     [ActsOn::Torque, ActsOn::Level].into_iter().flat_map(over).collect()

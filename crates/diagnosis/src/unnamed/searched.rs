@@ -2,10 +2,12 @@
 
 use crate::DiagnosisError;
 use crate::fit::equations::Point;
+use crate::measure::doubt::is_noise;
 use crate::measure::gain::{Part, gain, part_left_as_fitted};
 use crate::measure::judgement::Judgement;
 use crate::name::tried::Tried;
 use crate::show::residual::PieceResidual;
+use crate::show::structure::structure;
 use crate::unnamed::factor::Factor;
 use crate::unnamed::kept::{HARDLY_MORE, Kept, MOST_LEFT};
 use crate::unnamed::search::search;
@@ -47,14 +49,20 @@ impl Searched {
         Ok(kept.map(|kept| Self { begin, without_laws, bare, kept }))
     }
 
-    /// Whether these laws, found without causes, serve better than causes and `laws` beside them, which leave `left`.
+    /// Whether these laws, found without causes, leave no more than noise and serve better than causes and `laws` beside them, which leave
+    /// `left`.
     fn serves_better(
         &self,
         judged: &Judgement<'_>,
         (causes, laws): (usize, usize),
         left: &[PieceResidual],
     ) -> bool {
-        let part = part_left_as_fitted(&judged.setting, left, &self.kept.after, judged.seed);
+        let setting = &judged.setting;
+        // Laws that leave something unexplained are no better known than the causes.
+        if judged.noise.share < 1.0 || !is_noise(&structure(setting, &self.kept.after)) {
+            return false;
+        }
+        let part = part_left_as_fitted(setting, left, &self.kept.after, judged.seed);
         let terms = &self.kept.laws.terms;
         let bends = terms.iter().flat_map(|term| &term.factors).any(Factor::is_curve);
         is_better((terms.len(), bends), (causes, laws), &part)

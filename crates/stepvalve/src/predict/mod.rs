@@ -159,7 +159,7 @@ fn summary(run: &Run, Written { predicted, source, bridged }: &Written) -> Strin
     };
     let gaps = match bridged {
         0 => String::new(),
-        samples => format!(", {source} missing {samples} times: nothing is predicted there"),
+        samples => format!(", {samples} without {source}: nothing is predicted there"),
     };
     format!(
         "{}: {} from {source}, {} samples, {steps}{left_out}{gaps}",
