@@ -59,7 +59,7 @@ impl Searched {
     ) -> bool {
         let setting = &judged.setting;
         // Laws that leave something unexplained are no better known than the causes.
-        if judged.noise.share < 1.0 || !is_noise(&structure(setting, &self.kept.after)) {
+        if !is_noise(&structure(setting, &self.kept.after)) {
             return false;
         }
         let part = part_left_as_fitted(setting, left, &self.kept.after, judged.seed);
@@ -86,7 +86,9 @@ pub(crate) fn beside_or_instead(
 ) -> Result<Option<Searched>, DiagnosisError> {
     let causes = begin.hypothesis.members.len() - bare.hypothesis.members.len();
     let beside = Searched::from(judged, begin, before)?;
-    if causes == 0 || judged.setting.workers.is_over() {
+    // What the causes leave may count as noise: then nothing tells whether laws leave no more.
+    let counts_misfit = judged.noise.share < 1.0;
+    if causes == 0 || counts_misfit || judged.setting.workers.is_over() {
         return Ok(beside);
     }
     let Some(instead) = Searched::from(judged, bare, &judged.before)? else { return Ok(beside) };
