@@ -6,7 +6,8 @@ use std::borrow::Cow;
 const CHANNELS: [Channel; 5] =
     [Channel::Angle, Channel::AngleCommand, Channel::Torque, Channel::PressureDrop, Channel::OilTemperature];
 
-/// The log with its gaps bridged by straight lines, and for each run what [`bridged_run`] has.
+/// The log with its gaps bridged by straight lines, and for each run the samples that were interpolated in angle, command or torque: a
+/// prediction follows these directly, or is compared with them. A channel that lacks more than [`MOST_MISSING`] is left as it is.
 pub fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
     if !log.runs.iter().any(lacks) {
         return (Cow::Borrowed(log), vec![Vec::new(); log.runs.len()]);
@@ -16,15 +17,14 @@ pub fn bridged(log: &Log) -> (Cow<'_, Log>, Vec<Vec<bool>>) {
     (Cow::Owned(whole), masks)
 }
 
-/// A run with its gaps bridged by straight lines, and the samples that were interpolated in angle, command or torque: a prediction follows
-/// these directly, or is compared with them. Empty where nothing is missing. A channel that lacks more than [`MOST_MISSING`] is left as it is.
-pub fn bridged_run(run: &Run) -> (Cow<'_, Run>, Vec<bool>) {
+/// One run, bridged alike.
+pub fn bridged_run(run: &Run) -> Cow<'_, Run> {
     if !lacks(run) {
-        return (Cow::Borrowed(run), Vec::new());
+        return Cow::Borrowed(run);
     }
     let mut whole = run.clone();
-    let mask = bridge(&mut whole);
-    (Cow::Owned(whole), mask)
+    bridge(&mut whole);
+    Cow::Owned(whole)
 }
 
 fn lacks(run: &Run) -> bool {

@@ -32,8 +32,7 @@ impl Task {
     }
 
     fn predict(&mut self, run: &Run, model: &Model, past: &Past) -> Result<Predicted, PredictionError> {
-        let (whole, _) = bridged_run(run);
-        let predicted = predict_taken(&whole, self.channel, &mut self.values, model, past)?;
+        let predicted = predict_taken(&bridged_run(run), self.channel, &mut self.values, model, past)?;
         let followed = run.channel(self.follows()).unwrap_or_default();
         for (value, _) in self.values.iter_mut().zip(followed).filter(|(_, followed)| followed.is_nan()) {
             *value = f64::NAN;

@@ -61,9 +61,9 @@ fn beside_what_is_uncertain(judged: &Judgement<'_>, able: &[Candidate], accepted
 
 /// The point without causes. A transducer's lateness is none here: it is uncertain whatever is found.
 fn without_causes(point: &Point) -> Point {
-    let late = point.hypothesis.members.iter().filter(|member| member.candidate.id == EffectId::SensorDelay);
-    let hypothesis = Hypothesis { members: late.cloned().collect(), ..point.hypothesis.clone() };
-    Point { hypothesis, starts: point.starts.clone() }
+    let mut bare = point.clone();
+    bare.hypothesis.members.retain(|member| member.candidate.id == EffectId::SensorDelay);
+    bare
 }
 
 /// A transducer's lateness, as the search found it if it did.

@@ -40,6 +40,5 @@ fn rounded(value: f64, range: f64) -> f64 {
 }
 
 fn values(piece: &Piece, of: Covariate) -> impl Iterator<Item = f64> + '_ {
-    let place = Covariate::ALL.iter().position(|other| *other == of).unwrap_or_default();
-    covariates(piece).step_by(EVERY).map(move |at| at.get(place).copied().unwrap_or(f64::NAN))
+    covariates(piece).step_by(EVERY).map(move |at| at.get(of.place()).copied().unwrap_or(f64::NAN))
 }

@@ -127,10 +127,10 @@ fn ranking(
         };
         // What goes by the rest has to be simulated.
         let is_dear = |of: Covariate| of == Covariate::TimeAtRest && place >= HEADS;
-        let others = factors.iter().filter(|factor| head.term.takes(factor.of) && !is_dear(factor.of));
         if head.term.covariates().any(is_dear) {
             continue;
         }
+        let others = factors.iter().filter(|factor| head.term.takes(factor.of) && !is_dear(factor.of));
         for product in others.map(|factor| head.term.times(factor)) {
             if !products.iter().any(|known| known.is_same(&product)) {
                 products.push(product);
@@ -191,19 +191,18 @@ fn screened(setting: &Setting<'_>, base: &Tried, terms: Vec<Term>) -> Result<Vec
 
 /// Terms in their order, so many together that they have about [`AT_ONCE`] columns.
 fn chunks(terms: &[Term]) -> Vec<&[Term]> {
-    let mut chunks = Vec::new();
-    let (mut rest, mut columns) = (terms, 0);
-    for (index, term) in terms.iter().enumerate() {
-        columns += term.columns();
-        let taken = index + 1 - (terms.len() - rest.len());
-        if columns >= AT_ONCE
-            && let Some((chunk, others)) = rest.split_at_checked(taken)
-        {
-            chunks.push(chunk);
-            (rest, columns) = (others, 0);
-        }
+    let (mut chunks, mut rest) = (Vec::new(), terms);
+    while !rest.is_empty() {
+        let mut columns = 0;
+        let is_within = |term: &&Term| {
+            let before = columns;
+            columns += term.columns();
+            before < AT_ONCE
+        };
+        let (chunk, others) = rest.split_at(rest.iter().take_while(is_within).count());
+        chunks.push(chunk);
+        rest = others;
     }
-    chunks.extend((!rest.is_empty()).then_some(rest));
     chunks
 }
 
@@ -301,4 +300,26 @@ pub(crate) fn without(
 /// The part of the mean square without something that is cut by it, down to the RMS `least`.
 pub(crate) fn part_cut(without: &Tried, least: f64) -> f64 {
     1.0 - (least / without.rms).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_term_is_screened_once_and_few_columns_at_a_time() {
+        let harmonic = Term { acts_on: ActsOn::Torque, factors: vec![Factor::harmonic(1)] };
+        let saturating = Term { acts_on: ActsOn::Level, factors: vec![Factor::saturating(1.0)] };
+        for count in [0, 1, 9, 10, 57] {
+            let terms: Vec<Term> =
+                [&harmonic, &saturating].into_iter().cycle().take(count).cloned().collect();
+            let chunks = chunks(&terms);
+            assert_eq!(chunks.concat(), terms);
+            for chunk in chunks {
+                let columns: usize = chunk.iter().map(Term::columns).sum();
+                let last = chunk.last().map_or(0, Term::columns);
+                assert!(columns - last < AT_ONCE && last > 0, "{columns}");
+            }
+        }
+    }
 }

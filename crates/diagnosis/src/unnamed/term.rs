@@ -23,15 +23,17 @@ impl Term {
     /// Columns that its screening takes, about: one of each amplitude, from each shape that a fit may begin with.
     pub fn columns(&self) -> usize {
         const STARTS: usize = 3;
-        let shapes = self.factors.iter().filter(|factor| factor.shape.is_some());
-        shapes.fold(self.amplitudes(), |columns, _| columns * STARTS)
+        (0..self.shapes()).fold(self.amplitudes(), |columns, _| columns * STARTS)
+    }
+
+    fn shapes(&self) -> usize {
+        self.factors.iter().filter(|factor| factor.shape.is_some()).count()
     }
 
     /// What it costs to say: its factors, then its numbers. A torque of its own is less than a change of friction.
     pub fn complexity(&self) -> (usize, usize, bool) {
         let curves = self.factors.iter().filter(|factor| factor.is_curve()).count();
-        let shapes = self.factors.iter().filter(|factor| factor.shape.is_some()).count();
-        (self.factors.len() + 2 * curves, self.amplitudes() + shapes, self.acts_on != ActsOn::Torque)
+        (self.factors.len() + 2 * curves, self.amplitudes() + self.shapes(), self.acts_on != ActsOn::Torque)
     }
 
     /// Whether it may be multiplied by a function of this: once by each quantity, and by one of those that only grow.
@@ -88,13 +90,8 @@ impl Term {
 
     /// The expression, and its amplitudes' names.
     fn expression(&self) -> (String, Vec<&'static str>) {
-        // What all parts share stands once: a formula has room for so many operations.
-        let (shared, several): (Vec<&Factor>, Vec<&Factor>) =
-            self.factors.iter().partition(|factor| factor.texts.len() == 1);
-        let shared: String =
-            shared.iter().flat_map(|factor| &factor.texts).map(|text| format!("*{text}")).collect();
         let mut products = vec![String::new()];
-        for factor in several {
+        for factor in &self.factors {
             let with = |product: &String| {
                 let product = product.clone();
                 factor.texts.iter().map(move |text| format!("{product}*{text}"))
@@ -104,13 +101,7 @@ impl Term {
         let names: Vec<&str> = AMPLITUDES.into_iter().take(products.len()).collect();
         let parts: Vec<String> =
             names.iter().zip(&products).map(|(name, product)| format!("{name}{product}")).collect();
-        let sum = parts.join(" + ");
-        let text = match parts.len() {
-            1 => format!("{sum}{shared}"),
-            _ if shared.is_empty() => sum,
-            _ => format!("({sum}){shared}"),
-        };
-        (text, names)
+        (parts.join(" + "), names)
     }
 
     /// The law by this name, to be fitted; `None` for one that is too long to be run in a cycle.
@@ -192,7 +183,7 @@ mod tests {
     fn products_have_an_amplitude_for_each_part_with_its_unit() {
         let of = term(ActsOn::Torque, &[pressure(), Factor::harmonic(2)]);
         let (text, names) = of.expression();
-        assert_eq!(text, "(a*cos(2*angle) + b*sin(2*angle))*(pressure_drop/1e6)");
+        assert_eq!(text, "a*(pressure_drop/1e6)*cos(2*angle) + b*(pressure_drop/1e6)*sin(2*angle)");
         assert_eq!((names.len(), of.amplitudes()), (2, 2));
         assert_eq!(of.unit(), "N*m/MPa");
         assert_eq!(term(ActsOn::Level, &[pressure(), speed()]).unit(), "1/MPa/(rad/s)");

@@ -99,7 +99,8 @@ impl Covariate {
         Self::ALL.into_iter().find(|of| of.name() == name)
     }
 
-    pub(crate) const fn place(self) -> usize {
+    /// Its place in [`Self::ALL`].
+    pub const fn place(self) -> usize {
         self as usize
     }
 }
