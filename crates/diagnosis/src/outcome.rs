@@ -336,7 +336,7 @@ pub struct Diagnosis {
     pub gain: Gain,
     /// What to measure next.
     pub next_experiment: String,
-    /// Whether the search was ended early: causes that aren't named may exist all the same.
+    /// Whether the search was ended early with something left to explain: causes that are not named may exist all the same.
     pub search_ended: bool,
     /// What the residual of the given model depends on, largest share first.
     pub structure_before: Vec<Dependence>,

@@ -25,6 +25,7 @@ use crate::show::loose::loose;
 use crate::show::mains::{Mains, mains};
 use crate::show::observe::shows_zeros;
 use crate::show::residual::left;
+use crate::unnamed::laws_leave_noise;
 use crate::workers::Workers;
 use log_data::Log;
 use std::collections::BTreeSet;
@@ -193,6 +194,10 @@ fn search(
         }
     };
     if let Some(misfit) = misfit(&judged)? {
+        tell(Event::Step("looking for a law in place of the causes"));
+        if laws_leave_noise(&judged, able)? {
+            return conclude(&judged, able, unable, tell);
+        }
         tell(Event::Again("once more, with what the causes leave as an error of every sample"));
         let first = judged.selection;
         let noise = with_misfit(campaign, noise, &misfit.left, misfit.per_independent);

@@ -189,7 +189,7 @@ fn conclusion(
         gain,
         unnamed: told,
         next_experiment,
-        search_ended: ended,
+        search_ended: ended_open,
         structure_before: telling(&judged.structure_before),
         structure_after: structure_left,
         description_before: description(judged, &judged.before, &judged.structure_before),

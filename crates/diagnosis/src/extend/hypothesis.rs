@@ -272,13 +272,32 @@ impl Hypothesis {
 
     /// Whether a number is at one of its bounds.
     pub fn is_at_bound(&self, free: Free) -> bool {
+        self.outward(free).is_some()
+    }
+
+    /// The sign of the changes that would leave a number's range; `None` of one that is not at a bound.
+    pub fn outward(&self, free: Free) -> Option<f64> {
         match free {
-            Free::Zero => false,
-            Free::Correction(index) => self.corrections.get(index).is_some_and(Correction::is_at_bound),
-            Free::Number(member, number) => self.members.get(member).is_some_and(|of| {
-                let (parameter, value) = (of.candidate.parameters.get(number), self.get(free));
-                parameter.is_some_and(|of| value <= of.lower || value >= of.upper)
-            }),
+            Free::Zero => None,
+            Free::Correction(index) => {
+                let of = self.corrections.get(index).filter(|of| of.is_at_bound())?;
+                Some((of.value - of.neutral).signum())
+            }
+            Free::Number(member, number) => {
+                let of = self.members.get(member)?.candidate.parameters.get(number)?;
+                let value = self.get(free);
+                let beyond = if value >= of.upper { Some(1.0) } else { None };
+                if value <= of.lower { Some(-1.0) } else { beyond }
+            }
+        }
+    }
+
+    /// The effect that a number belongs to.
+    pub fn id_of(&self, free: Free) -> Option<EffectId> {
+        match free {
+            Free::Zero => None,
+            Free::Correction(index) => self.corrections.get(index).map(|of| of.id),
+            Free::Number(member, _) => self.members.get(member).map(|of| of.candidate.id),
         }
     }
 
@@ -371,7 +390,8 @@ mod tests {
             ..Hypothesis::default()
         };
         for (value, is_at_bound) in [(1.0, false), (1.05, false), (1.06, true), (0.94, true)] {
-            assert_eq!(hypothesis(value).is_at_bound(Free::Correction(0)), is_at_bound, "{value}");
+            let outward = hypothesis(value).outward(Free::Correction(0));
+            assert_eq!(outward, is_at_bound.then(|| f64::signum(value - 1.0)), "{value}");
         }
         assert_eq!(hypothesis(1.06).allowed(Free::Correction(0), 0.01), 0.0);
     }

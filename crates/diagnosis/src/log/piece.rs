@@ -34,6 +34,8 @@ pub(crate) struct Piece {
     /// The run's place in the log, and the piece's rows.
     pub run: usize,
     pub rows: Range<usize>,
+    /// When the run begins, in the log's time.
+    pub begins_s: f64,
     /// Pieces of one group are fitted, or held out, together.
     pub group: usize,
     pub hold_out: bool,
@@ -87,6 +89,7 @@ impl Piece {
         let measured = run.channel(kind.channel).and_then(|all| all.get(rows.clone())).unwrap_or_default();
         Self {
             run: index,
+            begins_s: run.time_s.first().copied().unwrap_or(0.0),
             group: 0,
             hold_out: false,
             driven: Driven::new(run, lead_row, &rows, reference_temperature_c),

@@ -3,7 +3,7 @@
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Probe};
 use crate::extend::catalogue::{high_orders, look_for_orders, takes_orders};
-use crate::extend::hypothesis::Member;
+use crate::extend::hypothesis::{Hypothesis, Member};
 use crate::extend::stroke::{tells_apart, turns};
 use crate::fit::equations::{Column, Point, Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
@@ -58,20 +58,37 @@ impl Screening<'_> {
     }
 }
 
-/// Screens every candidate that is not accepted yet.
+/// What the screening lets numbers do that are at their bounds. None moves on: that would promise what no fit can keep, and leave nothing to
+/// any candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AtBounds {
+    /// They stay, as beside a cause: it is what they were moved for that it competes with.
+    Stay,
+    /// They come back beside a candidate that does better what they were moved for, as a law does that no cause came near.
+    ComeBack,
+}
+
+/// Screens every candidate that is not accepted yet; numbers at their bounds stay there.
 pub(crate) fn screen<'a>(
     setting: &Setting<'a>,
     candidates: &[Candidate],
     state: &Fitted,
 ) -> Result<Screening<'a>, DiagnosisError> {
+    screen_with(setting, candidates, state, AtBounds::Stay)
+}
+
+/// As [`screen`].
+pub(crate) fn screen_with<'a>(
+    setting: &Setting<'a>,
+    candidates: &[Candidate],
+    state: &Fitted,
+    at_bounds: AtBounds,
+) -> Result<Screening<'a>, DiagnosisError> {
     let point = &state.point;
     let hypothesis = &point.hypothesis;
     let candidates = with_orders(setting, candidates, point)?;
     let mut columns = setting.own_columns(hypothesis)?;
-    // Numbers at their bounds stay there: moved on, they would promise what no fit can keep, and leave nothing to any cause.
-    let free = hypothesis.free().into_iter().take(columns.len()).enumerate();
-    let own: Vec<usize> =
-        free.filter(|(_, free)| !hypothesis.is_at_bound(*free)).map(|(place, _)| place).collect();
+    let own = Own::of(hypothesis, columns.len(), at_bounds);
     let mut places: Vec<Place> = Vec::new();
     // A parameter whose correction is free within its bounds is skipped: the candidate would be collinear with it.
     let is_free =
@@ -203,6 +220,35 @@ fn probe_column(
     Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
 }
 
+/// The columns of the numbers that are free already.
+struct Own {
+    columns: Vec<usize>,
+    /// Those at their bounds that may come back.
+    at_bound: Vec<AtBound>,
+}
+
+struct AtBound {
+    column: usize,
+    /// The sign of the changes that it can't make.
+    outward: f64,
+    of: Option<EffectId>,
+}
+
+impl Own {
+    /// Of the first `width` numbers of a hypothesis.
+    fn of(hypothesis: &Hypothesis, width: usize, at_bounds: AtBounds) -> Self {
+        let (mut columns, mut at_bound) = (Vec::new(), Vec::new());
+        for (column, free) in hypothesis.free().into_iter().take(width).enumerate() {
+            match hypothesis.outward(free) {
+                None => columns.push(column),
+                Some(outward) => at_bound.push(AtBound { column, outward, of: hypothesis.id_of(free) }),
+            }
+        }
+        at_bound.retain(|_| at_bounds == AtBounds::ComeBack);
+        Self { columns, at_bound }
+    }
+}
+
 /// The normal equations of all columns, and the held-out error of any subset of them.
 pub(crate) struct Tally<'a> {
     loss: Loss,
@@ -212,18 +258,20 @@ pub(crate) struct Tally<'a> {
     /// Their sum.
     pub total: Gram,
     folds: &'a [usize],
-    /// The columns of the numbers that are free already.
+    /// The columns of the numbers that are free already, but for those at their bounds.
     pub own: Vec<usize>,
+    at_bound: Vec<AtBound>,
     /// Held-out RMS with those alone, relative to the noise.
     pub base: f64,
 }
 
 impl<'a> Tally<'a> {
-    fn new(setting: &Setting<'a>, groups: Vec<Gram>, own: Vec<usize>) -> Self {
+    fn new(setting: &Setting<'a>, groups: Vec<Gram>, own: Own) -> Self {
         let loss = setting.loss();
         let weighted = loss.weighted(&groups);
         let (total, folds) = (sum(&weighted), &setting.campaign.fold_of);
-        let mut tally = Self { loss, groups, weighted, total, folds, own, base: f64::INFINITY };
+        let Own { columns: own, at_bound } = own;
+        let mut tally = Self { loss, groups, weighted, total, folds, own, at_bound, base: f64::INFINITY };
         tally.base = tally.left(&tally.own).unwrap_or(f64::INFINITY);
         tally
     }
@@ -232,6 +280,25 @@ impl<'a> Tally<'a> {
     pub fn left(&self, columns: &[usize]) -> Option<f64> {
         leave_out(&self.weighted, &self.groups, self.folds, columns)
             .map(|held| self.loss.rms(held.each(&self.groups)))
+    }
+
+    /// The columns that are free already, with those at their bounds that come back beside the columns of a candidate.
+    fn own_beside(&self, candidate: EffectId, columns: &[usize]) -> Vec<usize> {
+        let mut back: Vec<&AtBound> = self.at_bound.iter().filter(|of| of.of != Some(candidate)).collect();
+        loop {
+            let own = || self.own.iter().copied().chain(back.iter().map(|of| of.column));
+            let all: Vec<usize> = own().chain(columns.iter().copied()).collect();
+            let beta = if back.is_empty() { None } else { solve(&self.total, &all) };
+            let Some((beta, _)) = beta else { return own().collect() };
+            let moved = beta.iter().skip(self.own.len());
+            let comes_back: Vec<bool> =
+                back.iter().zip(moved).map(|(of, change)| change * of.outward < 0.0).collect();
+            if comes_back.iter().all(|back| *back) {
+                return own().collect();
+            }
+            let mut kept = comes_back.into_iter();
+            back.retain(|_| kept.next() == Some(true));
+        }
     }
 
     /// RMS once the columns change by `beta`, relative to the noise.
@@ -302,10 +369,11 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
     }
     let mut best: Option<(f64, Member)> = None;
     for place in places {
-        let columns: Vec<usize> = tally.own.iter().chain(&place.columns).copied().collect();
+        let own = tally.own_beside(candidate.id, &place.columns);
+        let columns: Vec<usize> = own.iter().chain(&place.columns).copied().collect();
         let Some(left) = tally.left(&columns) else { continue };
         let Some((beta, _)) = solve(&tally.total, &columns) else { continue };
-        let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
+        let betas: Vec<f64> = beta.iter().skip(own.len()).copied().collect();
         let (gain, numbers) = match place.numbers(candidate, &betas) {
             Some(numbers) => (tally.base - left, numbers),
             None => match place.towards(candidate, &betas) {

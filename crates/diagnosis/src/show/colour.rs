@@ -2,6 +2,7 @@
 
 use crate::fit::equations::Setting;
 use crate::log::piece::Piece;
+use crate::show::repeated::is_repeated;
 use crate::show::residual::{PieceResidual, squares_as_fitted};
 use crate::show::structure::{Structure, depends, structure};
 use crate::show::tone::tone;
@@ -53,6 +54,7 @@ pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structu
         && (quiet || steady())
         && is_everywhere(setting, left, structure.per_independent)
         && tone(setting, left).is_none()
+        && !is_repeated(setting, left)
 }
 
 /// Whether no group is much louder than the others: what is left in one alone, where an angle or a pressure was reached that no other has, is

@@ -7,6 +7,7 @@ pub(crate) mod loose;
 pub(crate) mod mains;
 pub(crate) mod observe;
 pub(crate) mod orders;
+pub(crate) mod repeated;
 pub(crate) mod residual;
 pub(crate) mod ripple;
 pub(crate) mod spectrum;

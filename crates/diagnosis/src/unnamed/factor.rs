@@ -4,6 +4,8 @@ use valve_model::Covariate;
 
 /// A speed at which something saturates may be off by this factor from where its fit begins.
 const SATURATING_WITHIN: f64 = 30.0;
+/// Orders of the angle that are a curve around the turn together: it can follow what is an eighth of a turn wide.
+pub(crate) const AROUND: usize = 4;
 
 /// A function of one covariate, or several that belong together, such as cosine and sine of one order.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +44,19 @@ impl Factor {
         let angle = if order == 1 { "angle".to_owned() } else { format!("{order}*angle") };
         let texts = ["cos", "sin"].map(|function| format!("{function}({angle})")).to_vec();
         Self { of: Covariate::Angle, texts, unit: "", shape: None, listed: true, knots: Vec::new() }
+    }
+
+    /// A power of the speed, which is fitted, with the speed's sign.
+    pub fn power_of_speed() -> Self {
+        let shape = Shape { key: "n", start: 0.5, least: 0.05, most: 3.0, unit: String::new() };
+        let text = "speed*(abs(speed)/1)^n";
+        Self { shape: Some(shape), ..Self::plain(Covariate::Speed, text, "rad/s") }
+    }
+
+    /// A curve around the whole turn: the lowest orders of the angle together.
+    pub fn around() -> Self {
+        let texts = (1..=AROUND).flat_map(|order| Self::harmonic(order).texts).collect();
+        Self { texts, ..Self::harmonic(1) }
     }
 
     /// Cosine and sine over a covariate that spans so much, of a frequency that is fitted: within half a period over the span, beyond which
@@ -85,7 +100,8 @@ impl Factor {
         Self { listed: true, ..self }
     }
 
+    /// Whether it can follow nearly any course.
     pub fn is_curve(&self) -> bool {
-        !self.knots.is_empty()
+        !self.knots.is_empty() || self.texts.len() == 2 * AROUND
     }
 }

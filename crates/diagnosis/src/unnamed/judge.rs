@@ -5,12 +5,14 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
 use crate::fit::equations::Point;
 use crate::fit::spread::spread;
+use crate::measure::covariates::goes_by;
 use crate::measure::judgement::Judgement;
 use crate::outcome::Cause;
 use crate::show::residual::PieceResidual;
 use crate::unnamed::kept::Kept;
+use crate::unnamed::passed_once::{goes_by_time, passed_once};
 use crate::unnamed::search::{Laws, without};
-use crate::unnamed::searched::{Searched, beside_or_instead};
+use crate::unnamed::searched::{Searched, alone_leave_noise, beside_or_instead};
 use crate::unnamed::stand_in::{stays, without_stand_ins};
 use crate::unnamed::told::{Extended, told};
 use valve_model::EffectId;
@@ -34,7 +36,13 @@ pub(crate) fn unnamed(
     let bare = beside_what_is_uncertain(judged, able, &without_causes(accepted));
     let Some(found) = beside_or_instead(judged, (begin, bare), before)? else { return Ok(None) };
     let Searched { begin, without_laws, bare, kept } = found;
+    let by_time = kept.laws.terms.iter().any(goes_by_time);
+    let once = if by_time { passed_once(campaign) } else { Vec::new() };
     for group in groups {
+        // What goes by a condition goes by the time as well where that is passed through once: no law by the time decides it.
+        if group.iter().any(|of| once.iter().any(|condition| goes_by(of.candidate.id, condition))) {
+            return Ok(None);
+        }
         let stays = || stays(&judged.setting, (&begin, &without_laws), group, &kept.laws);
         if campaign.with_reserve(stays)? {
             return Ok(None);
@@ -45,6 +53,16 @@ pub(crate) fn unnamed(
         told(judged, (accepted, before), without_stand_ins(judged, &bare, causes, kept)?)
     };
     campaign.with_reserve(concluded).map(Some)
+}
+
+/// Whether laws in place of all selected causes leave no more than noise: what the causes leave is then their wrong form, and no error of
+/// the whole model.
+pub(crate) fn laws_leave_noise(judged: &Judgement<'_>, able: &[Candidate]) -> Result<bool, DiagnosisError> {
+    if !judged.setting.campaign.holds_out() || judged.setting.workers.is_over() {
+        return Ok(false);
+    }
+    let selected = without_causes(&judged.selection.fitted.point);
+    alone_leave_noise(judged, beside_what_is_uncertain(judged, able, &selected))
 }
 
 /// The accepted causes with everything that may be off without being a law: every correction that the tolerance allows, and, in a log
@@ -59,9 +77,11 @@ fn beside_what_is_uncertain(judged: &Judgement<'_>, able: &[Candidate], accepted
     Point { hypothesis: Hypothesis { members, corrections, ..own.clone() }, starts: accepted.starts.clone() }
 }
 
-/// The point without causes. A transducer's lateness is none here: it is uncertain whatever is found.
+/// The point without causes, every correction free: causes make up for those that they were found without. A transducer's lateness is none
+/// here: it is uncertain whatever is found.
 fn without_causes(point: &Point) -> Point {
     let mut bare = point.clone();
+    bare.hypothesis.corrections.iter_mut().for_each(|of| of.free = true);
     bare.hypothesis.members.retain(|member| member.candidate.id == EffectId::SensorDelay);
     bare
 }

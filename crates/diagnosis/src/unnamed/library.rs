@@ -96,6 +96,7 @@ fn of_signed_motion(facts: &Facts) -> Vec<Factor> {
         speed("speed*abs(speed)", "(rad/s)^2"),
         speed("speed^2", "(rad/s)^2"),
         speed("speed^3", "(rad/s)^3"),
+        Factor::power_of_speed(),
         known_if(has_inertia, acceleration("acceleration", "rad/s^2")),
         acceleration("abs(acceleration)", "rad/s^2"),
         acceleration("acceleration*abs(acceleration)", "(rad/s^2)^2"),

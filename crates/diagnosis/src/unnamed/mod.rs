@@ -6,6 +6,7 @@ mod kept;
 mod kind;
 mod knots;
 mod library;
+mod passed_once;
 mod search;
 mod searched;
 mod stand_in;
@@ -13,5 +14,5 @@ mod term;
 mod told;
 mod tone;
 
-pub(crate) use judge::unnamed;
+pub(crate) use judge::{laws_leave_noise, unnamed};
 pub(crate) use told::Extended;

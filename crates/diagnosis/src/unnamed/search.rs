@@ -5,16 +5,18 @@ use crate::DiagnosisError;
 use crate::error::if_possible;
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Member};
+use crate::extend::stroke::{tells_apart, turns};
 use crate::extend::suspected::{candidate_of, why_not_suspected};
 use crate::fit::equations::{Point, Setting};
 use crate::measure::doubt::is_noise;
-use crate::name::screen::{orders_of, screen};
+use crate::name::screen::{AtBounds, orders_of, screen_with};
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{EQUAL, STEPS, Tried};
+use crate::show::colour::is_coloured;
 use crate::show::residual::left;
 use crate::show::structure::structure;
 use crate::show::whiteness::is_white;
-use crate::unnamed::factor::Factor;
+use crate::unnamed::factor::{AROUND, Factor};
 use crate::unnamed::knots::knots;
 use crate::unnamed::library::{Suggested, library, may_depend};
 use crate::unnamed::term::Term;
@@ -62,8 +64,10 @@ pub(crate) fn search(setting: &Setting<'_>, begin: Point) -> Result<Vec<Laws>, D
         let kept = setting.sensitivities(&laws.tried.fitted.point)?;
         let quick = Setting { kept: kept.as_ref(), ..*setting };
         let seen = left(setting, &laws.tried.fitted.point)?;
-        // Few of a slow residual's samples are independent: it may depend on something all the same.
-        if is_white(setting, &seen) && is_noise(&structure(setting, &seen)) {
+        let structure = structure(setting, &seen);
+        // Few of a slow residual's samples are independent: before any law, it may depend on something all the same.
+        let is_colour = || !laws.terms.is_empty() && is_coloured(setting, &seen, &structure);
+        if is_noise(&structure) && (is_white(setting, &seen) || is_colour()) {
             break;
         }
         let suggested = Suggested {
@@ -139,6 +143,7 @@ fn ranking(
     }
     ranked.extend(screened(setting, base, products)?);
     ranked.extend(screened(setting, base, curves(setting))?);
+    ranked.extend(screened(setting, base, around_the_turn(setting, &libraries))?);
     ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     if let Some(best) = ranked.iter().find(|of| !of.term.is_listed()).filter(|of| of.term.factors.len() == 2)
     {
@@ -165,6 +170,21 @@ fn curves(setting: &Setting<'_>) -> Vec<Term> {
     [ActsOn::Torque, ActsOn::Level].into_iter().flat_map(over).collect()
 }
 
+/// A curve around the turn times the pressure or the temperature: a sector that rubs, and what presses on it. Alone it is the list's.
+fn around_the_turn(setting: &Setting<'_>, libraries: &[(ActsOn, Vec<Factor>)]) -> Vec<Term> {
+    let orders: Vec<usize> = (1..=AROUND).collect();
+    if !tells_apart(&orders, turns(&setting.campaign.facts)) {
+        return Vec::new();
+    }
+    let presses = |factor: &&Factor| matches!(factor.of, Covariate::PressureDrop | Covariate::OilTemperature);
+    let times =
+        |acts_on: ActsOn, factor: &Factor| Term { acts_on, factors: vec![Factor::around(), factor.clone()] };
+    let of = |(acts_on, factors): &(ActsOn, Vec<Factor>)| -> Vec<Term> {
+        factors.iter().filter(presses).map(|factor| times(*acts_on, factor)).collect()
+    };
+    libraries.iter().flat_map(of).collect()
+}
+
 /// The laws with what they would gain, best first.
 fn screened(setting: &Setting<'_>, base: &Tried, terms: Vec<Term>) -> Result<Vec<Ranked>, DiagnosisError> {
     let mut ranked = Vec::new();
@@ -178,7 +198,7 @@ fn screened(setting: &Setting<'_>, base: &Tried, terms: Vec<Term>) -> Result<Vec
             .filter_map(|(index, term)| Some((candidate(setting, term, &format!("screened-{index}"))?, term)))
             .collect();
         let candidates: Vec<Candidate> = able.iter().map(|(candidate, _)| candidate.clone()).collect();
-        for of in screen(setting, &candidates, &base.fitted)?.ranked {
+        for of in screen_with(setting, &candidates, &base.fitted, AtBounds::ComeBack)?.ranked {
             let term = able.iter().find(|(candidate, _)| candidate.id == of.member.candidate.id);
             if let Some((_, term)) = term {
                 ranked.push(Ranked { term: (*term).clone(), gain: of.gain, member: of.member });

@@ -49,6 +49,11 @@ impl Searched {
         Ok(kept.map(|kept| Self { begin, without_laws, bare, kept }))
     }
 
+    /// Whether they leave no more than noise.
+    fn leaves_noise(&self, judged: &Judgement<'_>) -> bool {
+        is_noise(&structure(&judged.setting, &self.kept.after))
+    }
+
     /// Whether these laws, found without causes, leave no more than noise and serve better than causes and `laws` beside them, which leave
     /// `left`.
     fn serves_better(
@@ -59,7 +64,7 @@ impl Searched {
     ) -> bool {
         let setting = &judged.setting;
         // Laws that leave something unexplained are no better known than the causes.
-        if !is_noise(&structure(setting, &self.kept.after)) {
+        if !self.leaves_noise(judged) {
             return false;
         }
         let part = part_left_as_fitted(setting, left, &self.kept.after, judged.seed);
@@ -75,6 +80,12 @@ impl Searched {
 fn is_better((alone, bends): (usize, bool), (causes, laws): (usize, usize), part: &Part) -> bool {
     let as_good = laws > 0 && !bends && part.ratio <= HARDLY_MORE;
     alone < causes + laws && (as_good || part.ratio <= MOST_LEFT && part.ci95[1] < 1.0)
+}
+
+/// Whether laws that are searched for from `bare` on, without causes, leave no more than noise.
+pub(crate) fn alone_leave_noise(judged: &Judgement<'_>, bare: Point) -> Result<bool, DiagnosisError> {
+    let found = Searched::from(judged, bare, &judged.before)?;
+    Ok(found.is_some_and(|found| found.leaves_noise(judged)))
 }
 
 /// The laws found from `begin` on, or those found from `bare` on, the same without causes, where these serve better. `before` is what the

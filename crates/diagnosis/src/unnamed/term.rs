@@ -90,8 +90,13 @@ impl Term {
 
     /// The expression, and its amplitudes' names.
     fn expression(&self) -> (String, Vec<&'static str>) {
+        // What all parts share stands once: a formula has room for so many operations.
+        let (shared, several): (Vec<&Factor>, Vec<&Factor>) =
+            self.factors.iter().partition(|factor| factor.texts.len() == 1);
+        let shared: String =
+            shared.iter().flat_map(|factor| &factor.texts).map(|text| format!("*{text}")).collect();
         let mut products = vec![String::new()];
-        for factor in &self.factors {
+        for factor in several {
             let with = |product: &String| {
                 let product = product.clone();
                 factor.texts.iter().map(move |text| format!("{product}*{text}"))
@@ -101,7 +106,13 @@ impl Term {
         let names: Vec<&str> = AMPLITUDES.into_iter().take(products.len()).collect();
         let parts: Vec<String> =
             names.iter().zip(&products).map(|(name, product)| format!("{name}{product}")).collect();
-        (parts.join(" + "), names)
+        let sum = parts.join(" + ");
+        let text = match parts.len() {
+            1 => format!("{sum}{shared}"),
+            _ if shared.is_empty() => sum,
+            _ => format!("({sum}){shared}"),
+        };
+        (text, names)
     }
 
     /// The law by this name, to be fitted; `None` for one that is too long to be run in a cycle.
@@ -183,7 +194,7 @@ mod tests {
     fn products_have_an_amplitude_for_each_part_with_its_unit() {
         let of = term(ActsOn::Torque, &[pressure(), Factor::harmonic(2)]);
         let (text, names) = of.expression();
-        assert_eq!(text, "a*(pressure_drop/1e6)*cos(2*angle) + b*(pressure_drop/1e6)*sin(2*angle)");
+        assert_eq!(text, "(a*cos(2*angle) + b*sin(2*angle))*(pressure_drop/1e6)");
         assert_eq!((names.len(), of.amplitudes()), (2, 2));
         assert_eq!(of.unit(), "N*m/MPa");
         assert_eq!(term(ActsOn::Level, &[pressure(), speed()]).unit(), "1/MPa/(rad/s)");
