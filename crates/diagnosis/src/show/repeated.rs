@@ -119,7 +119,7 @@ mod tests {
         let wrongly = (0..200).filter(|seed| runs(*seed, 20.0, |_| 0.0).unwrap().1 < CHANCE).count();
         assert!(wrongly <= 8, "{wrongly} of 200 by chance, with one in a hundred wanted");
         for seed in 0..20 {
-            let (explained, p_value) = runs(seed, 20.0, |time| (-time / 0.2).exp()).unwrap();
+            let (explained, p_value) = runs(seed, 20.0, |time| 4.0 * (-time / 0.1).exp()).unwrap();
             assert!(p_value < CHANCE && explained > 0.02 * 8000.0, "seed {seed}: {explained} {p_value}");
         }
     }

@@ -15,10 +15,9 @@ pub(crate) fn goes_by_time(term: &Term) -> bool {
 
 /// The conditions, as the tests of a residual call them, that only rose, or only fell, from run to run.
 pub(crate) fn passed_once(campaign: &Campaign) -> Vec<&'static str> {
-    let conditions: [(&str, fn(&Driven) -> &[f64]); 2] =
-        [("pressure", Driven::pressure_pa), ("temperature", Driven::temperature_c)];
-    let once = conditions.into_iter().filter(|(_, of)| goes_one_way(&levels(campaign, *of)));
-    once.map(|(name, _)| name).collect()
+    let once = |of: fn(&Driven) -> &[f64]| goes_one_way(&levels(campaign, of));
+    let conditions = [("pressure", once(Driven::pressure_pa)), ("temperature", once(Driven::temperature_c))];
+    conditions.into_iter().filter(|(_, once)| *once).map(|(name, _)| name).collect()
 }
 
 /// The mean of a condition in each run that has it, in the runs' order.
