@@ -26,9 +26,10 @@ use crate::outcome::{
 };
 use crate::show::geared::order_of_a_gear;
 use crate::show::observe::{runs_differ, speed_with_pressure, torque};
+use crate::show::repeated::is_repeated;
 use crate::show::residual::PieceResidual;
 use crate::show::spectrum::spectrum;
-use crate::show::structure::{Structure, orders, structure};
+use crate::show::structure::{Structure, depends, orders, structure};
 use crate::show::tone::{Tone, tone as show_tone};
 use crate::show::whiteness::{is_rounding, whiteness};
 use crate::unnamed::{Extended, unnamed};
@@ -38,6 +39,8 @@ use valve_model::{Effect, EffectId, Model};
 /// Advice after a search that was ended early.
 const AGAIN: &str = "The search was ended before it came to its end. Say what is known, so that less has to be searched: numbers of the \
                      model (--fix), the noise (--noise), a law that you suspect (--hypothesis); or leave out runs that are like others (--exclude).";
+/// What is left where noise would not do so.
+const REPEATED: &str = "What is left takes the same course in every run over the time since its beginning: look for what begins anew with each run.";
 /// Causes that are not accepted are reported as nearest if they remove more than this share of the excess over noise.
 const MOST_OF_IT: f64 = 0.5;
 
@@ -370,6 +373,10 @@ fn observations(
     let mut said = speed_with_pressure(campaign);
     if differ {
         said.extend(runs_differ(campaign, after, judged.scatter_of_zeros_nm()?));
+    }
+    // What depends on a recorded quantity repeats itself with that.
+    if open && !depends(structure) && is_repeated(&judged.setting, after) {
+        said.push(REPEATED.to_owned());
     }
     Ok(said)
 }
