@@ -91,6 +91,21 @@ fn a_runtime_folder_that_is_not_ours_alone_is_refused() {
 }
 
 #[test]
+fn a_start_that_fails_leaves_no_lock() {
+    let place = TestPlace::new();
+    let base = place.path("runtime/stepvalve");
+    let folder = base.join(NAME);
+    std::fs::create_dir(&base).unwrap();
+    std::fs::set_permissions(&base, PermissionsExt::from_mode(0o700)).unwrap();
+    std::fs::create_dir(place.path("elsewhere")).unwrap();
+    symlink(place.path("elsewhere"), &folder).unwrap();
+    let run = Finished::from(spawn(&place, "out").wait_with_output().unwrap());
+    assert!(run.code != Some(0) && run.stderr.contains("is a link"), "{}", run.stderr);
+    let lock = stepvalve_tests::shared_memory_prefix(&folder).replacen("stepvalve", "stepvalve-lock", 1);
+    assert!(!Path::new("/dev/shm").join(&lock).exists(), "{lock}");
+}
+
+#[test]
 fn files_of_other_users_keep_nothing_from_starting() {
     if !is_root() {
         skip_on_this_machine("only root can make files of other users");

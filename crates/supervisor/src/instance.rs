@@ -69,13 +69,14 @@ impl Instance {
             BesideMemory::Held if is_held(&folder.join("supervisor.lock")) => return Err(taken("")),
             BesideMemory::Held => return Err(taken(", though its runtime folder was removed")),
         };
-        sweep(&base, &folder);
-        make_private(&folder)?;
-        let supervisor = lock(&folder.join("supervisor.lock"))?.ok_or_else(|| taken(""))?;
-        open_lock(&folder.join("members.lock"))?;
-        wait_for_members(&folder)?;
-        wipe_generations(&folder)?;
-        Ok(Self { folder, _supervisor: supervisor, name })
+        match prepared(&base, &folder).and_then(|lock| lock.ok_or_else(|| taken(""))) {
+            Ok(supervisor) => Ok(Self { folder, _supervisor: supervisor, name }),
+            Err(failure) => {
+                // Held: so it is ours.
+                let _ = name.map(|_held| std::fs::remove_file(name_lock(&folder)));
+                Err(failure)
+            }
+        }
     }
 
     /// The file that every process of the generation shares a lock on.
@@ -131,6 +132,17 @@ impl Drop for Instance {
             let _ = self.name.as_ref().map(|_| std::fs::remove_file(name_lock(&self.folder)));
         }
     }
+}
+
+/// Makes the instance's folder, and removes what earlier ones left. The supervisor's lock, `None` where another holds it.
+fn prepared(base: &Path, folder: &Path) -> Result<Option<File>, Failure> {
+    sweep(base, folder);
+    make_private(folder)?;
+    let Some(supervisor) = lock(&folder.join("supervisor.lock"))? else { return Ok(None) };
+    open_lock(&folder.join("members.lock"))?;
+    wait_for_members(folder)?;
+    wipe_generations(folder)?;
+    Ok(Some(supervisor))
 }
 
 /// Where the services of a running instance are to be found.
