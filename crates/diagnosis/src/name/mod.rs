@@ -5,6 +5,7 @@ pub(crate) mod exchange;
 pub(crate) mod fine;
 pub(crate) mod forms;
 pub(crate) mod late;
+pub(crate) mod own;
 pub(crate) mod pair;
 pub(crate) mod prune;
 pub(crate) mod refine;

@@ -76,7 +76,8 @@ fn best_pair(first: &Screening<'_>, greedy: Option<EffectId>) -> Option<[Member;
     let is_greedy =
         |place: &Place| candidates.get(place.candidate).is_some_and(|candidate| Some(candidate.id) == greedy);
     let gain = |(_, one, two): &(f64, &Place, &Place)| {
-        let columns: Vec<usize> = tally.own.iter().chain(&one.columns).chain(&two.columns).copied().collect();
+        let columns: Vec<usize> =
+            tally.own.columns.iter().chain(&one.columns).chain(&two.columns).copied().collect();
         tally.left(&columns).map_or(f64::NEG_INFINITY, |left| tally.base - left)
     };
     let (with, without): (Vec<_>, Vec<_>) =
@@ -96,13 +97,13 @@ fn best_pair(first: &Screening<'_>, greedy: Option<EffectId>) -> Option<[Member;
 /// The weighted sum of squares that the columns of these places explain beside the accepted causes, and their coefficients.
 fn explained(first: &Screening<'_>, places: &[&Place]) -> Option<(f64, Vec<f64>)> {
     let of_places = places.iter().flat_map(|place| &place.columns);
-    let columns: Vec<usize> = first.tally.own.iter().chain(of_places).copied().collect();
+    let columns: Vec<usize> = first.tally.own.columns.iter().chain(of_places).copied().collect();
     if columns.is_empty() {
         return Some((0.0, Vec::new()));
     }
     let (beta, _) = solve(&first.tally.total, &columns)?;
     let (_, by_residual) = first.tally.total.part(&columns);
-    Some((beta.dot(&by_residual), beta.iter().skip(first.tally.own.len()).copied().collect()))
+    Some((beta.dot(&by_residual), beta.iter().skip(first.tally.own.columns.len()).copied().collect()))
 }
 
 /// The parameters of both for the coefficients `betas`; `None` if they are out of bounds.

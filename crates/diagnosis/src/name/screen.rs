@@ -3,13 +3,14 @@
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Probe};
 use crate::extend::catalogue::{high_orders, look_for_orders, takes_orders};
-use crate::extend::hypothesis::{Hypothesis, Member};
+use crate::extend::hypothesis::Member;
 use crate::extend::stroke::{tells_apart, turns};
 use crate::fit::equations::{Column, Point, Setting, by_group};
 use crate::fit::gauss_newton::{Fitted, sum};
 use crate::fit::law_column::LawColumn;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
+use crate::name::own::{AtBounds, Own};
 use crate::numerics::gram::{Gram, HeldOut, leave_out, solve};
 use crate::numerics::loss::Loss;
 use crate::show::geared::is_over_the_angle;
@@ -56,16 +57,6 @@ impl Screening<'_> {
     pub fn ranking(&self) -> Vec<(EffectId, f64)> {
         self.ranked.iter().map(|of| (of.member.candidate.id, of.gain)).collect()
     }
-}
-
-/// What the screening lets numbers do that are at their bounds. None moves on: that would promise what no fit can keep, and leave nothing to
-/// any candidate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum AtBounds {
-    /// They stay, as beside a cause: it is what they were moved for that it competes with.
-    Stay,
-    /// They come back beside a candidate that does better what they were moved for, as a law does that no cause came near.
-    ComeBack,
 }
 
 /// Screens every candidate that is not accepted yet; numbers at their bounds stay there.
@@ -220,35 +211,6 @@ fn probe_column(
     Some(Column::Simulated(ready, if probe.jump { 1.0 } else { step }))
 }
 
-/// The columns of the numbers that are free already.
-struct Own {
-    columns: Vec<usize>,
-    /// Those at their bounds that may come back.
-    at_bound: Vec<AtBound>,
-}
-
-struct AtBound {
-    column: usize,
-    /// The sign of the changes that it can't make.
-    outward: f64,
-    of: Option<EffectId>,
-}
-
-impl Own {
-    /// Of the first `width` numbers of a hypothesis.
-    fn of(hypothesis: &Hypothesis, width: usize, at_bounds: AtBounds) -> Self {
-        let (mut columns, mut at_bound) = (Vec::new(), Vec::new());
-        for (column, free) in hypothesis.free().into_iter().take(width).enumerate() {
-            match hypothesis.outward(free) {
-                None => columns.push(column),
-                Some(outward) => at_bound.push(AtBound { column, outward, of: hypothesis.id_of(free) }),
-            }
-        }
-        at_bound.retain(|_| at_bounds == AtBounds::ComeBack);
-        Self { columns, at_bound }
-    }
-}
-
 /// The normal equations of all columns, and the held-out error of any subset of them.
 pub(crate) struct Tally<'a> {
     loss: Loss,
@@ -258,9 +220,7 @@ pub(crate) struct Tally<'a> {
     /// Their sum.
     pub total: Gram,
     folds: &'a [usize],
-    /// The columns of the numbers that are free already, but for those at their bounds.
-    pub own: Vec<usize>,
-    at_bound: Vec<AtBound>,
+    pub own: Own,
     /// Held-out RMS with those alone, relative to the noise.
     pub base: f64,
 }
@@ -270,9 +230,8 @@ impl<'a> Tally<'a> {
         let loss = setting.loss();
         let weighted = loss.weighted(&groups);
         let (total, folds) = (sum(&weighted), &setting.campaign.fold_of);
-        let Own { columns: own, at_bound } = own;
-        let mut tally = Self { loss, groups, weighted, total, folds, own, at_bound, base: f64::INFINITY };
-        tally.base = tally.left(&tally.own).unwrap_or(f64::INFINITY);
+        let mut tally = Self { loss, groups, weighted, total, folds, own, base: f64::INFINITY };
+        tally.base = tally.left(&tally.own.columns).unwrap_or(f64::INFINITY);
         tally
     }
 
@@ -280,25 +239,6 @@ impl<'a> Tally<'a> {
     pub fn left(&self, columns: &[usize]) -> Option<f64> {
         leave_out(&self.weighted, &self.groups, self.folds, columns)
             .map(|held| self.loss.rms(held.each(&self.groups)))
-    }
-
-    /// The columns that are free already, with those at their bounds that come back beside the columns of a candidate.
-    fn own_beside(&self, candidate: EffectId, columns: &[usize]) -> Vec<usize> {
-        let mut back: Vec<&AtBound> = self.at_bound.iter().filter(|of| of.of != Some(candidate)).collect();
-        loop {
-            let own = || self.own.iter().copied().chain(back.iter().map(|of| of.column));
-            let all: Vec<usize> = own().chain(columns.iter().copied()).collect();
-            let beta = if back.is_empty() { None } else { solve(&self.total, &all) };
-            let Some((beta, _)) = beta else { return own().collect() };
-            let moved = beta.iter().skip(self.own.len());
-            let comes_back: Vec<bool> =
-                back.iter().zip(moved).map(|(of, change)| change * of.outward < 0.0).collect();
-            if comes_back.iter().all(|back| *back) {
-                return own().collect();
-            }
-            let mut kept = comes_back.into_iter();
-            back.retain(|_| kept.next() == Some(true));
-        }
     }
 
     /// RMS once the columns change by `beta`, relative to the noise.
@@ -369,7 +309,7 @@ fn screen_plain(candidate: &Candidate, places: &[&Place], tally: &Tally<'_>) -> 
     }
     let mut best: Option<(f64, Member)> = None;
     for place in places {
-        let own = tally.own_beside(candidate.id, &place.columns);
+        let own = tally.own.beside(&tally.total, candidate.id, &place.columns);
         let columns: Vec<usize> = own.iter().chain(&place.columns).copied().collect();
         let Some(left) = tally.left(&columns) else { continue };
         let Some((beta, _)) = solve(&tally.total, &columns) else { continue };
@@ -425,7 +365,7 @@ fn screen_series(
         let first = candidate.probes.get(place.probe).and_then(|probe| probe.columns.first());
         first.map_or(0, |(number, _)| number / 2 + 1)
     };
-    let mut columns = tally.own.clone();
+    let mut columns = tally.own.columns.clone();
     let (mut taken, mut reached): (Vec<&Place>, f64) = (Vec::new(), tally.base);
     let mut first_cut = 0.0;
     loop {
@@ -459,7 +399,7 @@ fn screen_series(
     let (beta, _) = solve(&tally.total, &columns)?;
     let mut numbers = candidate.neutral();
     let mut free: Vec<usize> = Vec::new();
-    let betas: Vec<f64> = beta.iter().skip(tally.own.len()).copied().collect();
+    let betas: Vec<f64> = beta.iter().skip(tally.own.columns.len()).copied().collect();
     for (place, pair) in taken.iter().zip(betas.chunks(2)) {
         let columns = candidate.probes.get(place.probe).map_or(&[][..], |probe| &probe.columns);
         for ((at, _), value) in columns.iter().zip(pair) {
