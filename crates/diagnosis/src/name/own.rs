@@ -35,10 +35,12 @@ impl Own {
         for (column, free) in hypothesis.free().into_iter().take(width).enumerate() {
             match hypothesis.outward(free) {
                 None => columns.push(column),
-                Some(outward) => at_bound.push(AtBound { column, outward, of: hypothesis.id_of(free) }),
+                Some(outward) if at_bounds == AtBounds::ComeBack => {
+                    at_bound.push(AtBound { column, outward, of: hypothesis.id_of(free) });
+                }
+                Some(_) => {}
             }
         }
-        at_bound.retain(|_| at_bounds == AtBounds::ComeBack);
         Self { columns, at_bound }
     }
 

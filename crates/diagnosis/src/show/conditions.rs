@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::fit::equations::{Point, Setting};
+use crate::log::campaign::Campaign;
 use crate::log::driven::Driven;
 use crate::numerics::statistics::{CHANCE, holm, standardised};
 use crate::show::residual::{OwnZero, zeros_of_runs};
@@ -51,16 +52,19 @@ fn runs_of(setting: &Setting<'_>, point: &Point) -> Result<Vec<(OwnZero, Conditi
     Ok(zeros.into_iter().map(|(run, zero)| (zero, conditions(setting, run))).collect())
 }
 
+/// The mean of a channel over a run's pieces; `None` where it was not recorded.
+pub(crate) fn mean_in_run(campaign: &Campaign, run: usize, of: fn(&Driven) -> &[f64]) -> Option<f64> {
+    let pieces = campaign.pieces.iter().filter(|piece| piece.run == run);
+    let (sum, count) = pieces
+        .flat_map(|piece| of(&piece.driven))
+        .filter(|value| value.is_finite())
+        .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
 /// The means over a run's pieces; 0 throughout for a channel that was not recorded.
 fn conditions(setting: &Setting<'_>, run: usize) -> Conditions {
-    let mean = |of: fn(&Driven) -> &[f64]| {
-        let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
-        let (sum, count) = pieces
-            .flat_map(|piece| of(&piece.driven))
-            .filter(|value| value.is_finite())
-            .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-        sum / f64::max(count, 1.0)
-    };
+    let mean = |of: fn(&Driven) -> &[f64]| mean_in_run(setting.campaign, run, of).unwrap_or(0.0);
     let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
     let last_s = pieces.filter_map(|piece| piece.driven.time_s().last().copied()).fold(f64::MIN, f64::max);
     Conditions {

@@ -40,13 +40,17 @@ pub(crate) fn library(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> 
     factors
 }
 
+/// Whether a quantity only grows while the log is made.
+pub(crate) fn drifts(of: Covariate) -> bool {
+    matches!(of, Covariate::Time | Covariate::Distance)
+}
+
 /// Whether a law that acts on this may be a function of a quantity. A torque that only follows the clock, the distance or the rest can't be told
 /// from a transducer's zero that drifts, nor can friction that follows the first two where all motion goes one way.
 pub(crate) fn may_depend(acts_on: ActsOn, of: Covariate, facts: &Facts) -> bool {
-    let drifts = matches!(of, Covariate::Time | Covariate::Distance);
     match acts_on {
-        ActsOn::Torque => !drifts && of != Covariate::TimeAtRest,
-        ActsOn::Level | ActsOn::Viscous => !drifts || facts.excitation.both_ways,
+        ActsOn::Torque => !drifts(of) && of != Covariate::TimeAtRest,
+        ActsOn::Level | ActsOn::Viscous => !drifts(of) || facts.excitation.both_ways,
     }
 }
 

@@ -2,15 +2,16 @@
 
 use crate::log::campaign::Campaign;
 use crate::log::driven::Driven;
+use crate::show::conditions::mean_in_run;
+use crate::unnamed::library::drifts;
 use crate::unnamed::term::Term;
-use valve_model::Covariate;
 
 /// A level that is nearer to an earlier one than this part of the range is the same again.
 const SAME_PART: f64 = 0.1;
 
-/// Whether a law goes by what only grows.
+/// Whether a law goes by what only grows while the log is made.
 pub(crate) fn goes_by_time(term: &Term) -> bool {
-    term.covariates().any(|of| matches!(of, Covariate::Time | Covariate::Distance))
+    term.covariates().any(drifts)
 }
 
 /// The conditions, as the tests of a residual call them, that only rose, or only fell, from run to run.
@@ -22,13 +23,7 @@ pub(crate) fn passed_once(campaign: &Campaign) -> Vec<&'static str> {
 
 /// The mean of a condition in each run that has it, in the runs' order.
 fn levels(campaign: &Campaign, of: fn(&Driven) -> &[f64]) -> Vec<f64> {
-    let mean = |run: usize| {
-        let pieces = campaign.pieces.iter().filter(|piece| piece.run == run);
-        let values = pieces.flat_map(|piece| of(&piece.driven)).filter(|value| value.is_finite());
-        let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-        (count > 0.0).then_some(sum / count)
-    };
-    (0..campaign.runs.len()).filter_map(mean).collect()
+    (0..campaign.runs.len()).filter_map(|run| mean_in_run(campaign, run, of)).collect()
 }
 
 /// Whether levels change, and never come back.
