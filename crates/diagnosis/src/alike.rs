@@ -19,17 +19,27 @@ const HOPELESS: f64 = 1.5;
 /// An alternative is not tried if its linearised residual RMS exceeds that of the cause by more than this, in noise RMS.
 const FAR_OFF: f64 = 0.03;
 
-/// The fit of a cause beside the corrections, without the correction of the same parameter, if it leaves no more than noise.
+/// The fit of a cause beside the corrections, without the correction of the same parameter, in so many steps; `None` if it can't be predicted.
+pub(crate) fn with_member(
+    setting: &Setting<'_>,
+    corrected: &Fitted,
+    member: Member,
+    steps: usize,
+) -> Result<Option<Tried>, DiagnosisError> {
+    let hypothesis = corrected.point.hypothesis.with_uncorrected(member);
+    let begin = Point { hypothesis, starts: corrected.point.starts.clone() };
+    if_possible(Tried::from(setting, begin, steps))
+}
+
+/// The same, if it leaves no more than noise.
 pub(crate) fn if_noise_is_left(
     setting: &Setting<'_>,
     corrected: &Fitted,
     member: Member,
     hopeless: f64,
 ) -> Result<Option<Tried>, DiagnosisError> {
-    let hypothesis = corrected.point.hypothesis.with_uncorrected(member);
-    let begin = Point { hypothesis, starts: corrected.point.starts.clone() };
     // The prediction is nearly linear in such causes: if a few steps end far above noise, more steps would not reach it.
-    let Some(tried) = if_possible(Tried::from(setting, begin, FIRST_STEPS))? else { return Ok(None) };
+    let Some(tried) = with_member(setting, corrected, member, FIRST_STEPS)? else { return Ok(None) };
     if tried.rms > hopeless {
         return Ok(None);
     }

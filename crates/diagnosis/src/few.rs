@@ -1,13 +1,14 @@
 //! Whether no cause, or few, explain a log beside corrections of the model's numbers, and whether these stay beside what a full search finds.
 
 use crate::DiagnosisError;
-use crate::alike::{if_noise_is_left, twins_in_place_of};
+use crate::alike::{if_noise_is_left, twins_in_place_of, with_member};
 use crate::asked::Asked;
 use crate::corrected::{CORRECTING, with_corrections};
 use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
+use crate::log::piece::Piece;
 use crate::measure::doubt::{is_noise, leaves_noise};
 use crate::name::exchange::exchange;
 use crate::name::forms::MISFIT;
@@ -19,18 +20,22 @@ use crate::name::screen::screen;
 use crate::name::select::{Tell, nothing_yet, take_over};
 use crate::name::selection::{Round, Selection};
 use crate::name::simplify::simplify;
-use crate::name::tried::{EQUAL, NEARLY, Tried};
+use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::numbers::{have_one_factor, numbers_off};
 use crate::show::mains::mains;
-use crate::show::residual::{left, rms_left};
+use crate::show::residual::{PieceResidual, left};
 use crate::show::structure::structure;
 use crate::zeros::Reached;
+use log_data::quantile;
 use valve_model::EffectId;
 
 /// Causes that are searched for beside corrections.
 const FEW: usize = 2;
 /// A candidate whose predicted residual RMS, or that after its first steps, is more than this many times the noise is not fitted further.
 const HOPELESS: f64 = 1.5;
+
+/// The part of the samples whose residual stands for the size of all, in the channel's own unit: beyond its largest they count as that.
+const NOT_FAR_OUT: f64 = 0.98;
 
 /// Whether no cause, or few, explain the log beside corrections.
 pub(crate) enum Few {
@@ -250,8 +255,7 @@ fn beyond_tolerance(
     let late = EffectId::SensorDelay;
     let may_be_late = !found.is_empty() && setting.campaign.kind.residual_is_torque();
     if let Some(late) = able.iter().find(|candidate| candidate.id == late).filter(|_| may_be_late) {
-        let member = Member::new(late, late.neutral(), late.free.clone());
-        found.extend(if_noise_is_left(setting, corrected, member, hopeless)?.map(|tried| (late.id, tried)));
+        found.extend(late_alone(setting, late, corrected)?.map(|tried| (late.id, tried)));
     }
     found.retain(|(_, tried)| tried.rms < most);
     if most.is_finite() {
@@ -286,18 +290,50 @@ fn beyond_tolerance(
     Ok(Some(state))
 }
 
+/// A late transducer alone beside the corrections, in that of its forms that leaves less, if it leaves no more than noise. A torque is no straight line
+/// in a delay: the first steps tell little of where the fit ends.
+fn late_alone(
+    setting: &Setting<'_>,
+    late: &Candidate,
+    corrected: &Fitted,
+) -> Result<Option<Tried>, DiagnosisError> {
+    let mut best: Option<Tried> = None;
+    for probe in &late.probes {
+        let member = Member::new(late, probe.shape.clone(), late.free.clone());
+        let Some(tried) = with_member(setting, corrected, member, STEPS)? else { continue };
+        let is_less = best.as_ref().is_none_or(|best| tried.rms < best.rms);
+        if is_less && leaves_noise(setting, &tried.fitted)? {
+            best = Some(tried);
+        }
+    }
+    Ok(best)
+}
+
 /// Keeps what is better than the corrections, which leave noise, not only where the noise is least: it leaves no more on held-out runs in the
-/// channel's own unit either. No sensor is early: a lead explains nothing there.
+/// channel's own unit either, where single samples that stand far out, as a coarse encoder's do at a reversal, don't rule. No sensor is early: a lead
+/// explains nothing there.
 fn retain_better_in_units(
     setting: &Setting<'_>,
     corrected: &Fitted,
     found: &mut Vec<(EffectId, Tried)>,
 ) -> Result<(), DiagnosisError> {
-    let rms = |of: &Fitted| left(setting, &of.point).map(|left| rms_left(setting, &left, &|of| of.hold_out));
-    let most = rms(corrected)?;
+    let held_out = |of: &Fitted| {
+        let left = left(setting, &of.point)?;
+        let pieces = setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.hold_out);
+        let counted = |(piece, left): (&Piece, PieceResidual)| {
+            let samples = left.residual.into_iter().zip(piece.weights.clone());
+            samples.filter(|(_, weight)| *weight > 0.0).map(|(value, _)| value.abs()).collect::<Vec<f64>>()
+        };
+        Ok::<Vec<f64>, DiagnosisError>(pieces.flat_map(counted).collect())
+    };
+    let mut sizes = held_out(corrected)?;
+    sizes.sort_by(f64::total_cmp);
+    let far = quantile(&sizes, NOT_FAR_OUT).unwrap_or(0.0);
+    let square = |sizes: &[f64]| sizes.iter().map(|size| size.min(far).powi(2)).sum::<f64>();
+    let most = square(&sizes);
     let mut better = Vec::new();
     for (id, tried) in found.drain(..) {
-        if !tried.fitted.point.hypothesis.has_lead() && rms(&tried.fitted)? <= most {
+        if !tried.fitted.point.hypothesis.has_lead() && square(&held_out(&tried.fitted)?) <= most {
             better.push((id, tried));
         }
     }

@@ -7,6 +7,7 @@ use crate::few::{Few, few, few_stay};
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::found::Event;
+use crate::in_place::zeros_in_place;
 use crate::log::noise::NoiseLevel;
 use crate::log::piece::Piece;
 use crate::measure::doubt::leaves_noise;
@@ -18,7 +19,8 @@ use crate::show::conditions::go_by_conditions;
 use crate::show::residual::{Jumps, left_with, rms_left, settled};
 use crate::show::structure::structure;
 use crate::zeros::{
-    same_causes_with_zeros, with_zeros_by_run, zeros_are_about_none, zeros_belong, zeros_explain,
+    same_causes_with_zeros, with_zeros_by_run, without_common_zero, zeros_are_about_none,
+    zeros_are_plausible, zeros_belong, zeros_explain,
 };
 use valve_model::EffectId;
 
@@ -50,7 +52,9 @@ pub(crate) fn judge<'a>(
         let found = self::few(&with_zeros, asked, (&fitted.0, fitted.1.as_ref()), None, &mut |_| {})?;
         let belong = match &found {
             Few::Found(found) => {
-                zeros_explain(found, without, asked.corrections) && zeros_are_about_none(&with_zeros, found)?
+                zeros_explain(found, without, asked.corrections)
+                    && zeros_are_about_none(&with_zeros, found)?
+                    && zeros_are_plausible(&with_zeros, &found.fitted.point)?
             }
             Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
             Few::Not(None) => false,
@@ -85,7 +89,12 @@ pub(crate) fn judge<'a>(
         }
     };
     tell(Event::Step("measuring the gain"));
-    judgement(setting, noise, (selection, corrected), &begun, asked)
+    let judged = judgement(setting, noise, (selection, corrected), &begun, asked)?;
+    let Some((with_zeros, fewer)) = zeros_in_place(&judged, asked)? else { return Ok(judged) };
+    let first = without_common_zero(asked.first, with_zeros.nuisances);
+    let asked = Asked { first: &first, ..asked };
+    let (given, corrected) = given_and_corrected(&with_zeros, asked)?;
+    judgement(with_zeros, noise, (fewer, corrected), &given.point, asked)
 }
 
 /// The given model with its fitted start, and with corrections within their tolerance; see [`within_tolerance`].

@@ -21,6 +21,7 @@ mod fit;
 mod fixtures;
 mod found;
 mod identify;
+mod in_place;
 mod judge;
 mod left_out;
 mod log;

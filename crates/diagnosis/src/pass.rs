@@ -142,13 +142,13 @@ fn search(
     }
     let nuisances = judged.setting.nuisances;
     let zero_nm = nuisances.zero_nm.max(judged.zero_from_run_to_run(&judged.selection.fitted)?);
-    let judged = if zero_nm == nuisances.zero_nm {
-        judged
+    let (judged, nuisances) = if zero_nm == nuisances.zero_nm {
+        (judged, nuisances)
     } else {
         tell(Event::Again("once more, with a zero of the torque that differs from run to run"));
         let nuisances = Nuisances { zero_nm, ..nuisances };
         let setting = Setting { nuisances, ..setting };
-        judge(setting, noise, asked, Some(&judged.selection), tell)?
+        (judge(setting, noise, asked, Some(&judged.selection), tell)?, nuisances)
     };
     let found =
         if judged.leaves_less_than(QUIETER)? { Some(judged.selection.fitted.point.clone()) } else { None };

@@ -69,6 +69,9 @@ pub(crate) fn same_causes_with_zeros(
     }
     // One of them may have stood in for the zeros.
     drop_idle(with_zeros, &mut same)?;
+    if !zeros_are_plausible(with_zeros, &same.fitted.point)? {
+        return Ok(None);
+    }
     same.begin_from(&nothing_yet(with_zeros, given.clone()));
     Ok(Some(same))
 }
@@ -81,7 +84,7 @@ fn runs_differ(setting: &Setting<'_>, left: &[PieceResidual]) -> bool {
 }
 
 /// A point from which zeros of each run are fitted in place of a common one.
-fn without_common_zero(point: &Point, nuisances: Nuisances) -> Point {
+pub(crate) fn without_common_zero(point: &Point, nuisances: Nuisances) -> Point {
     let mut point = point.clone();
     if nuisances.angle_zero {
         point.hypothesis.zero_rad = None;
@@ -102,9 +105,13 @@ pub(crate) fn zeros_belong(
     if zero_nm == 0.0 || !without.is_some_and(pay) {
         return Ok(false);
     }
-    let zeros = own_zeros(setting, &with_zeros.fitted.point)?;
-    Ok(rms_of_zeros(&zeros) < PLAUSIBLE * zero_nm
-        && (shows_zeros(setting.campaign) || are_about_none(&zeros)))
+    Ok(zeros_are_plausible(setting, &with_zeros.fitted.point)? && zeros_are_about_none(setting, with_zeros)?)
+}
+
+/// Whether offsets of each run are as small as zeros are.
+pub(crate) fn zeros_are_plausible(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
+    let zero_nm = setting.nuisances.zero_nm;
+    Ok(zero_nm == 0.0 || rms_of_zeros(&own_zeros(setting, point)?) < PLAUSIBLE * zero_nm)
 }
 
 /// Whether offsets of each run scatter about none, as zeros do. Where runs go one way each, one offset of them all, or friction that the model has
@@ -154,7 +161,7 @@ pub(crate) fn zeros_explain(
 
 /// Adds an offset of each run to the nuisance parameters, unless the log says how its runs' zeros are related. The prior of a torque's offsets
 /// is the tolerance of the model's own. In runs that all go one way it is an offset of friction just as well.
-fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
+pub(crate) fn zeros_by_run(setting: &Setting<'_>, corrections: &[Correction]) -> Nuisances {
     let campaign = setting.campaign;
     let mut nuisances = setting.nuisances;
     if campaign.angle_zero == Some(AngleZero::Common) {

@@ -17,6 +17,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub(crate) struct Spread {
     pub covariance: DMatrix<f64>,
     pub half_width: f64,
+    /// Degrees of freedom of what the groups scatter by: one less than the groups.
+    freedom: f64,
+    /// Whether each variance is that of the noise and the priors, which are known: the groups scatter by less.
+    known: Vec<bool>,
     /// The part of each variance that only numbers of the same cause bring, which were left out: its exponent, its time constant.
     own_shape: Vec<f64>,
 }
@@ -25,6 +29,20 @@ pub(crate) struct Spread {
 const AGAIN: u64 = 3;
 
 impl Spread {
+    /// A covariance with so many degrees of freedom.
+    pub fn of(covariance: DMatrix<f64>, freedom: f64) -> Self {
+        let half_width = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
+        let known = vec![false; covariance.nrows()];
+        Self { covariance, half_width, freedom, known, own_shape: Vec::new() }
+    }
+
+    /// Degrees of freedom of the covariance of these numbers: any number of them where it does not come from the groups' scatter.
+    pub fn freedom_of(&self, places: &[usize]) -> f64 {
+        const MANY: f64 = 1e6;
+        let is_known = |place: &usize| self.known.get(*place).copied().unwrap_or(false);
+        if places.iter().all(is_known) { MANY } else { self.freedom }
+    }
+
     /// Adds the effect of errors in the measured motion. If the motion is sampled and smoothed again, it differs from the
     /// measured one about as much as that differs from the true one (simulation-extrapolation: Cook and Stefanski, J. Am. Stat.
     /// Assoc. 89, 1994), and the numbers change accordingly. Those of one cause change together: an amplitude and a time constant that make up for
@@ -67,16 +85,27 @@ impl Spread {
 
     /// The conditional standard deviation of a number, given the numbers at `given`, and the numbers of its cause that were left out.
     pub fn deviation_given(&self, place: usize, given: &[usize]) -> f64 {
+        self.covariance_given(&[place], given)[(0, 0)].sqrt()
+    }
+
+    /// The conditional covariance of the numbers at `places`, given those at `given`, and the numbers of their causes that were left out.
+    pub fn covariance_given(&self, places: &[usize], given: &[usize]) -> DMatrix<f64> {
         let shape = |row: usize| self.own_shape.get(row).copied().unwrap_or(0.0);
         let at = |row: usize, column: usize| {
             self.covariance[(row, column)] - if row == column { shape(row) } else { 0.0 }
         };
-        let own = at(place, place).max(0.0);
-        let count = given.len();
-        let inner = DMatrix::from_fn(count, count, |row, column| at(given[row], given[column]));
-        let beside = DVector::from_fn(count, |row, _| at(given[row], place));
-        let shared = invert(inner).map_or(0.0, |inverse| (beside.transpose() * inverse * &beside)[(0, 0)]);
-        (own - shared).clamp(0.0, own).sqrt()
+        let of = |rows: &[usize], columns: &[usize]| {
+            DMatrix::from_fn(rows.len(), columns.len(), |row, column| at(rows[row], columns[column]))
+        };
+        let own = of(places, places);
+        let beside = of(given, places);
+        let shared = invert(of(given, given)).map(|inverse| beside.transpose() * inverse * &beside);
+        let mut left = shared.map_or_else(|| own.clone(), |shared| &own - shared);
+        for place in 0..places.len() {
+            let most = own[(place, place)].max(0.0);
+            left[(place, place)] = left[(place, place)].clamp(0.0, most);
+        }
+        left
     }
 
     /// Adds the uncertainty of model selection: if a weak harmonic or an exponent was left out, the other numbers absorb it.
@@ -203,16 +232,14 @@ pub(crate) fn spread(fitted: &Fitted, loss: Loss) -> Option<Spread> {
     clustered += &white * prior * &white;
     // Never better than white noise allows.
     let mut covariance = clustered;
+    let mut known = Vec::new();
     for i in 0..covariance.nrows() {
         let least = white[(i, i)];
-        if covariance[(i, i)] < least {
-            covariance[(i, i)] = least;
-        }
+        known.push(covariance[(i, i)] < least);
+        covariance[(i, i)] = covariance[(i, i)].max(least);
     }
     within_tolerance(&fitted.point.hypothesis, &mut covariance);
-    let freedom = (count - 1.0).max(1.0);
-    let half_width = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
-    Some(Spread { covariance, half_width, own_shape: Vec::new() })
+    Some(Spread { known, ..Spread::of(covariance, (count - 1.0).max(1.0)) })
 }
 
 /// Caps each correction's standard error at its prior tolerance.
@@ -310,7 +337,7 @@ mod tests {
     #[test]
     fn what_two_numbers_share_is_none_of_one_if_the_other_is_known() {
         let covariance = DMatrix::from_row_slice(2, 2, &[1.0, 0.96, 0.96, 1.0]);
-        let mut spread = Spread { covariance, half_width: 2.0, own_shape: Vec::new() };
+        let mut spread = Spread::of(covariance, 9.0);
         assert!((spread.deviation_given(0, &[]) - 1.0).abs() < 1e-12);
         assert!((spread.deviation_given(0, &[1]) - 0.28).abs() < 1e-6);
         spread.own_shape = vec![0.75];

@@ -2,20 +2,21 @@
 #![allow(clippy::indexing_slicing, reason = "matrices are indexed by their own sizes")]
 
 use crate::DiagnosisError;
-use crate::extend::candidate::{Candidate, Map, Parameter};
+use crate::extend::candidate::{Candidate, Parameter};
 use crate::extend::hypothesis::{Free, Hypothesis, Member};
-use crate::extend::tolerance::is_held;
 use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::doubt::leaves_noise;
 use crate::measure::judgement::Judgement;
+use crate::measure::significance::{is_number, may_be_none};
 use crate::name::fine::finer;
 use crate::name::threshold::FLOOR;
 use crate::numerics::loss::Loss;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, IN_MODEL, ParameterFound, Parameters};
 use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left};
+use crate::zeros::zeros_are_plausible;
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId, EffectValue, Model};
 
@@ -107,67 +108,20 @@ fn is_vague(
 ) -> bool {
     let Weighed { worth, acting, .. } = *weighed;
     let members = &kept.point.hypothesis.members;
-    let is_number = members.get(index).is_some_and(|member| is_number(judged, member.candidate.id));
+    let is_number =
+        members.get(index).is_some_and(|member| is_number(&judged.corrections, member.candidate.id));
+    let none = || {
+        let smooth = judged.setting.campaign.kind.smooth;
+        errors
+            .spread
+            .as_ref()
+            .is_some_and(|spread| may_be_none((&errors.hypothesis, spread), index, is_number, smooth))
+    };
     match (is_number, members.len()) {
-        (true, 2..) => worth < INDISPENSABLE_BESIDE || may_be_none(judged, kept, errors, index),
+        (true, 2..) => worth < INDISPENSABLE_BESIDE || none(),
         (true, _) if worth > INDISPENSABLE => false,
-        _ => acting < NEEDED || may_be_none(judged, kept, errors, index),
+        _ => acting < NEEDED || none(),
     }
-}
-
-/// Whether a cause is a parameter of the model, which has a tolerance.
-fn is_number(judged: &Judgement<'_>, id: EffectId) -> bool {
-    judged.corrections.iter().any(|correction| correction.id == id)
-}
-
-/// Factors in which the torque is linear.
-const IN_PROPORTION: [EffectId; 4] =
-    [EffectId::CoulombLevel, EffectId::ViscousLevel, EffectId::LoadInertia, EffectId::TorqueGain];
-
-/// True if all linear amplitudes of a member (torques and levels of a torque log, harmonics), or a parameter of the model, are within their
-/// 95 % interval of zero effect. Other numbers may have wide intervals however large the effect is.
-///
-/// The interval is conditional on the member's fitted shape (exponent, time constant). Whether an effect exists is another
-/// question than how it is divided between an amplitude and a shape that compensate each other.
-fn may_be_none(judged: &Judgement<'_>, kept: &Fitted, errors: &Errors, index: usize) -> bool {
-    let Some(member) = kept.point.hypothesis.members.get(index) else { return false };
-    let in_proportion = judged.setting.campaign.kind.smooth || member.candidate.series;
-    let Some(spread) = errors.spread.as_ref() else { return false };
-    if !in_proportion || member.candidate.id == EffectId::EncoderEccentricity {
-        return false;
-    }
-    let free = errors.hypothesis.free().into_iter().enumerate();
-    let own: Vec<(usize, usize)> = free
-        .filter_map(|(place, free)| match free {
-            Free::Number(of, number) if of == index => Some((place, number)),
-            _ => None,
-        })
-        .collect();
-    let own_number = is_number(judged, member.candidate.id);
-    let is_amplitude = |number: usize| {
-        member.candidate.parameters.get(number).is_some_and(|of| {
-            let is_factor = IN_PROPORTION.contains(&member.candidate.id) || own_number;
-            of.map == Map::Plain && (of.neutral == 0.0 || is_factor)
-        })
-    };
-    let shape: Vec<usize> =
-        own.iter().filter(|(_, number)| !is_amplitude(*number)).map(|(place, _)| *place).collect();
-    // Numbers that no fit moves count as they were held: a cause is accepted beside them, not in their place. A parameter of the model is
-    // a number as uncertain as they are, and may be in their place.
-    let held = errors.hypothesis.free().into_iter().enumerate().filter_map(|(place, free)| match free {
-        Free::Correction(index) => {
-            errors.hypothesis.corrections.get(index).filter(|of| !own_number && is_held(of.id)).map(|_| place)
-        }
-        Free::Zero | Free::Number(..) => None,
-    });
-    let known: Vec<usize> = shape.iter().copied().chain(held).collect();
-    let mut amplitudes = own.iter().filter(|(_, number)| is_amplitude(*number)).peekable();
-    let within = |(place, number): &(usize, usize)| {
-        let neutral = member.candidate.parameters.get(*number).map_or(0.0, |of| of.neutral);
-        let off = member.numbers.get(*number).map_or(0.0, |value| (value - neutral).abs());
-        off <= spread.half_width * spread.deviation_given(*place, &known)
-    };
-    amplitudes.peek().is_some() && amplitudes.all(within)
 }
 
 /// The best of each ambiguous group, if there is too little evidence for it: there is then none for any cause of the group.
@@ -255,7 +209,12 @@ fn weigh_one(
     let removed = |wanted: &dyn Fn(&Piece) -> bool| {
         part_taken(rms_as_fitted(setting, after, &wanted), rms_as_fitted(setting, &left, &wanted))
     };
-    let (worth, acting) = (removed(&judges), removed(&judges_of(setting, &left, after)));
+    let (worth, acting) = if zeros_are_plausible(setting, &without.point)? {
+        (removed(&judges), removed(&judges_of(setting, &left, after)))
+    } else {
+        // Zeros of each run hide what is missing without it, and are larger than zeros are.
+        (1.0, 1.0)
+    };
     let mut evidence = BTreeMap::new();
     evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));
     if [EffectId::DwellStiction, EffectId::HydraulicLock].contains(&member.candidate.id) {

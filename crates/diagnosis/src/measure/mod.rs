@@ -6,3 +6,4 @@ pub(crate) mod covariates;
 pub(crate) mod doubt;
 pub(crate) mod gain;
 pub(crate) mod judgement;
+pub(crate) mod significance;
