@@ -262,13 +262,19 @@ fn beyond_tolerance(
         retain_better_in_units(setting, corrected, &mut found)?;
     }
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
-    if let Some((id, tried)) = found.first().cloned() {
-        found.extend(twins_in_place_of(setting, able, (id, &tried))?);
+    // What looks like any of those that leave as little is tried too: in one direction a level is a torque as well, and the scale is none.
+    let least = found.first().map_or(f64::INFINITY, |(_, tried)| tried.rms + NEARLY);
+    for (id, tried) in found.clone().iter().filter(|(_, tried)| tried.rms <= least) {
+        for twin in twins_in_place_of(setting, able, (*id, tried))? {
+            if !found.iter().any(|(known, _)| *known == twin.0) {
+                found.push(twin);
+            }
+        }
     }
     let alike: Vec<(EffectId, Option<Member>)> = found
         .iter()
         .skip(1)
-        .filter(|(_, tried)| tried.rms <= found.first().map_or(0.0, |best| best.1.rms) + NEARLY)
+        .filter(|(_, tried)| tried.rms <= least)
         .map(|(id, tried)| (*id, tried.fitted.point.hypothesis.members.last().cloned()))
         .collect();
     let Some((best, tried)) = found.into_iter().next() else { return Ok(None) };

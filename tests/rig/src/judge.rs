@@ -115,6 +115,13 @@ impl Finding {
             && listed.iter().all(named)
     }
 
+    /// The causes named that are not true: neither hidden nor what the instruments have anyway.
+    pub fn named_wrongly(&self, truth: &Truth) -> BTreeSet<String> {
+        let hidden: BTreeSet<String> = truth.effects.iter().map(|effect| effect.id.clone()).collect();
+        let left = truth.imperfect.as_ref().map_or_else(|| self.clone(), |of| self.beyond(of, &hidden));
+        left.named.into_iter().filter(|id| !hidden.contains(id)).collect()
+    }
+
     /// Judges it.
     pub fn judge(&self, truth: &Truth) -> Outcome {
         let hidden: BTreeSet<String> = truth.effects.iter().map(|effect| effect.id.clone()).collect();

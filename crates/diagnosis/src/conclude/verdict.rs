@@ -71,7 +71,7 @@ fn conclusion(
     let mut against = Against {
         doubtful: is_doubtful(judged, &left_of_all, &structure_of_all, is_over),
         spared: Vec::new(),
-        geared: geared(judged, &left_of_all),
+        geared: geared(judged, &left_of_all, is_noise(&structure_of_all)),
         harmful: Vec::new(),
         unclear: Vec::new(),
         stand_ins: Vec::new(),
@@ -382,10 +382,10 @@ fn observations(
 }
 
 /// Selected series over the angle that stand in for a gear, each with the gear's order.
-fn geared(judged: &Judgement<'_>, left: &[PieceResidual]) -> Vec<(EffectId, f64)> {
+fn geared(judged: &Judgement<'_>, left: &[PieceResidual], is_noise: bool) -> Vec<(EffectId, f64)> {
     let members = judged.selection.fitted.point.hypothesis.members.iter();
     let of = |member: &Member| {
-        Some((member.candidate.id, order_of_a_gear(judged.setting.campaign, member, left)?))
+        Some((member.candidate.id, order_of_a_gear(judged.setting.campaign, member, left, is_noise)?))
     };
     members.filter_map(of).collect()
 }

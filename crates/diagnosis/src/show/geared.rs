@@ -5,6 +5,7 @@
 use crate::extend::hypothesis::Member;
 use crate::log::campaign::Campaign;
 use crate::log::piece::Piece;
+use crate::numerics::statistics::SHARE_LEFT;
 use crate::show::residual::PieceResidual;
 use nalgebra::{Matrix3, Vector3};
 use valve_model::EffectId;
@@ -21,6 +22,9 @@ const LEFT_BY_WHOLE: f64 = 0.03;
 /// visited.
 const BESIDE: f64 = 0.1;
 const PERIODS: f64 = 1.5;
+/// Beside a series that leaves no more than noise, the sine may differ from it by this part of the noise's mean square: more would be seen in what a
+/// series leaves that only imitates a gear, where a covariate that explains half as much counts.
+const OF_NOISE: f64 = 2.0 * SHARE_LEFT;
 /// Orders tried.
 const ORDER_STEP: f64 = 0.02;
 const MOST_ORDER: f64 = 16.0;
@@ -34,6 +38,8 @@ struct Sample {
     angle_rad: f64,
     series: f64,
     left: f64,
+    /// What the series' unit is in standard deviations of the measured channel; 0 where that is not known.
+    deviations: f64,
 }
 
 /// True if an effect is a series over the spool's angle.
@@ -42,16 +48,21 @@ pub(crate) fn is_over_the_angle(id: EffectId) -> bool {
 }
 
 /// The non-integer order of the one sine that explains what a series does, if there is one; `left` is the residual by
-/// piece.
-pub(crate) fn order_of_a_gear(campaign: &Campaign, member: &Member, left: &[PieceResidual]) -> Option<f64> {
+/// piece, `is_noise` whether that is no more than noise.
+pub(crate) fn order_of_a_gear(
+    campaign: &Campaign,
+    member: &Member,
+    left: &[PieceResidual],
+    is_noise: bool,
+) -> Option<f64> {
     let harmonics = member.numbers.chunks(2).filter(|pair| pair.iter().any(|number| *number != 0.0)).count();
     if !is_over_the_angle(member.candidate.id) || harmonics < 2 {
         return None;
     }
-    order_beside_whole_ones(&samples(campaign, member, left))
+    order_beside_whole_ones(&samples(campaign, member, left), is_noise)
 }
 
-fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
+fn order_beside_whole_ones(samples: &[Sample], is_noise: bool) -> Option<f64> {
     let angles = samples.iter().map(|sample| sample.angle_rad);
     let (least, most) = angles
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), angle| (angle.min(least), angle.max(most)));
@@ -60,7 +71,7 @@ fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
     let mean = samples.iter().map(|sample| sample.series).sum::<f64>() / count;
     let variance = samples.iter().map(|sample| (sample.series - mean).powi(2)).sum::<f64>();
     let by_series = samples.iter().map(|sample| sample.left * sample.left).sum::<f64>();
-    let beyond = |order: f64| Some((left_by_a_sine(samples, order)? - by_series) / variance);
+    let beyond = |order: f64| Some((left_by_a_sine(samples, order)?.0 - by_series) / variance);
     let best = |orders: &mut dyn Iterator<Item = f64>| {
         orders.filter_map(|order| Some((beyond(order)?, order))).min_by(|a, b| a.0.total_cmp(&b.0))
     };
@@ -68,19 +79,29 @@ fn order_beside_whole_ones(samples: &[Sample]) -> Option<f64> {
         best(&mut (1..(MOST_ORDER / ORDER_STEP) as usize).map(|step| step as f64 * ORDER_STEP))?;
     let (left_by_whole, _) = best(&mut (1..=MOST_ORDER as usize).map(|order| order as f64))?;
     let clear = left < LEFT && left_by_whole > LEFT_BY_WHOLE.max(TIMES * left);
-    (clear && (order - order.round()).abs() > BESIDE && order * turns >= PERIODS).then_some(order)
+    let is_seen = || left_by_a_sine(samples, order).is_some_and(|(_, of_noise)| of_noise > OF_NOISE);
+    let is_gear = clear && (order - order.round()).abs() > BESIDE && order * turns >= PERIODS;
+    (is_gear && !(is_noise && is_seen())).then_some(order)
 }
 
 fn samples(campaign: &Campaign, member: &Member, left: &[PieceResidual]) -> Vec<Sample> {
     let count: usize = campaign.pieces.iter().map(Piece::len).sum();
-    let is_torque = campaign.kind.residual_is_torque() && member.candidate.id == EffectId::PositionTorque;
+    let in_torque = campaign.kind.residual_is_torque();
+    let is_torque = in_torque && member.candidate.id == EffectId::PositionTorque;
+    let unit_nm = |piece: &Piece, index: usize| match member.candidate.id {
+        _ if !in_torque => 0.0,
+        EffectId::PositionTorque => 1.0,
+        EffectId::AngleDependentFriction => campaign.facts.coulomb_nm,
+        _ => piece.driven.pressure_pa().get(index).copied().unwrap_or(0.0),
+    };
     let of_piece = |(piece, left): (&Piece, &PieceResidual)| -> Vec<Sample> {
         let residuals = left.residual.iter().zip(&piece.weights).enumerate();
         residuals
             .map(|(index, (residual, weight))| {
                 let angle_rad = if *weight > 0.0 { piece.kinematics(index).0 } else { f64::NAN };
                 let left = if is_torque { *residual } else { 0.0 };
-                Sample { angle_rad, series: value(member, angle_rad), left }
+                let deviations = weight * unit_nm(piece, index);
+                Sample { angle_rad, series: value(member, angle_rad), left, deviations }
             })
             .collect()
     };
@@ -98,18 +119,24 @@ fn value(member: &Member, angle_rad: f64) -> f64 {
         .sum()
 }
 
-/// The residual sum of squares of a constant and a sine of one order, fitted to the series plus its residual.
-fn left_by_a_sine(samples: &[Sample], order: f64) -> Option<f64> {
+/// The residual sum of squares of a constant and a sine of one order, fitted to the series plus its residual, and the mean square by which they
+/// differ from these, in variances of the channel.
+fn left_by_a_sine(samples: &[Sample], order: f64) -> Option<(f64, f64)> {
+    let row = |sample: &Sample| {
+        let (sin, cos) = (order * sample.angle_rad).sin_cos();
+        Vector3::new(1.0, cos, sin)
+    };
     let (mut matrix, mut right, mut square) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     for sample in samples {
-        let (sin, cos) = (order * sample.angle_rad).sin_cos();
-        let (row, torque) = (Vector3::new(1.0, cos, sin), sample.series + sample.left);
+        let (row, torque) = (row(sample), sample.series + sample.left);
         matrix += row * row.transpose();
         right += row * torque;
         square += torque * torque;
     }
     let solved = matrix.cholesky()?.solve(&right);
-    Some((square - right.dot(&solved)).max(0.0))
+    let off = |sample: &Sample| sample.deviations * (sample.series - row(sample).dot(&solved));
+    let of_noise = samples.iter().map(|sample| off(sample).powi(2)).sum::<f64>() / samples.len() as f64;
+    Some(((square - right.dot(&solved)).max(0.0), of_noise))
 }
 
 #[cfg(test)]
@@ -122,8 +149,13 @@ mod tests {
     }
 
     fn found(turns: f64, torque: impl Fn(f64) -> f64) -> Option<f64> {
-        let sample = |angle_rad: f64| Sample { angle_rad, series: torque(angle_rad), left: 0.0 };
-        order_beside_whole_ones(&angles(turns).into_iter().map(sample).collect::<Vec<_>>())
+        found_in_noise(turns, torque, 0.0)
+    }
+
+    /// The same where the channel's noise is one over `deviations`.
+    fn found_in_noise(turns: f64, torque: impl Fn(f64) -> f64, deviations: f64) -> Option<f64> {
+        let sample = |angle_rad: f64| Sample { angle_rad, series: torque(angle_rad), left: 0.0, deviations };
+        order_beside_whole_ones(&angles(turns).into_iter().map(sample).collect::<Vec<_>>(), true)
     }
 
     /// As in a torque log, where a fit of two harmonics leaves a residual.
@@ -140,8 +172,9 @@ mod tests {
             angle_rad: angles_rad[index],
             series: series[index],
             left: wanted[index] - series[index],
+            deviations: 0.0,
         });
-        order_beside_whole_ones(&samples.collect::<Vec<_>>())
+        order_beside_whole_ones(&samples.collect::<Vec<_>>(), true)
     }
 
     #[test]
@@ -155,6 +188,16 @@ mod tests {
         let order = found_by_harmonics(1.3, |angle| (2.45 * angle).sin()).unwrap();
         assert!((order - 2.45).abs() < 0.03, "{order}");
         assert_eq!(found_by_harmonics(1.3, |angle| (2.0 * angle).sin() + 0.3 * (4.0 * angle).sin()), None);
+        // Two harmonics that are nearly one sine on 0.6 turns: what they differ by is seen where the noise is small.
+        let harmonics = |angle: f64| {
+            let (sin_3, cos_3) = (3.0 * (angle + 2.0)).sin_cos();
+            let (sin_4, cos_4) = (4.0 * (angle + 2.0)).sin_cos();
+            0.171 * cos_3 + 0.029 * sin_3 - 0.042 * cos_4 + 0.045 * sin_4
+        };
+        for (deviations, is_gear) in [(0.0, true), (5.0, true), (30.0, false)] {
+            let order = found_in_noise(0.6, harmonics, deviations);
+            assert_eq!(order.is_some(), is_gear, "{deviations}: {order:?}");
+        }
         // Too small a part of a turn to decide.
         assert_eq!(found(0.4, |angle| (2.45 * angle).sin()), None);
     }
