@@ -11,7 +11,8 @@ use crate::name::selection::Selection;
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{STEPS, Tried};
 use crate::show::conditions::go_by_conditions;
-use crate::zeros::{without_common_zero, zeros_are_plausible, zeros_by_run};
+use crate::show::residual::zeros_are_plausible;
+use crate::zeros::{without_common_zero, zeros_by_run};
 
 /// The selection beside zeros of each run and without the causes that are not significant there, if these zeros are plausible and leave as
 /// little. A torque of the pressure that was set anew for each run is known no better than the transducer's zero from run to run is,

@@ -16,11 +16,11 @@ use crate::name::apart::tell_apart;
 use crate::name::select::select;
 use crate::name::selection::Selection;
 use crate::show::conditions::go_by_conditions;
-use crate::show::residual::{Jumps, left_with, rms_left, settled};
+use crate::show::residual::{Jumps, left_with, rms_left, settled, zeros_are_plausible};
 use crate::show::structure::structure;
 use crate::zeros::{
-    same_causes_with_zeros, with_zeros_by_run, without_common_zero, zeros_are_about_none,
-    zeros_are_plausible, zeros_belong, zeros_explain,
+    same_causes_with_zeros, with_zeros_by_run, without_common_zero, zeros_are_about_none, zeros_belong,
+    zeros_explain,
 };
 use valve_model::EffectId;
 

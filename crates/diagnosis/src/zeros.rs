@@ -13,7 +13,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::shows_zeros;
-use crate::show::residual::{OwnZero, PieceResidual, left, mean_and_scatter, own_zeros, rms_of_zeros};
+use crate::show::residual::{OwnZero, PieceResidual, left, mean_and_scatter, own_zeros, zeros_are_plausible};
 use crate::show::structure::structure;
 use log_data::AngleZero;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -24,8 +24,6 @@ use valve_model::EffectId;
 const MUCH_LESS: f64 = 0.9;
 /// Where offsets of each run leave no more than this part of the mean square beyond noise, they are there, whatever else is.
 const NEARLY_ALL: f64 = 0.1;
-/// Offsets of each run beyond so many standard deviations of the model's own, as RMS, are no zeros: of two runs one in 10,000 has them by chance.
-const PLAUSIBLE: f64 = 3.0;
 /// Beyond this many times the noise other causes may be in the place of offsets of each run.
 const NEAR_NOISE: f64 = 1.5;
 
@@ -106,12 +104,6 @@ pub(crate) fn zeros_belong(
         return Ok(false);
     }
     Ok(zeros_are_plausible(setting, &with_zeros.fitted.point)? && zeros_are_about_none(setting, with_zeros)?)
-}
-
-/// Whether offsets of each run are as small as zeros are.
-pub(crate) fn zeros_are_plausible(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
-    let zero_nm = setting.nuisances.zero_nm;
-    Ok(zero_nm == 0.0 || rms_of_zeros(&own_zeros(setting, point)?) < PLAUSIBLE * zero_nm)
 }
 
 /// Whether offsets of each run scatter about none, as zeros do. Where runs go one way each, one offset of them all, or friction that the model has

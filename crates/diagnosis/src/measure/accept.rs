@@ -15,8 +15,7 @@ use crate::name::fine::finer;
 use crate::name::threshold::FLOOR;
 use crate::numerics::loss::Loss;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, IN_MODEL, ParameterFound, Parameters};
-use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left};
-use crate::zeros::zeros_are_plausible;
+use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left, zeros_are_plausible};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId, EffectValue, Model};
 

@@ -8,6 +8,9 @@ use crate::log::piece::Piece;
 use crate::workers::map;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Offsets of each run beyond so many standard deviations of the model's own, as RMS, are no zeros: of two runs one in 10,000 has them by chance.
+const PLAUSIBLE: f64 = 3.0;
+
 /// A piece's residual with the nuisances subtracted, and the prediction that they were added to.
 pub(crate) struct PieceResidual {
     pub predicted: Vec<f64>,
@@ -136,8 +139,14 @@ fn zero_of_run(pieces: &[OwnZero]) -> Option<OwnZero> {
     Some(OwnZero { zero: sum / told.max(f64::MIN_POSITIVE), told: best })
 }
 
+/// Whether offsets of each run are as small as zeros are.
+pub(crate) fn zeros_are_plausible(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
+    let zero_nm = setting.nuisances.zero_nm;
+    Ok(zero_nm == 0.0 || rms_of_zeros(&own_zeros(setting, point)?) < PLAUSIBLE * zero_nm)
+}
+
 /// RMS of own zeros, each by what its run tells of it.
-pub(crate) fn rms_of_zeros(zeros: &[OwnZero]) -> f64 {
+fn rms_of_zeros(zeros: &[OwnZero]) -> f64 {
     let (squares, told) = zeros
         .iter()
         .fold((0.0, 0.0), |(squares, told), of| (squares + of.told * of.zero.powi(2), told + of.told));
