@@ -8,11 +8,10 @@ use crate::extend::candidate::Candidate;
 use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
-use crate::log::piece::Piece;
 use crate::measure::doubt::{is_noise, leaves_noise};
 use crate::name::exchange::exchange;
 use crate::name::forms::MISFIT;
-use crate::name::late::{drop_idle_transducer, with_late_transducer_alone};
+use crate::name::late::{drop_idle_transducer, least_of_forms, with_late_transducer_alone};
 use crate::name::prune::tell_asymmetry_from_offset;
 use crate::name::refine::refine;
 use crate::name::round::next_cause;
@@ -23,7 +22,7 @@ use crate::name::simplify::simplify;
 use crate::name::tried::{EQUAL, NEARLY, STEPS, Tried};
 use crate::numbers::{have_one_factor, numbers_off};
 use crate::show::mains::mains;
-use crate::show::residual::{PieceResidual, left};
+use crate::show::residual::left;
 use crate::show::structure::structure;
 use crate::zeros::Reached;
 use log_data::quantile;
@@ -34,7 +33,7 @@ const FEW: usize = 2;
 /// A candidate whose predicted residual RMS, or that after its first steps, is more than this many times the noise is not fitted further.
 const HOPELESS: f64 = 1.5;
 
-/// The part of the samples whose residual stands for the size of all, in the channel's own unit: beyond its largest they count as that.
+/// In the channel's own unit, residuals larger than this quantile of their sizes count as no larger than it.
 const NOT_FAR_OUT: f64 = 0.98;
 
 /// Whether no cause, or few, explain the log beside corrections.
@@ -303,16 +302,18 @@ fn late_alone(
     late: &Candidate,
     corrected: &Fitted,
 ) -> Result<Option<Tried>, DiagnosisError> {
-    let mut best: Option<Tried> = None;
-    for probe in &late.probes {
-        let member = Member::new(late, probe.shape.clone(), late.free.clone());
-        let Some(tried) = with_member(setting, corrected, member, STEPS)? else { continue };
-        let is_less = best.as_ref().is_none_or(|best| tried.rms < best.rms);
-        if is_less && leaves_noise(setting, &tried.fitted)? {
-            best = Some(tried);
-        }
-    }
-    Ok(best)
+    least_of_forms(late, |member| {
+        let Some(tried) = with_member(setting, corrected, member, STEPS)? else { return Ok(None) };
+        Ok(leaves_noise(setting, &tried.fitted)?.then_some(tried))
+    })
+}
+
+/// The sizes of a fit's residuals on the runs held out, in the channel's own unit.
+fn sizes_held_out(setting: &Setting<'_>, fitted: &Fitted) -> Result<Vec<f64>, DiagnosisError> {
+    let left = left(setting, &fitted.point)?;
+    let pieces = setting.campaign.pieces.iter().zip(&left).filter(|(piece, _)| piece.hold_out);
+    let samples = pieces.flat_map(|(piece, left)| left.residual.iter().zip(&piece.weights));
+    Ok(samples.filter(|(_, weight)| **weight > 0.0).map(|(residual, _)| residual.abs()).collect())
 }
 
 /// Keeps what is better than the corrections, which leave noise, not only where the noise is least: it leaves no more on held-out runs in the
@@ -323,23 +324,16 @@ fn retain_better_in_units(
     corrected: &Fitted,
     found: &mut Vec<(EffectId, Tried)>,
 ) -> Result<(), DiagnosisError> {
-    let held_out = |of: &Fitted| {
-        let left = left(setting, &of.point)?;
-        let pieces = setting.campaign.pieces.iter().zip(left).filter(|(piece, _)| piece.hold_out);
-        let counted = |(piece, left): (&Piece, PieceResidual)| {
-            let samples = left.residual.into_iter().zip(piece.weights.clone());
-            samples.filter(|(_, weight)| *weight > 0.0).map(|(value, _)| value.abs()).collect::<Vec<f64>>()
-        };
-        Ok::<Vec<f64>, DiagnosisError>(pieces.flat_map(counted).collect())
-    };
-    let mut sizes = held_out(corrected)?;
+    let mut sizes = sizes_held_out(setting, corrected)?;
     sizes.sort_by(f64::total_cmp);
     let far = quantile(&sizes, NOT_FAR_OUT).unwrap_or(0.0);
     let square = |sizes: &[f64]| sizes.iter().map(|size| size.min(far).powi(2)).sum::<f64>();
     let most = square(&sizes);
     let mut better = Vec::new();
     for (id, tried) in found.drain(..) {
-        if !tried.fitted.point.hypothesis.has_lead() && square(&held_out(&tried.fitted)?) <= most {
+        if !tried.fitted.point.hypothesis.has_lead()
+            && square(&sizes_held_out(setting, &tried.fitted)?) <= most
+        {
             better.push((id, tried));
         }
     }

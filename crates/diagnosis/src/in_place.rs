@@ -13,6 +13,7 @@ use crate::name::tried::{STEPS, Tried};
 use crate::show::conditions::go_by_conditions;
 use crate::show::residual::zeros_are_plausible;
 use crate::zeros::{without_common_zero, zeros_by_run};
+use valve_model::EffectId;
 
 /// The selection beside zeros of each run and without the causes that are not significant there, if these zeros are plausible and leave as
 /// little. A torque of the pressure that was set anew for each run is known no better than the transducer's zero from run to run is,
@@ -39,16 +40,13 @@ fn in_place<'a>(
     let Some(tried) = if_possible(Tried::from(&with_zeros, begin, STEPS))? else { return Ok(None) };
     let mut fewer = selection.clone();
     fewer.take(tried);
-    while let Some(index) = not_beside_zeros(judged, &with_zeros, &fewer) {
+    while let Some((index, id)) = not_beside_zeros(judged, &with_zeros, &fewer) {
         let Point { hypothesis, starts } = &fewer.fitted.point;
-        let id = hypothesis.members.get(index).map(|member| member.candidate.id);
         let begin = Point { hypothesis: hypothesis.without(index), starts: starts.clone() };
         let Some(tried) = if_possible(Tried::from(&with_zeros, begin, STEPS))? else { return Ok(None) };
         fewer.take(tried);
-        if let Some(id) = id {
-            fewer.refuse(id, "it is no more than what the torque's zero differs by from run to run");
-            fewer.ambiguous.retain(|(best, _)| *best != id);
-        }
+        fewer.refuse(id, "it is no more than what the torque's zero differs by from run to run");
+        fewer.ambiguous.retain(|(best, _)| *best != id);
     }
     let less =
         fewer.causes() < selection.causes() && fewer.rms <= selection.rms + FLOOR * selection.rms.max(1.0);
@@ -59,13 +57,16 @@ fn in_place<'a>(
 }
 
 /// The last cause that is not significant beside zeros of each run. A parameter of the model stays: its own tolerance is judged elsewhere.
-fn not_beside_zeros(judged: &Judgement<'_>, with_zeros: &Setting<'_>, state: &Selection) -> Option<usize> {
+fn not_beside_zeros(
+    judged: &Judgement<'_>,
+    with_zeros: &Setting<'_>,
+    state: &Selection,
+) -> Option<(usize, EffectId)> {
     let spread = spread(&state.fitted, with_zeros.loss())?;
     let hypothesis = &state.fitted.point.hypothesis;
     let smooth = with_zeros.campaign.kind.smooth;
-    (0..hypothesis.members.len()).rev().find(|index| {
-        let id = hypothesis.members.get(*index).map(|member| member.candidate.id);
-        let is_number = id.is_some_and(|id| is_number(&judged.corrections, id));
-        !is_number && may_be_none((hypothesis, &spread), *index, false, smooth)
+    let ids = hypothesis.members.iter().map(|member| member.candidate.id).enumerate();
+    ids.rev().find(|(index, id)| {
+        !is_number(&judged.corrections, *id) && may_be_none((hypothesis, &spread), *index, false, smooth)
     })
 }

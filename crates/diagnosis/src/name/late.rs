@@ -32,17 +32,12 @@ pub(crate) fn with_late_transducer_alone(
     let Some(late) = able.iter().find(|of| of.id == id).filter(|_| kind.residual_is_torque()) else {
         return Ok(None);
     };
-    let mut best: Option<Tried> = None;
-    for probe in &late.probes {
+    let best = least_of_forms(late, |member| {
         let Point { hypothesis, starts } = &state.fitted.point;
-        let member = Member::new(late, probe.shape.clone(), late.free.clone());
         let begin = Point { hypothesis: hypothesis.with_uncorrected(member), starts: starts.clone() };
-        let Some(tried) = if_possible(Tried::from(setting, begin, STEPS))? else { continue };
-        if tried.rms < best.as_ref().map_or(state.rms - FLOOR, |best| best.rms) {
-            best = Some(tried);
-        }
-    }
-    let Some(best) = best else { return Ok(None) };
+        if_possible(Tried::from(setting, begin, STEPS))
+    })?;
+    let Some(best) = best.filter(|best| best.rms < state.rms - FLOOR) else { return Ok(None) };
     let mut with = state.clone();
     with.take(best);
     refine(setting, &mut with)?;
@@ -57,6 +52,21 @@ pub(crate) fn with_late_transducer_alone(
         others,
     });
     Ok(Some(with))
+}
+
+/// The form of a late transducer, a delay or a low-pass, that leaves least of those that `tried` fits.
+pub(crate) fn least_of_forms(
+    late: &Candidate,
+    mut tried: impl FnMut(Member) -> Result<Option<Tried>, DiagnosisError>,
+) -> Result<Option<Tried>, DiagnosisError> {
+    let mut best: Option<Tried> = None;
+    for probe in &late.probes {
+        let Some(tried) = tried(Member::new(late, probe.shape.clone(), late.free.clone()))? else { continue };
+        if best.as_ref().is_none_or(|best| tried.rms < best.rms) {
+            best = Some(tried);
+        }
+    }
+    Ok(best)
 }
 
 /// Drops the late transducer that a search began with, where the other causes leave as much without it: it stood in for them. What has taken

@@ -71,7 +71,7 @@ fn order_beside_whole_ones(samples: &[Sample], is_noise: bool) -> Option<f64> {
     let mean = samples.iter().map(|sample| sample.series).sum::<f64>() / count;
     let variance = samples.iter().map(|sample| (sample.series - mean).powi(2)).sum::<f64>();
     let by_series = samples.iter().map(|sample| sample.left * sample.left).sum::<f64>();
-    let beyond = |order: f64| Some((left_by_a_sine(samples, order)?.0 - by_series) / variance);
+    let beyond = |order: f64| Some((sine(samples, order)?.left - by_series) / variance);
     let best = |orders: &mut dyn Iterator<Item = f64>| {
         orders.filter_map(|order| Some((beyond(order)?, order))).min_by(|a, b| a.0.total_cmp(&b.0))
     };
@@ -79,7 +79,7 @@ fn order_beside_whole_ones(samples: &[Sample], is_noise: bool) -> Option<f64> {
         best(&mut (1..(MOST_ORDER / ORDER_STEP) as usize).map(|step| step as f64 * ORDER_STEP))?;
     let (left_by_whole, _) = best(&mut (1..=MOST_ORDER as usize).map(|order| order as f64))?;
     let clear = left < LEFT && left_by_whole > LEFT_BY_WHOLE.max(TIMES * left);
-    let is_seen = || left_by_a_sine(samples, order).is_some_and(|(_, of_noise)| of_noise > OF_NOISE);
+    let is_seen = || sine(samples, order).is_some_and(|sine| sine.off_in_variances(samples) > OF_NOISE);
     let is_gear = clear && (order - order.round()).abs() > BESIDE && order * turns >= PERIODS;
     (is_gear && !(is_noise && is_seen())).then_some(order)
 }
@@ -119,24 +119,39 @@ fn value(member: &Member, angle_rad: f64) -> f64 {
         .sum()
 }
 
-/// The residual sum of squares of a constant and a sine of one order, fitted to the series plus its residual, and the mean square by which they
-/// differ from these, in variances of the channel.
-fn left_by_a_sine(samples: &[Sample], order: f64) -> Option<(f64, f64)> {
-    let row = |sample: &Sample| {
+/// A constant and a sine of one order, fitted to a series plus its residual.
+struct Sine {
+    order: f64,
+    numbers: Vector3<f64>,
+    /// The residual sum of squares.
+    left: f64,
+}
+
+impl Sine {
+    fn row(order: f64, sample: &Sample) -> Vector3<f64> {
         let (sin, cos) = (order * sample.angle_rad).sin_cos();
         Vector3::new(1.0, cos, sin)
-    };
+    }
+
+    /// The mean square by which it differs from the series, in variances of the channel.
+    fn off_in_variances(&self, samples: &[Sample]) -> f64 {
+        let off = |sample: &Sample| sample.series - Self::row(self.order, sample).dot(&self.numbers);
+        let squares = samples.iter().map(|sample| (sample.deviations * off(sample)).powi(2));
+        squares.sum::<f64>() / samples.len() as f64
+    }
+}
+
+fn sine(samples: &[Sample], order: f64) -> Option<Sine> {
     let (mut matrix, mut right, mut square) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     for sample in samples {
-        let (row, torque) = (row(sample), sample.series + sample.left);
+        let (row, torque) = (Sine::row(order, sample), sample.series + sample.left);
         matrix += row * row.transpose();
         right += row * torque;
         square += torque * torque;
     }
-    let solved = matrix.cholesky()?.solve(&right);
-    let off = |sample: &Sample| sample.deviations * (sample.series - row(sample).dot(&solved));
-    let of_noise = samples.iter().map(|sample| off(sample).powi(2)).sum::<f64>() / samples.len() as f64;
-    Some(((square - right.dot(&solved)).max(0.0), of_noise))
+    let numbers = matrix.cholesky()?.solve(&right);
+    let left = (square - right.dot(&numbers)).max(0.0);
+    Some(Sine { order, numbers, left })
 }
 
 #[cfg(test)]
