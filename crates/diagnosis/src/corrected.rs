@@ -83,11 +83,13 @@ pub(crate) fn with_corrections(
 }
 
 /// Makes a parameter of the model a cause if the corrections beside the causes take it to its bound and the held-out error
-/// falls with it: it is off by more than its tolerance.
+/// falls with it: it is off by more than its tolerance. Where the causes leave more than noise, it may only follow their misfit.
 fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Result<Tried, DiagnosisError> {
     let at_bound: Vec<Correction> =
         joint.fitted.point.hypothesis.corrections.iter().filter(|of| of.is_at_bound()).cloned().collect();
     let mut best = joint;
+    let is_misfit = !at_bound.is_empty() && !leaves_noise(setting, &best.fitted)?;
+    let least_cut = |rms: f64| if is_misfit { FLOOR.max(LEVEL * rms) } else { FLOOR };
     for of in at_bound.iter().filter(|of| !of.id.is_of_transducer()) {
         let Some(candidate) = able.iter().find(|candidate| candidate.id == of.id) else { continue };
         if setting.is_over() {
@@ -97,7 +99,7 @@ fn levels_beyond(setting: &Setting<'_>, able: &[Candidate], joint: Tried) -> Res
         let hypothesis = best.fitted.point.hypothesis.with_uncorrected(member);
         let begin = Point { hypothesis, starts: best.fitted.point.starts.clone() };
         let tried = if_possible(Tried::from(setting, begin, STEPS))?;
-        if let Some(tried) = tried.filter(|tried| tried.rms < best.rms - FLOOR.max(LEVEL * best.rms)) {
+        if let Some(tried) = tried.filter(|tried| tried.rms < best.rms - least_cut(best.rms)) {
             best = tried;
         }
     }

@@ -11,7 +11,7 @@ use crate::name::selection::Selection;
 use crate::name::threshold::FLOOR;
 use crate::name::tried::{STEPS, Tried};
 use crate::show::conditions::go_by_conditions;
-use crate::show::residual::zeros_are_plausible;
+use crate::show::own_zeros::zeros_hold;
 use crate::zeros::{without_common_zero, zeros_by_run};
 use valve_model::EffectId;
 
@@ -51,8 +51,7 @@ fn in_place<'a>(
     let less =
         fewer.causes() < selection.causes() && fewer.rms <= selection.rms + FLOOR * selection.rms.max(1.0);
     let point = &fewer.fitted.point;
-    let are_zeros =
-        less && zeros_are_plausible(&with_zeros, point)? && !go_by_conditions(&with_zeros, point)?;
+    let are_zeros = less && zeros_hold(&with_zeros, point)? && !go_by_conditions(&with_zeros, point)?;
     Ok(are_zeros.then_some((with_zeros, fewer)))
 }
 

@@ -16,11 +16,11 @@ use crate::name::apart::tell_apart;
 use crate::name::select::select;
 use crate::name::selection::Selection;
 use crate::show::conditions::go_by_conditions;
-use crate::show::residual::{Jumps, left_with, rms_left, settled, zeros_are_plausible};
+use crate::show::own_zeros::zeros_hold;
+use crate::show::residual::{Jumps, left_with, rms_left, settled};
 use crate::show::structure::structure;
 use crate::zeros::{
-    same_causes_with_zeros, with_zeros_by_run, without_common_zero, zeros_are_about_none, zeros_belong,
-    zeros_explain,
+    same_causes_with_zeros, with_zeros_by_run, without_common_zero, zeros_belong, zeros_explain,
 };
 use valve_model::EffectId;
 
@@ -51,10 +51,9 @@ pub(crate) fn judge<'a>(
         let fitted = given_and_corrected(&with_zeros, asked)?;
         let found = self::few(&with_zeros, asked, (&fitted.0, fitted.1.as_ref()), None, &mut |_| {})?;
         let belong = match &found {
-            Few::Found(found) => {
-                zeros_explain(found, without, asked.corrections)
-                    && zeros_are_about_none(&with_zeros, found)?
-                    && zeros_are_plausible(&with_zeros, &found.fitted.point)?
+            Few::Found(causes) => {
+                zeros_explain(causes, without, asked.corrections)
+                    && zeros_hold(&with_zeros, found.point(&fitted))?
             }
             Few::Not(Some(found)) => zeros_belong(&with_zeros, found, without)?,
             Few::Not(None) => false,

@@ -13,10 +13,10 @@ use crate::name::tried::{STEPS, Tried};
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::shows_zeros;
-use crate::show::residual::{OwnZero, PieceResidual, left, mean_and_scatter, own_zeros, zeros_are_plausible};
+use crate::show::own_zeros::zeros_hold;
+use crate::show::residual::{PieceResidual, left};
 use crate::show::structure::structure;
 use log_data::AngleZero;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::collections::BTreeSet;
 use valve_model::EffectId;
 
@@ -67,7 +67,7 @@ pub(crate) fn same_causes_with_zeros(
     }
     // One of them may have stood in for the zeros.
     drop_idle(with_zeros, &mut same)?;
-    if !zeros_are_plausible(with_zeros, &same.fitted.point)? {
+    if !zeros_hold(with_zeros, &same.fitted.point)? {
         return Ok(None);
     }
     same.begin_from(&nothing_yet(with_zeros, given.clone()));
@@ -103,28 +103,7 @@ pub(crate) fn zeros_belong(
     if zero_nm == 0.0 || !without.is_some_and(pay) {
         return Ok(false);
     }
-    Ok(zeros_are_plausible(setting, &with_zeros.fitted.point)? && zeros_are_about_none(setting, with_zeros)?)
-}
-
-/// Whether offsets of each run scatter about none, as zeros do. Where runs go one way each, one offset of them all, or friction that the model has
-/// too much of in one direction, is in every run's offset, and these would take the place of it.
-pub(crate) fn zeros_are_about_none(
-    setting: &Setting<'_>,
-    with_zeros: &Selection,
-) -> Result<bool, DiagnosisError> {
-    Ok(setting.nuisances.zero_nm == 0.0
-        || shows_zeros(setting.campaign)
-        || are_about_none(&own_zeros(setting, &with_zeros.fitted.point)?))
-}
-
-/// Student's test of their mean, each by what it tells.
-fn are_about_none(zeros: &[OwnZero]) -> bool {
-    let told: f64 = zeros.iter().map(|of| of.told).sum();
-    let (mean, scatter) = mean_and_scatter(zeros);
-    let freedom = told - 1.0;
-    let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return true };
-    let t = mean.abs() * freedom.sqrt() / scatter;
-    t.is_nan() || 2.0 * student.sf(t) >= CHANCE
+    zeros_hold(setting, &with_zeros.fitted.point)
 }
 
 /// Whether offsets of each run are worth what they cost: the same causes leave much less beside them, or no more causes do and not far from noise,
@@ -183,25 +162,6 @@ impl Reached {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn zeros_of_runs_scatter_about_none() {
-        let zeros = |mean: f64, told: f64, count: usize| -> Vec<OwnZero> {
-            let side = |index: usize| if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-            (0..count).map(|index| OwnZero { zero: mean + side(index), told }).collect()
-        };
-        for (mean, told, count, about_none) in [
-            (0.0, 1.0, 16, true),
-            (0.5, 1.0, 16, true),
-            (1.0, 1.0, 16, false),
-            (-1.0, 1.0, 16, false),
-            // Of two runs, or of runs that hardly tell of their zeros, nothing is known.
-            (1.0, 1.0, 2, true),
-            (1.0, 0.1, 16, true),
-        ] {
-            assert_eq!(are_about_none(&zeros(mean, told, count)), about_none, "{mean}, {told}, {count}");
-        }
-    }
 
     #[test]
     fn offsets_of_each_run_must_pay() {

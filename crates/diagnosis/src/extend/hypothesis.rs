@@ -54,13 +54,19 @@ pub(crate) struct Correction {
 
 impl Correction {
     /// Largest correction, in standard deviations; beyond it the parameter is wrong, which is a cause.
-    const MOST: f64 = 2.0;
+    pub(crate) const MOST: f64 = 2.0;
     /// Finite-difference step of its sensitivity, in standard deviations.
     const STEP: f64 = 0.5;
 
     /// Whether a value is within the bounds of the correction.
     pub fn holds(&self, value: f64) -> bool {
         (value - self.neutral).abs() <= Self::MOST * self.deviation
+    }
+
+    /// How far a value is beyond the nearer bound, with its sign; 0 within them.
+    pub fn beyond(&self, value: f64) -> f64 {
+        let (off, most) = (value - self.neutral, Self::MOST * self.deviation);
+        off - off.clamp(-most, most)
     }
 
     /// Whether the correction is at one of its bounds.

@@ -3,19 +3,20 @@
 
 use crate::DiagnosisError;
 use crate::extend::candidate::{Candidate, Parameter};
-use crate::extend::hypothesis::{Free, Hypothesis, Member};
+use crate::extend::hypothesis::{Correction, Free, Hypothesis, Member};
 use crate::fit::equations::Point;
 use crate::fit::gauss_newton::{Fitted, fit};
 use crate::fit::spread::{Spread, spread};
 use crate::log::piece::Piece;
 use crate::measure::doubt::leaves_noise;
 use crate::measure::judgement::Judgement;
-use crate::measure::significance::{is_number, may_be_none};
+use crate::measure::significance::{is_beyond, may_be_none};
 use crate::name::fine::finer;
 use crate::name::threshold::FLOOR;
 use crate::numerics::loss::Loss;
 use crate::outcome::{Cause, Corrected, Covariance, Evidence, IN_MODEL, ParameterFound, Parameters};
-use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left, zeros_are_plausible};
+use crate::show::own_zeros::zeros_hold;
+use crate::show::residual::{PieceResidual, judges_of, rms_as_fitted, rms_left};
 use std::collections::BTreeMap;
 use valve_model::{Effect, EffectId, EffectValue, Model};
 
@@ -29,7 +30,8 @@ const INDISPENSABLE: f64 = 0.02;
 /// Beside other causes a parameter of the model must be worth this share, however narrow its interval, and its interval must leave out no
 /// change at all: of two that compensate each other the other one stays. One that may be right makes up for what
 /// is not quite right in their forms, a late transducer above all, and cuts some per cent of what they leave. Rivals that differ by less
-/// than a tenth count as equal there too.
+/// than a tenth count as equal there too. Where all of them leave no more than noise their forms are right: what counts is then whether
+/// it is beyond its tolerance by more than chance.
 const INDISPENSABLE_BESIDE: f64 = 0.1;
 
 /// Without a cause the held-out error must be larger by this share where it acts, or there is no evidence for it: an interval can exclude zero
@@ -80,8 +82,13 @@ pub(crate) fn accept(
         let errors = errors_of(judged, &kept)?;
         let weighed = weigh(judged, &kept, &after, &errors)?;
         let least = |a: &usize, b: &usize| weighed[*a].worth.total_cmp(&weighed[*b].worth);
-        let vague =
-            (0..weighed.len()).filter(|index| is_vague(judged, (&kept, &errors), *index, &weighed[*index]));
+        let mut vague = Vec::new();
+        for (index, weighed) in weighed.iter().enumerate() {
+            if is_vague(judged, (&kept, &errors), index, weighed)? {
+                vague.push(index);
+            }
+        }
+        let vague = vague.into_iter();
         if let Some(vague) = vague.min_by(least) {
             unclear.push(weighed[vague].cause.id);
             members.remove(vague);
@@ -104,23 +111,25 @@ fn is_vague(
     (kept, errors): (&Fitted, &Errors),
     index: usize,
     weighed: &Weighed,
-) -> bool {
+) -> Result<bool, DiagnosisError> {
     let Weighed { worth, acting, .. } = *weighed;
     let members = &kept.point.hypothesis.members;
-    let is_number =
-        members.get(index).is_some_and(|member| is_number(&judged.corrections, member.candidate.id));
+    let is_own = |of: &&Correction| members.get(index).is_some_and(|member| member.candidate.id == of.id);
+    let tolerance = judged.corrections.iter().find(is_own);
+    let spread = errors.spread.as_ref().map(|spread| (&errors.hypothesis, spread));
     let none = || {
         let smooth = judged.setting.campaign.kind.smooth;
-        errors
-            .spread
-            .as_ref()
-            .is_some_and(|spread| may_be_none((&errors.hypothesis, spread), index, is_number, smooth))
+        spread.is_some_and(|spread| may_be_none(spread, index, tolerance.is_some(), smooth))
     };
-    match (is_number, members.len()) {
-        (true, 2..) => worth < INDISPENSABLE_BESIDE || none(),
-        (true, _) if worth > INDISPENSABLE => false,
+    Ok(match tolerance {
+        Some(tolerance) if members.len() > 1 => {
+            let beyond = || spread.is_some_and(|spread| is_beyond(spread, index, tolerance));
+            let indispensable = worth >= INDISPENSABLE_BESIDE && !none();
+            !indispensable && (acting < NEEDED || !beyond() || !leaves_noise(&judged.setting, kept)?)
+        }
+        Some(_) if worth > INDISPENSABLE => false,
         _ => acting < NEEDED || none(),
-    }
+    })
 }
 
 /// The best of each ambiguous group, if there is too little evidence for it: there is then none for any cause of the group.
@@ -140,7 +149,7 @@ pub(crate) fn vague_groups(
         let id = member.candidate.id;
         if selection.ambiguous.iter().any(|(best, _)| *best == id) {
             let weighed = weigh_one(judged, fitted, (after, &errors), index)?;
-            vague.extend(is_vague(judged, (fitted, &errors), index, &weighed).then_some(id));
+            vague.extend(is_vague(judged, (fitted, &errors), index, &weighed)?.then_some(id));
         }
     }
     Ok(vague)
@@ -208,11 +217,12 @@ fn weigh_one(
     let removed = |wanted: &dyn Fn(&Piece) -> bool| {
         part_taken(rms_as_fitted(setting, after, &wanted), rms_as_fitted(setting, &left, &wanted))
     };
-    let (worth, acting) = if zeros_are_plausible(setting, &without.point)? {
-        (removed(&judges), removed(&judges_of(setting, &left, after)))
-    } else {
-        // Zeros of each run hide what is missing without it, and are larger than zeros are.
+    // Zeros of each run hide what is missing without it, and are then none.
+    let stood_in_for = !zeros_hold(setting, &without.point)? && zeros_hold(setting, &kept.point)?;
+    let (worth, acting) = if stood_in_for {
         (1.0, 1.0)
+    } else {
+        (removed(&judges), removed(&judges_of(setting, &left, after)))
     };
     let mut evidence = BTreeMap::new();
     evidence.insert("rms_without_nm_or_rad".to_owned(), Evidence::Number(rms));

@@ -11,6 +11,7 @@ use crate::name::forms::MISFIT;
 use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::colour::is_coloured;
+use crate::show::own_zeros::zeros_hold;
 use crate::show::residual::{PieceResidual, left, rms_as_fitted};
 use crate::show::structure::{Structure, structure};
 use crate::show::whiteness::is_white;
@@ -181,14 +182,14 @@ fn is_of_another(ids: &[EffectId], on: &str) -> bool {
     telling && !ids.iter().any(|id| goes_by(*id, on))
 }
 
-/// Whether a fit leaves no more than noise, coloured or not.
+/// Whether a fit leaves no more than noise, coloured or not, and zeros of each run hide nothing that is more.
 pub(crate) fn leaves_noise(setting: &Setting<'_>, fitted: &Fitted) -> Result<bool, DiagnosisError> {
     let left = left(setting, &fitted.point)?;
-    if is_white(setting, &left) {
-        return Ok(true);
-    }
-    let structure = structure(setting, &left);
-    Ok(is_noise(&structure) || is_coloured(setting, &left, &structure))
+    let is_noise = is_white(setting, &left) || {
+        let structure = structure(setting, &left);
+        is_noise(&structure) || is_coloured(setting, &left, &structure)
+    };
+    Ok(is_noise && zeros_hold(setting, &fitted.point)?)
 }
 
 /// Whether a residual is no more than noise.

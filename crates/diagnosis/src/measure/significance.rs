@@ -67,6 +67,20 @@ pub(crate) fn may_be_none(
     !places.is_empty() && by_chance(spread, (&places, &off), &known) >= CHANCE_OF_ANY
 }
 
+/// Whether a parameter of the model that is a member is beyond its tolerance, further than by chance.
+pub(crate) fn is_beyond(
+    (hypothesis, spread): (&Hypothesis, &Spread),
+    index: usize,
+    tolerance: &Correction,
+) -> bool {
+    let place = hypothesis.free().into_iter().position(|free| free == Free::Number(index, 0));
+    let value = hypothesis.members.get(index).and_then(|member| member.numbers.first());
+    place.zip(value).is_some_and(|(place, value)| {
+        let beyond = DVector::from_element(1, tolerance.beyond(*value));
+        by_chance(spread, (&[place], &beyond), &[]) < CHANCE_OF_ANY
+    })
+}
+
 /// The probability that numbers at these places are, together, as far `off` as they are, given the numbers at `known`.
 fn by_chance(spread: &Spread, (places, off): (&[usize], &DVector<f64>), known: &[usize]) -> f64 {
     let Some(inverse) = invert(spread.covariance_given(places, known)) else { return 1.0 };

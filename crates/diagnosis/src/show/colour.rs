@@ -6,6 +6,7 @@ use crate::show::repeated::is_repeated;
 use crate::show::residual::{PieceResidual, squares_as_fitted};
 use crate::show::structure::{Structure, depends, structure};
 use crate::show::tone::tone;
+use crate::show::waves::goes_with_the_angle;
 use crate::show::whiteness::is_white;
 use log_data::median;
 
@@ -55,6 +56,7 @@ pub(crate) fn is_coloured(setting: &Setting<'_>, left: &[PieceResidual], structu
         && is_everywhere(setting, left, structure.per_independent)
         && tone(setting, left).is_none()
         && !is_repeated(setting, left)
+        && !goes_with_the_angle(setting, left, structure.per_independent)
 }
 
 /// Whether no group is much louder than the others: what is left in one alone, where an angle or a pressure was reached that no other has, is

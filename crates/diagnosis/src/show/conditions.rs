@@ -5,7 +5,7 @@ use crate::fit::equations::{Point, Setting};
 use crate::log::campaign::Campaign;
 use crate::log::driven::Driven;
 use crate::numerics::statistics::{CHANCE, holm, standardised};
-use crate::show::residual::{OwnZero, zeros_of_runs};
+use crate::show::own_zeros::{OwnZero, zeros_of_runs};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -24,12 +24,14 @@ struct Conditions {
     /// The mean of its times, and the last of them.
     time_s: f64,
     last_s: f64,
+    /// The means of what was recorded or set.
     pressure_pa: f64,
     temperature_c: f64,
+    angle_rad: f64,
 }
 
-/// Whether the zeros of a torque's runs go by pressure or temperature, and not by the time at which the runs were made alone, as a transducer
-/// that drifts does: a partial F-test of curves of the second degree in either, and of a surface in both. Where a condition changed as time went
+/// Whether the zeros of a torque's runs go by pressure, temperature or the angle that the runs are about, and not by the time at which they were
+/// made alone, as a transducer that drifts does: a partial F-test of curves of the second degree in each, and of a surface in the first two. Where a condition changed as time went
 /// on, nothing tells the two apart; zeros that are larger than the tolerance of the transducer's own are no drift then.
 pub(crate) fn go_by_conditions(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
     if setting.nuisances.zero_nm == 0.0 {
@@ -73,7 +75,18 @@ fn conditions(setting: &Setting<'_>, run: usize) -> Conditions {
         last_s,
         pressure_pa: mean(|of| of.pressure_pa()),
         temperature_c: mean(|of| of.temperature_c()),
+        angle_rad: mean_angle(setting, run),
     }
+}
+
+/// The mean angle of a run; 0 where it is not known.
+fn mean_angle(setting: &Setting<'_>, run: usize) -> f64 {
+    let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
+    let angles = pieces.flat_map(|piece| (0..piece.len()).map(|index| piece.kinematics(index).0));
+    let (sum, count) = angles
+        .filter(|angle| angle.is_finite())
+        .fold((0.0, 0.0), |(sum, count), angle| (sum + angle, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 /// A condition's values in all runs, standardised; zeros where it is the same in all of them, and tells nothing.
@@ -103,10 +116,11 @@ fn go_by(runs: &[(OwnZero, Conditions)]) -> bool {
         return false;
     }
     let (pressure, temperature) = (column(runs, |of| of.pressure_pa), column(runs, |of| of.temperature_c));
+    let angle = column(runs, |of| of.angle_rad);
     let both = vec![pressure.component_mul(&temperature)];
     let surface = [curve(&pressure), curve(&temperature), both].concat();
     let course = [one_for_all(runs), curve(&times(runs))].concat();
-    let tested = [curve(&pressure), curve(&temperature), surface];
+    let tested = [curve(&pressure), curve(&temperature), curve(&angle), surface];
     let mut found: Vec<(f64, f64)> =
         tested.into_iter().filter_map(|added| partial_f(runs, &course, added)).collect();
     holm(found.iter_mut().map(|(_, p_value)| p_value));
@@ -187,6 +201,7 @@ mod tests {
                 last_s: if seed.is_multiple_of(2) { 60.0 * index as f64 + 3.0 } else { 6.0 },
                 pressure_pa: 1e6 * pressure,
                 temperature_c: 30.0 + 10.0 * temperature,
+                angle_rad: random.random_range(-1.0..1.0),
             };
             (OwnZero { zero, told: 1.0 }, conditions)
         };
@@ -205,6 +220,12 @@ mod tests {
             let drifting = share(count, |time, _, _| 20.0 * time);
             assert!(drifting <= 6, "{drifting} of 200 that drift, {count} runs");
         }
+        let by_angle = |seed: &u64| {
+            let mut runs = runs(16, *seed, |_, _, _| 0.0);
+            runs.iter_mut().for_each(|(zero, conditions)| zero.zero += 8.0 * conditions.angle_rad);
+            go_by(&runs)
+        };
+        assert!((0..200).filter(by_angle).count() > 180);
         assert!(share(16, |_, pressure, _| 4.0 * pressure) > 180);
         assert!(share(16, |_, _, temperature| 4.0 * temperature.powi(2)) > 180);
         assert!(share(24, |_, pressure, temperature| 4.0 * (pressure - 1.5) * (temperature - 1.0)) > 180);

@@ -1,15 +1,12 @@
 //! The residual of every piece at one hypothesis, and its RMS over the pieces wanted.
 
 use crate::DiagnosisError;
-use crate::fit::equations::{Additive, Column, Nuisances, PieceEquations, Point, Setting};
+use crate::fit::equations::{Nuisances, Point, Setting};
 use crate::fit::gauss_newton::{fit, with_best_starts};
 use crate::log::cut::Place;
 use crate::log::piece::Piece;
 use crate::workers::map;
-use std::collections::{BTreeMap, BTreeSet};
-
-/// Offsets of each run beyond so many standard deviations of the model's own, as RMS, are no zeros: of two runs one in 10,000 has them by chance.
-const PLAUSIBLE: f64 = 3.0;
+use std::collections::BTreeSet;
 
 /// A piece's residual with the nuisances subtracted, and the prediction that they were added to.
 pub(crate) struct PieceResidual {
@@ -95,70 +92,6 @@ fn own_zero(setting: &Setting<'_>, piece: &Piece, residual: &[f64]) -> f64 {
         (sum + weight * weight * value, weights + weight * weight)
     });
     if weights > 0.0 { sum / (weights + ridge) } else { 0.0 }
-}
-
-/// A run's own zero, N·m or rad, and what the run tells of it beside its initial state, 0 to 1: a spool that rests keeps the torque that it
-/// began with, and that is no zero.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct OwnZero {
-    pub zero: f64,
-    pub told: f64,
-}
-
-/// The own zeros of all runs: pieces of one run have one zero, and are no further witnesses of what zeros scatter about.
-pub(crate) fn own_zeros(setting: &Setting<'_>, point: &Point) -> Result<Vec<OwnZero>, DiagnosisError> {
-    Ok(zeros_of_runs(setting, point)?.into_iter().map(|(_, zero)| zero).collect())
-}
-
-/// The own zeros, each with its run.
-pub(crate) fn zeros_of_runs(
-    setting: &Setting<'_>,
-    point: &Point,
-) -> Result<Vec<(usize, OwnZero)>, DiagnosisError> {
-    let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
-    let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
-    let ridge = setting.nuisances.zero_ridge();
-    let zero = |piece: PieceEquations| {
-        let at = |column: usize| piece.gram.matrix.get((0, column)).copied().unwrap_or(0.0);
-        let (data, cross) = (at(0), at(1));
-        let all = (data + ridge).max(f64::MIN_POSITIVE);
-        OwnZero { zero: cross / all, told: data / all }
-    };
-    let mut runs: BTreeMap<usize, Vec<OwnZero>> = BTreeMap::new();
-    for (piece, equations) in setting.campaign.pieces.iter().zip(equations) {
-        runs.entry(piece.run).or_default().extend(equations.map(zero));
-    }
-    Ok(runs.into_iter().filter_map(|(run, pieces)| Some((run, zero_of_run(&pieces)?))).collect())
-}
-
-/// A run's zero: the mean of its pieces', each by what it tells. The run tells what the best of them does.
-fn zero_of_run(pieces: &[OwnZero]) -> Option<OwnZero> {
-    let told: f64 = pieces.iter().map(|of| of.told).sum();
-    let sum: f64 = pieces.iter().map(|of| of.told * of.zero).sum();
-    let best = pieces.iter().map(|of| of.told).reduce(f64::max)?;
-    Some(OwnZero { zero: sum / told.max(f64::MIN_POSITIVE), told: best })
-}
-
-/// Whether offsets of each run are as small as zeros are.
-pub(crate) fn zeros_are_plausible(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
-    let zero_nm = setting.nuisances.zero_nm;
-    Ok(zero_nm == 0.0 || rms_of_zeros(&own_zeros(setting, point)?) < PLAUSIBLE * zero_nm)
-}
-
-/// RMS of own zeros, each by what its run tells of it.
-fn rms_of_zeros(zeros: &[OwnZero]) -> f64 {
-    let (squares, told) = zeros
-        .iter()
-        .fold((0.0, 0.0), |(squares, told), of| (squares + of.told * of.zero.powi(2), told + of.told));
-    (squares / f64::max(told, f64::MIN_POSITIVE)).sqrt()
-}
-
-/// Mean of own zeros, and their standard deviation about it, each by what its run tells of it.
-pub(crate) fn mean_and_scatter(zeros: &[OwnZero]) -> (f64, f64) {
-    let told = zeros.iter().map(|of| of.told).sum::<f64>().max(f64::MIN_POSITIVE);
-    let mean = zeros.iter().map(|of| of.told * of.zero).sum::<f64>() / told;
-    let square = zeros.iter().map(|of| of.told * (of.zero - mean).powi(2)).sum::<f64>() / told;
-    (mean, square.sqrt())
 }
 
 /// Sum of squares and number of samples by group, over the pieces wanted. Loose ripples are included, because no model explains them.
@@ -249,60 +182,4 @@ fn changes(setting: &Setting<'_>, one: &[PieceResidual], other: &[PieceResidual]
         (both.map(square).filter(|square| square.is_finite()).sum(), piece.count())
     };
     setting.campaign.pieces.iter().zip(one.iter().zip(other)).map(of).collect()
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use super::*;
-    use crate::extend::hypothesis::Hypothesis;
-    use crate::fixtures;
-    use crate::log::campaign::Campaign;
-    use crate::workers::OneAfterTheOther;
-    use log_data::{Log, Run};
-    use prediction::{Past, predict};
-    use valve_model::Model;
-
-    const ZERO_NM: f64 = 0.02;
-
-    /// A run of 2 s whose torque is the model's and `more_nm`.
-    fn run(model: &Model, number: usize, angle: impl Fn(f64) -> f64, more_nm: f64) -> Run {
-        let times: Vec<f64> = (0..1000).map(|k| 2e-3 * f64::from(k)).collect();
-        let mut run = Run {
-            name: format!("{number}"),
-            angle_rad: times.iter().map(|at| angle(*at)).collect(),
-            time_s: times.iter().map(|at| at + 10.0 * number as f64).collect(),
-            torque_nm: Some(vec![0.0; times.len()]),
-            ..Run::default()
-        };
-        predict(&mut run, model, &Past::default()).unwrap();
-        run.torque_nm.iter_mut().flatten().for_each(|torque| *torque += more_nm);
-        run
-    }
-
-    /// A torque from before the run is no zero of a spool that rests through it.
-    #[test]
-    fn what_a_resting_spool_keeps_is_no_zero_of_its_run() {
-        let given = fixtures::model(Vec::new());
-        let swing = |at: f64| 0.3 * (4.0 * at).sin();
-        let zeros = [ZERO_NM, -ZERO_NM, ZERO_NM, -ZERO_NM];
-        let mut runs: Vec<Run> =
-            zeros.iter().enumerate().map(|(number, zero)| run(&given, number, swing, *zero)).collect();
-        runs.extend((4..8).map(|number| run(&given, number, |_| 0.1, 0.7)));
-        let mut campaign =
-            Campaign::new(&Log { runs, ..Log::default() }, &given, 0, &OneAfterTheOther).unwrap();
-        campaign.pieces.iter_mut().for_each(|piece| piece.weights.fill(1e3));
-        let nuisances = Nuisances { zero_nm: ZERO_NM, angle_zero: false };
-        let setting = Setting::new(&campaign, &given, nuisances, &OneAfterTheOther);
-        let hypothesis = Hypothesis::default();
-        let ready = setting.ready(&hypothesis).unwrap();
-        // A search leaves starts where they were found under other levels.
-        let start = |piece: &Piece| {
-            let first = piece.first_start(&ready);
-            if piece.run < zeros.len() { first } else { first.shifted(0.4) }
-        };
-        let starts = campaign.pieces.iter().map(start).collect();
-        let found = rms_of_zeros(&own_zeros(&setting, &Point { hypothesis, starts }).unwrap());
-        assert!((0.8 * ZERO_NM..1.2 * ZERO_NM).contains(&found), "{found} N·m");
-    }
 }

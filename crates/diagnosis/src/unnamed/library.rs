@@ -2,8 +2,8 @@
 
 use crate::extend::stroke::{tells_apart, turns};
 use crate::log::facts::Facts;
+use crate::show::waves::Wave;
 use crate::unnamed::factor::Factor;
-use crate::unnamed::tone::Wave;
 use valve_model::{ActsOn, Covariate};
 
 /// The lowest orders of the angle, which are always looked at.

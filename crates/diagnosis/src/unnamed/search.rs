@@ -16,12 +16,13 @@ use crate::name::tried::{EQUAL, STEPS, Tried};
 use crate::show::colour::is_coloured;
 use crate::show::residual::left;
 use crate::show::structure::structure;
+use crate::show::waves::order_of_its_own;
 use crate::show::whiteness::is_white;
 use crate::unnamed::factor::{AROUND, Factor};
 use crate::unnamed::knots::knots;
 use crate::unnamed::library::{Suggested, library, may_depend};
 use crate::unnamed::term::Term;
-use crate::unnamed::tone::{order_of_its_own, tone_over_the_clock};
+use crate::unnamed::tone::tone_over_the_clock;
 use valve_model::{ActsOn, Covariate, EffectId};
 
 /// Laws at most.
