@@ -224,6 +224,12 @@ impl Sums {
         if scale > 0.0 { self.error() / scale.sqrt() } else { f64::INFINITY }
     }
 
+    /// The factor of what is expected that is in what was measured, whatever else is: 1 where the model is right, 0 where they have nothing to do
+    /// with each other.
+    pub(crate) fn factor(&self) -> f64 {
+        if self.expected_2 > 0.0 { self.product / self.expected_2 } else { 0.0 }
+    }
+
     /// Correlation about zero of measured and expected.
     pub(crate) fn correlation(&self) -> f64 {
         let scale = (self.measured_2 * self.expected_2).sqrt();

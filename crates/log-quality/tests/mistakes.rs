@@ -14,6 +14,18 @@ fn nothing_is_claimed_of_a_record_without_mistakes() {
     assert_eq!(inspect(&log(), None), []);
 }
 
+/// A magnet's torque over the angle may be several times the friction.
+#[test]
+fn a_large_torque_over_the_angle_is_no_wrong_angle() {
+    let mut log = log();
+    for run in &mut log.runs {
+        let torques = run.torque_nm.iter_mut().flatten();
+        torques.zip(&run.angle_rad).for_each(|(torque, angle)| *torque += 12.0 * (50.0 * angle).sin());
+    }
+    let mistakes: Vec<Kind> = inspect(&log, Some(&model())).into_iter().map(|of| of.kind).collect();
+    assert!(!mistakes.contains(&Kind::WrongAngle), "{mistakes:?}");
+}
+
 type Case = (&'static str, fn(&mut Log), Kind, &'static str);
 
 #[test]
@@ -102,6 +114,18 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
             },
             Kind::WrongAngle,
             "integrated",
+        ),
+        (
+            "the angle of another record",
+            |log| {
+                for (index, run) in log.runs.iter_mut().enumerate() {
+                    let rate = TAU * (0.9 + 0.17 * index as f64);
+                    let times = run.time_s.iter().map(|at| at - run.time_s[0]);
+                    run.angle_rad = times.map(|at| 0.4 * (rate * at).cos()).collect();
+                }
+            },
+            Kind::WrongAngle,
+            "has nothing to do with the motion",
         ),
         (
             "the time for the angle",

@@ -46,6 +46,13 @@ impl Factor {
         Self { of: Covariate::Angle, texts, unit: "", shape: None, listed: true, knots: Vec::new() }
     }
 
+    /// A spring over angles from and to: its angle without torque is fitted, to a stroke on either side of them.
+    pub fn spring((from, to): (f64, f64)) -> Self {
+        let (least, most) = (2.0 * from - to, 2.0 * to - from);
+        let shape = Shape { key: "rest", start: 0.5 * (from + to), least, most, unit: "rad".to_owned() };
+        Self { shape: Some(shape), ..Self::plain(Covariate::Angle, "(angle - rest)", "rad") }
+    }
+
     /// A power of the speed, which is fitted, with the speed's sign.
     pub fn power_of_speed() -> Self {
         let shape = Shape { key: "n", start: 0.5, least: 0.05, most: 3.0, unit: String::new() };

@@ -138,5 +138,9 @@ fn of_angle(acts_on: ActsOn, facts: &Facts, suggested: &Suggested) -> Vec<Factor
     let listed = acts_on != ActsOn::Viscous;
     let harmonics = orders.into_iter().map(|order| Factor { listed, ..Factor::harmonic(order) });
     let own = suggested.order.map(|order| Factor::wave(Covariate::Angle, order.frequency, order.span));
-    std::iter::once(Factor::plain(Covariate::Angle, "angle", "rad")).chain(harmonics).chain(own).collect()
+    let straight = match acts_on {
+        ActsOn::Torque => Factor::spring(facts.angle_rad),
+        _ => Factor::plain(Covariate::Angle, "angle", "rad"),
+    };
+    std::iter::once(straight).chain(harmonics).chain(own).collect()
 }

@@ -6,8 +6,10 @@ use crate::finding::{Finding, Kind, Place, Severity, in_runs};
 use crate::windows::{Source, windows};
 use log_data::Channel;
 
-/// Nothing in common: the correlation of what was measured with what the motion takes.
+/// Nothing in common: the correlation of what was measured with what the motion takes, and the part of that which is in it. A magnet's torque
+/// over the angle that is several times the friction lowers the first, and not the second.
 const NOTHING: f64 = 0.3;
+const HARDLY_A_PART: f64 = 0.5;
 
 impl Case<'_> {
     /// Runs that contradict the model where others agree with it, and agree once two channels are exchanged.
@@ -62,19 +64,20 @@ impl Case<'_> {
             return Some(self.exchanged((source, tried), given, &sums, Vec::new()));
         }
         // An angle log's angle was held against its command before; lost steps and an eccentric encoder rule the lag.
-        let nothing = self.torque && given.tell() && given.correlation().abs() < NOTHING;
-        nothing.then(|| Finding {
+        let nothing = given.correlation().abs() < NOTHING && given.factor() < HARDLY_A_PART;
+        (self.torque && given.tell() && nothing).then(|| Finding {
             kind: Kind::WrongAngle,
             severity: Severity::Mistake,
             evidence: format!(
-                "the torque has nothing to do with the motion that the angle says: their correlation in sliding is {:.2}, and \
-                 the error of the model {:.4} {}",
+                "the torque has nothing to do with the motion that the angle says: their correlation in sliding is {:.2}, \
+                 {:.2} times what it takes is in the torque, and the error of the model is {:.4} {}",
                 given.correlation(),
+                given.factor(),
                 given.error(),
                 self.unit()
             ),
             place: Place::of(&[Channel::Angle], Vec::new()),
-            mend: "is the angle's column the right one, and of this record?".to_owned(),
+            mend: "is the angle's column the right one, and is it of this record?".to_owned(),
         })
     }
 
