@@ -118,10 +118,8 @@ fn each_mistake_is_named_with_what_speaks_for_it() {
         (
             "the angle of another record",
             |log| {
-                for (index, run) in log.runs.iter_mut().enumerate() {
-                    let rate = TAU * (0.9 + 0.17 * index as f64);
-                    let times = run.time_s.iter().map(|at| at - run.time_s[0]);
-                    run.angle_rad = times.map(|at| 0.4 * (rate * at).cos()).collect();
+                for run in &mut log.runs {
+                    run.angle_rad = run.time_s.iter().map(|at| 0.2 * (TAU * 4.3 * at).sin()).collect();
                 }
             },
             Kind::WrongAngle,
