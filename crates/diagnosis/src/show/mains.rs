@@ -1,8 +1,8 @@
 //! Mains hum: tones of 50 or 60 Hz and their harmonics in the measured channel, found in a residual.
 //!
 //! A tone is fitted to stretches of at most [`STRETCH_S`], each with an amplitude and a phase of its own, because the mains'
-//! frequency wanders. It is hum if its power stands out of that of the frequencies beside it, and if the motion has no line
-//! there: a sine of 10 Hz makes friction oscillate at 50 Hz, and so does a ripple five times a turn at 10 turns a second.
+//! frequency wanders. It is hum if its power stands out of that of the frequencies beside it, and if it doesn't follow a line of the
+//! motion there: a sine of 10 Hz makes friction oscillate at 50 Hz, and so does a ripple five times a turn at 10 turns a second.
 #![allow(clippy::indexing_slicing, reason = "arrays of fixed size")]
 
 use crate::fit::equations::Setting;
@@ -10,6 +10,7 @@ use crate::log::hum::Hum;
 use crate::log::piece::Piece;
 use crate::show::residual::PieceResidual;
 use crate::workers::map;
+use nalgebra::Complex;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::f64::consts::TAU;
 
@@ -32,6 +33,8 @@ const STEP_HZ: f64 = 0.02;
 const PART_S: f64 = 0.5;
 const STEADY: f64 = 0.15;
 const LEAST_PARTS: usize = 4;
+/// A tone is the motion's own where it follows the line that the motion has there: where that accounts for this part of its power.
+const FOLLOWS: f64 = 0.5;
 /// A ripple is locked to a tone if their phase difference has a mean phasor longer than this.
 const LOCKED: f64 = 0.5;
 
@@ -181,7 +184,26 @@ fn stands_out(setting: &Setting<'_>, stretches: &[Stretch], hz: f64) -> bool {
     }
     let (of_motion, count, _) = self::ratio(setting, stretches, hz, |of| &of.direction);
     let locked = stretches.iter().filter(|stretch| is_locked(stretch, hz)).count();
-    by_chance(of_motion, count) > CHANCE && 2 * locked < stretches.len()
+    let follows = by_chance(of_motion, count) <= CHANCE && coherence(stretches, hz) > FOLLOWS;
+    !follows && 2 * locked < stretches.len()
+}
+
+/// The part of a tone's power in the residual that one complex factor times the direction's tone accounts for. Hum has a phase of its own in each
+/// stretch.
+fn coherence(stretches: &[Stretch], hz: f64) -> f64 {
+    let mut both = Complex::<f64>::default();
+    let (mut of_residual, mut of_direction) = (0.0, 0.0);
+    for stretch in stretches {
+        let tones = fitted(stretch, &stretch.residual, hz).zip(fitted(stretch, &stretch.direction, hz));
+        let Some((residual, direction)) = tones else { continue };
+        let [residual, direction] = [residual, direction].map(|[cos, sin]| Complex::<f64>::new(cos, sin));
+        let weights: f64 = stretch.weight.iter().map(|weight| weight * weight).sum();
+        both += weights * residual * direction.conj();
+        of_residual += weights * residual.norm_sqr();
+        of_direction += weights * direction.norm_sqr();
+    }
+    let product = of_residual * of_direction;
+    if product > 0.0 { both.norm_sqr() / product } else { 0.0 }
 }
 
 /// Whether a tone is there at all times: a ripple over the angle passes a frequency only while the speed is right.
@@ -295,6 +317,26 @@ mod tests {
         assert!(is_locked(&turning, 50.0), "five times a turn, ten turns a second");
         let still = Stretch { angle_rad: vec![0.3; 4000], ..stretch(|_| 1.0) };
         assert!(!is_locked(&still, 50.0));
+    }
+
+    #[test]
+    fn a_tone_that_follows_the_motion_is_no_hum() {
+        // Eight stretches of a 10 Hz sine, whose direction has a line at 50 Hz; each begins at a phase of its own.
+        let begins = |of: usize| 0.7 * (of * of) as f64;
+        let stretches = |residual: fn(f64, f64) -> f64| -> Vec<Stretch> {
+            let of = |index: usize| {
+                let plain = stretch(|_| 0.0);
+                let direction: Vec<f64> =
+                    plain.time_s.iter().map(|at| (TAU * 10.0 * at + begins(index)).cos().signum()).collect();
+                let at = |(time, direction): (&f64, &f64)| residual(TAU * 50.0 * time, *direction);
+                let residual = plain.time_s.iter().zip(&direction).map(at).collect();
+                Stretch { residual, direction, ..plain }
+            };
+            (0..8).map(of).collect()
+        };
+        let (friction, hum) =
+            (coherence(&stretches(|_, way| 0.2 * way), 50.0), coherence(&stretches(|at, _| at.sin()), 50.0));
+        assert!(friction > 0.99 && hum < 0.5 * FOLLOWS, "{friction} and {hum}");
     }
 
     #[test]
