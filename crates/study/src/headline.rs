@@ -35,7 +35,7 @@ pub fn headline(found: &Found, laws: &str) -> String {
     let beside = if groups.is_empty() {
         String::new()
     } else {
-        format!(" Beside it, these data can't tell which of these there is: {}.", groups.join("; "))
+        format!(" Beside it there is one of these, which these data can't tell apart: {}.", groups.join("; "))
     };
     match diagnosis.verdict {
         Verdict::NoDiscrepancy if !diagnosis.within_tolerance.is_empty() => {
@@ -60,8 +60,10 @@ pub fn headline(found: &Found, laws: &str) -> String {
                     "The model is wrong by {rms} {unit} where the measurement scatters by {noise}{corrected}, and {why}."
                 )
             } else {
+                let over_noise = diagnosis.gain.over_noise_after;
                 format!(
-                    "The model is wrong by {rms} {unit}, no more than the measurement scatters by, but not all of that is noise."
+                    "The model is wrong by {rms} {unit}; the measurement's least certain samples scatter by as much, but each sample counted by how \
+                     well it is known that is {over_noise:.2} times the noise, and not noise alone."
                 )
             };
             says.push_str(laws);
@@ -95,9 +97,14 @@ pub fn headline(found: &Found, laws: &str) -> String {
         }
         Verdict::PartlyExplained => {
             format!(
-                "{}{} {falls}; something is left that no cause explains.{beside}{laws}",
+                "{}{} {falls}{}{beside}{laws}",
                 joined(&sentences),
-                lacking(&diagnosis.causes)
+                lacking(&diagnosis.causes),
+                if groups.is_empty() {
+                    "; something is left that no cause explains."
+                } else {
+                    "; something is left."
+                }
             )
         }
     }

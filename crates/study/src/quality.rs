@@ -21,7 +21,10 @@ pub fn mistaken(found: &[Finding]) -> Option<String> {
 
 /// What to mend in the log before anything that was found in it is believed.
 pub fn mend_first(found: &[Finding]) -> Vec<String> {
-    mistakes(found).map(|of| format!("Mend the log first: {}. {}.", of.evidence, of.mend)).collect()
+    let end = |mend: &str| if mend.ends_with('?') { "" } else { "." };
+    mistakes(found)
+        .map(|of| format!("Mend the log first: {}. {}{}", of.evidence, of.mend, end(&of.mend)))
+        .collect()
 }
 
 /// diagnosis.json, with `data_quality`; where the log itself is wrong, what comes next is to mend it.

@@ -163,11 +163,24 @@ fn growth_at_rest(cause: &Cause) -> (f64, String) {
     }
 }
 
+/// By what part friction changes over the distance that the log travels, and over which in words: what it tends to is often far beyond.
+fn change_by_distance(cause: &Cause) -> (f64, String) {
+    let value = |key: &str| cause.parameters.get(key).map(|of| of.value);
+    let gain = value("gain").unwrap_or(f64::NAN);
+    match value("distance_rad").zip(cause.evidence.get("travelled_rad")) {
+        Some((constant_rad, Evidence::Number(travelled_rad))) => (
+            gain * growth_reached(travelled_rad / constant_rad, 1.0),
+            format!("over the {} rad of this log", short(*travelled_rad)),
+        ),
+        _ => (gain, "in the end".to_owned()),
+    }
+}
+
 /// A cause in words, in a log of which this channel is predicted.
 pub fn sentence(cause: &Cause, predicted: Channel) -> String {
     let value = |key: &str| cause.parameters.get(key).map_or(f64::NAN, |of| of.value);
     let times = |than: &str| cause.parameters.get("factor").map_or(String::new(), |of| off(of, than));
-    let size = amplitude(cause);
+    let size = largest(cause);
     match cause.id {
         EffectId::CoulombLevel
         | EffectId::StaticLevel
@@ -215,10 +228,13 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
             format!("The rig's friction follows the speed {} ms late", short(1e3 * value("time_constant_s")))
         }
         EffectId::PreslidingHysteresis => "Before it slides the rig has hysteresis with a memory".to_owned(),
-        EffectId::WearDrift => format!(
-            "The rig's friction changes with the distance travelled, by {} % in the end",
-            short(100.0 * value("gain"))
-        ),
+        EffectId::WearDrift => {
+            let (change, over) = change_by_distance(cause);
+            format!(
+                "The rig's friction changes with the distance travelled, by {} % {over}",
+                short(100.0 * change)
+            )
+        }
         EffectId::FlowTorque => {
             format!("The flow turns the rig's spool with up to {} N·m per MPa", short(size))
         }
@@ -238,7 +254,9 @@ pub fn sentence(cause: &Cause, predicted: Channel) -> String {
         }
         EffectId::MissedSteps => "The rotor lost steps".to_owned(),
         EffectId::TorqueOffset => {
-            format!("The torque channel reads {} N·m too much throughout", short(value("offset_nm")))
+            let offset_nm = value("offset_nm");
+            let way = if offset_nm < 0.0 { "little" } else { "much" };
+            format!("The torque channel reads {} N·m too {way} throughout", short(offset_nm.abs()))
         }
         EffectId::SensorDelay => {
             let delay_s = value("delay_s");
@@ -293,10 +311,27 @@ fn sided(part: f64) -> String {
     format!("{percent} % {first} in the positive direction and as much {second} in the negative")
 }
 
-/// The root of the sum of squares of a series' coefficients.
-fn amplitude(cause: &Cause) -> f64 {
-    let coefficients = cause.parameters.iter().filter(|(key, _)| key.contains('['));
-    coefficients.map(|(_, of)| of.value * of.value).sum::<f64>().sqrt()
+/// Places that a turn of a series is looked at in, for each period of its highest order.
+const A_PERIOD: f64 = 64.0;
+
+/// The largest value of a series over a turn, without regard to its sign.
+fn largest(cause: &Cause) -> f64 {
+    let part = |(key, of): (&String, &ParameterFound)| {
+        let (function, order) = key.strip_suffix(']')?.split_once('[')?;
+        let order: f64 = order.parse().ok()?;
+        match function {
+            "cos" => Some((order, of.value, 0.0)),
+            "sin" => Some((order, 0.0, of.value)),
+            _ => None,
+        }
+    };
+    let parts: Vec<(f64, f64, f64)> = cause.parameters.iter().filter_map(part).collect();
+    let places = A_PERIOD * parts.iter().map(|of| of.0).fold(1.0, f64::max);
+    let at = |place: usize| -> f64 {
+        let angle = std::f64::consts::TAU * place as f64 / places;
+        parts.iter().map(|(order, cos, sin)| cos * (order * angle).cos() + sin * (order * angle).sin()).sum()
+    };
+    (0..places as usize).map(|place| at(place).abs()).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -324,6 +359,48 @@ mod tests {
         assert_eq!(said(&cause), lock);
         cause.evidence.clear();
         assert_eq!(said(&cause), "The rig's friction grows under pressure by 1330 % per MPa while it rests");
+    }
+
+    #[test]
+    fn a_change_by_distance_is_told_by_what_the_log_travelled() {
+        let number = |key: &str, value| (key.to_owned(), of(value, value, value));
+        let cause = Cause {
+            id: EffectId::WearDrift,
+            parameters: [number("gain", 0.956), number("distance_rad", 1000.0)].into(),
+            evidence: [("travelled_rad".to_owned(), Evidence::Number(100.0))].into(),
+            rms_gain: 0.2,
+        };
+        let said = sentence(&cause, Channel::Torque);
+        assert_eq!(
+            said,
+            "The rig's friction changes with the distance travelled, by 9.10 % over the 100 rad of this log"
+        );
+    }
+
+    #[test]
+    fn a_series_is_as_large_as_its_largest_value() {
+        let cause = |parts: &[(&str, f64)]| Cause {
+            id: EffectId::PositionTorque,
+            parameters: parts
+                .iter()
+                .map(|(key, value)| ((*key).to_owned(), of(*value, *value, *value)))
+                .collect(),
+            evidence: [].into(),
+            rms_gain: 0.2,
+        };
+        for (parts, expected) in [
+            (&[("cos[3]", 0.3), ("sin[3]", 0.4)][..], 0.5),
+            // In phase at rest: the root of the sum of squares would say 0.0141.
+            (&[("cos[11]", 0.01), ("cos[22]", -0.01)], 0.02),
+            (&[("cos[1]", 0.01), ("cos[2]", 0.01)], 0.02),
+            (&[], 0.0),
+        ] {
+            assert!(
+                (largest(&cause(parts)) - expected).abs() < 0.01 * expected.max(1e-9),
+                "{parts:?}: {}",
+                largest(&cause(parts))
+            );
+        }
     }
 
     #[test]

@@ -230,6 +230,10 @@ fn weigh_one(
         let longest_s = judged.setting.campaign.facts.longest_rest_s;
         evidence.insert("longest_rest_s".to_owned(), Evidence::Number(longest_s));
     }
+    if member.candidate.id == EffectId::WearDrift {
+        let travelled_rad = judged.setting.campaign.facts.travel_rad;
+        evidence.insert("travelled_rad".to_owned(), Evidence::Number(travelled_rad));
+    }
     if let Some(numbers) = in_model(judged.setting.given, member.candidate.id) {
         evidence.insert(IN_MODEL.to_owned(), Evidence::Numbers(numbers));
     }

@@ -144,10 +144,14 @@ impl Judgement<'_> {
         if self.noise.per_independent > 1.0 {
             let alike_s = self.noise.per_independent * self.setting.campaign.facts.step_s;
             let of_motion = (self.noise.total.powi(2) - self.noise.channel.powi(2)).max(0.0).sqrt();
+            let share = (of_motion / self.noise.total).powi(2);
             let why = if of_motion > MUCH * self.noise.total {
-                ", as the encoder's steps are once they went through bristles and inertia"
+                format!(
+                    "; {:.0} % of its square are the encoder's steps, as bristles and inertia pass them on",
+                    100.0 * share
+                )
             } else {
-                ""
+                String::new()
             };
             found.push(format!(
                 "the noise is coloured: neighbours within about {:.1} ms are alike{why}",
