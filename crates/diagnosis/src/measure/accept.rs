@@ -24,7 +24,7 @@ use valve_model::{Effect, EffectId, EffectValue, Model};
 const HARMFUL: f64 = -0.02;
 
 /// A cause that is a parameter of the model, and the only one, stays accepted if a refit with it within its tolerance has a held-out error larger
-/// by this share, however wide its interval: parameters that compensate each other have wide intervals. Any other cause is dropped if its
+/// by this share, however wide its interval: parameters that compensate each other have wide intervals, which end where no more was tried. Any other cause is dropped if its
 /// interval contains zero effect: any curve over the angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
 /// Beside other causes a parameter of the model must be worth this share, however narrow its interval, and its interval must leave out no
@@ -127,7 +127,10 @@ fn is_vague(
             let indispensable = worth >= INDISPENSABLE_BESIDE && !none();
             !indispensable && (acting < NEEDED || !beyond() || !leaves_noise(&judged.setting, kept)?)
         }
-        Some(_) if worth > INDISPENSABLE => false,
+        // At the end of what was tried, and maybe none at all: no size of it is the cause.
+        Some(_) if worth > INDISPENSABLE => {
+            kept.point.hypothesis.is_at_bound(Free::Number(index, 0)) && none()
+        }
         _ => acting < NEEDED || none(),
     })
 }
