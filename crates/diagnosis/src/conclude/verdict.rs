@@ -2,6 +2,7 @@
 
 use crate::DiagnosisError;
 use crate::conclude::leads::offer_leads;
+use crate::conclude::negligible::negligible;
 use crate::conclude::next_experiment::{Left, next_experiment};
 use crate::conclude::reasons::{Against, ambiguities, rejected};
 use crate::conclude::ripples::{
@@ -126,6 +127,9 @@ fn conclusion(
     };
     // Time that ran out in a search for laws ended that.
     let ended = ended || !noise && judged.setting.workers.is_over();
+    let little =
+        if noise || laws.is_some() || tone.is_some() { None } else { negligible(judged, &structure_kept) };
+    let noise = noise || little.is_some();
     if let Some(laws) = &laws {
         (causes, against.stand_ins) = laws.beside(causes);
         against.stand_ins.extend(ambiguous.drain(..).flat_map(|group| group.ids));
@@ -163,6 +167,7 @@ fn conclusion(
     // What is explained needs no further search.
     let ended_open = ended && !matches!(verdict, Verdict::NoDiscrepancy | Verdict::Explained);
     observations.extend(ended_open.then(|| cut_short(judged.setting.campaign)));
+    observations.extend(little);
     let ripples = ripples_left(judged, verdict, &after);
     observations.extend(ripples_in_words(&ripples, judged.setting.campaign.kind.channel.unit()));
     observations.extend(offered.iter().map(|of| kept_out(of, judged.setting.campaign.kind.channel.unit())));

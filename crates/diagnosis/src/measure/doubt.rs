@@ -198,6 +198,11 @@ pub(crate) fn is_noise(structure: &Structure) -> bool {
     let square = structure.rms.powi(2).min(1.0);
     let depends =
         structure.dependences.iter().any(|of| of.share * square > SHARE_LEFT && of.p_value < CHANCE);
+    is_as_loud_as_noise(structure) && !depends
+}
+
+/// Whether a residual is no larger than noise, whatever it depends on.
+pub(crate) fn is_as_loud_as_noise(structure: &Structure) -> bool {
     // An RMS of few samples is itself uncertain.
-    structure.rms <= RMS_LEFT + DEVIATIONS / (2.0 * structure.count).sqrt() && !depends
+    structure.rms <= RMS_LEFT + DEVIATIONS / (2.0 * structure.count).sqrt()
 }
