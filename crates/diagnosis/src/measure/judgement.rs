@@ -15,7 +15,7 @@ use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
 use crate::show::conditions::{changed_with_time, go_by_conditions};
 use crate::show::observe::{between_runs, shows_zeros, torque};
-use crate::show::own_zeros::{mean_and_scatter, own_zeros};
+use crate::show::own_zeros::{mean_and_scatter, own_zeros, zeros_wander};
 use crate::show::residual::{PieceResidual, left, rms_left, settled};
 use crate::show::structure::{Structure, rms, structure};
 use std::collections::BTreeMap;
@@ -96,7 +96,9 @@ impl Judgement<'_> {
         let zero_nm = between_runs(campaign, &left).unwrap_or(0.0);
         let with_zeros =
             Setting { nuisances: Nuisances { zero_nm, ..self.setting.nuisances }, ..self.setting };
-        Ok(if go_by_conditions(&with_zeros, &fitted.point)? { 0.0 } else { zero_nm })
+        let are_zeros =
+            !go_by_conditions(&with_zeros, &fitted.point)? && !zeros_wander(&with_zeros, &fitted.point)?;
+        Ok(if are_zeros { zero_nm } else { 0.0 })
     }
 
     /// The noise's RMS under the fit's weights, N·m or rad: the factor from a normalised residual to the channel's

@@ -32,6 +32,15 @@ pub(crate) fn zeros_of_runs(
     setting: &Setting<'_>,
     point: &Point,
 ) -> Result<Vec<(usize, OwnZero)>, DiagnosisError> {
+    let runs = zeros_of_pieces(setting, point)?;
+    Ok(runs.into_iter().filter_map(|(run, pieces)| Some((run, zero_of_run(&pieces)?))).collect())
+}
+
+/// The own zeros of each run's pieces, as if each piece had one.
+fn zeros_of_pieces(
+    setting: &Setting<'_>,
+    point: &Point,
+) -> Result<BTreeMap<usize, Vec<OwnZero>>, DiagnosisError> {
     let plain = Setting { nuisances: Nuisances { zero_nm: 0.0, angle_zero: false }, ..*setting };
     let equations = plain.equations(point, &[Column::Direct(Additive::Constant)], |_| true)?;
     let ridge = setting.nuisances.zero_ridge();
@@ -45,7 +54,7 @@ pub(crate) fn zeros_of_runs(
     for (piece, equations) in setting.campaign.pieces.iter().zip(equations) {
         runs.entry(piece.run).or_default().extend(equations.map(zero));
     }
-    Ok(runs.into_iter().filter_map(|(run, pieces)| Some((run, zero_of_run(&pieces)?))).collect())
+    Ok(runs)
 }
 
 /// A run's zero: the mean of its pieces', each by what it tells. The run tells what the best of them does.
@@ -56,21 +65,43 @@ fn zero_of_run(pieces: &[OwnZero]) -> Option<OwnZero> {
     Some(OwnZero { zero: sum / told.max(f64::MIN_POSITIVE), told: best })
 }
 
-/// Whether offsets of each run are what zeros are: as small, and about none. One offset of them all beyond the transducer's tolerance, or friction
-/// that the model has too much of in one direction, is in every run's offset, and these would take the place of it.
+/// Whether offsets of each run are what zeros are: as small, about none, and the same throughout the run. One offset of them all beyond the
+/// transducer's tolerance, or friction that the model has too much of in one direction, is in every run's offset, and these would take the place of
+/// it; and so they would of a torque by the angle, which differs from stretch to stretch as the angle does.
 pub(crate) fn zeros_hold(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
     let zero_nm = setting.nuisances.zero_nm;
     if zero_nm == 0.0 {
         return Ok(true);
     }
-    let zeros = own_zeros(setting, point)?;
+    let pieces: Vec<Vec<OwnZero>> = zeros_of_pieces(setting, point)?.into_values().collect();
+    let zeros: Vec<OwnZero> = pieces.iter().filter_map(|pieces| zero_of_run(pieces)).collect();
     // Runs that go one way each tell no zero from friction: no common offset of theirs is the transducer's.
     let room = if shows_zeros(setting.campaign) {
         Room { taken: common_zero(&point.hypothesis), most: MOST_COMMON * zero_nm }
     } else {
         Room::default()
     };
-    Ok(rms_of_zeros(&zeros) < PLAUSIBLE * zero_nm && are_about_none(&zeros, room))
+    let plausible = rms_of_zeros(&zeros) < PLAUSIBLE * zero_nm;
+    Ok(plausible && are_about_none(&zeros, room) && !wander(&pieces, zero_nm))
+}
+
+/// Whether what would be zeros of runs differs within the runs by more than a zero may be off by.
+pub(crate) fn zeros_wander(setting: &Setting<'_>, point: &Point) -> Result<bool, DiagnosisError> {
+    let pieces: Vec<Vec<OwnZero>> = zeros_of_pieces(setting, point)?.into_values().collect();
+    Ok(wander(&pieces, setting.nuisances.zero_nm))
+}
+
+/// Whether the zeros of runs' pieces scatter within the runs by more than what a zero may be off by: what differs from piece to piece is none of
+/// the run's.
+fn wander(runs: &[Vec<OwnZero>], zero_nm: f64) -> bool {
+    let (mut squares, mut pieces) = (0.0, 0.0);
+    for run in runs {
+        let told: f64 = run.iter().map(|of| of.told).sum();
+        squares += told * mean_and_scatter(run).1.powi(2);
+        pieces += told;
+    }
+    let freedom = pieces - runs.len() as f64;
+    freedom >= 1.0 && squares / freedom > zero_nm * zero_nm
 }
 
 /// What the transducer's tolerance leaves for a common zero.
@@ -191,6 +222,33 @@ mod tests {
                 "{mean}, {told}, {count}"
             );
         }
+    }
+
+    #[test]
+    fn a_zero_of_a_run_is_the_same_in_all_of_it() {
+        let run = |zeros: [f64; 4]| zeros.map(|zero| OwnZero { zero, told: 1.0 }).to_vec();
+        let runs = |of_runs: f64, of_pieces: f64| -> Vec<Vec<OwnZero>> {
+            let own = [1.1, -0.8, 0.9, -1.2, 0.7, -0.9];
+            let pieces = [[0.9, -1.1, 0.4, -0.2], [-1.3, 0.8, 0.6, -0.1], [0.2, 1.2, -0.9, -0.5]];
+            (0..6).map(|at| run(pieces[at % 3].map(|piece| of_runs * own[at] + of_pieces * piece))).collect()
+        };
+        for (of_runs, of_pieces, zero_nm, wanders) in [
+            (1.0, 0.1, 1.0, false),
+            (0.3, 1.5, 1.0, true),
+            (4.0, 1.5, 1.0, true),
+            // Less than a zero may be off by.
+            (0.1, 0.5, 1.0, false),
+        ] {
+            assert_eq!(
+                wander(&runs(of_runs, of_pieces), zero_nm),
+                wanders,
+                "{of_runs} {of_pieces} {zero_nm}"
+            );
+        }
+        assert!(
+            !wander(&[run([2.0; 4])[..1].to_vec(), run([-2.0; 4])[..1].to_vec()], 0.1),
+            "one piece a run"
+        );
     }
 
     #[test]
