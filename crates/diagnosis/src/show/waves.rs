@@ -13,8 +13,7 @@ use std::f64::consts::TAU;
 /// Steps of the scan for a period over the log, and in all at most.
 const STEPS_A_PERIOD: f64 = 6.0;
 const MOST_STEPS: f64 = 20_000.0;
-/// Orders of the angle that are looked through. One is the angle's own where it is closer to a whole number than `BESIDE`, or than a
-/// stroke tells apart.
+/// Orders of the angle that are looked through. One is the angle's own where it is closer to a whole number than `BESIDE`.
 const ORDERS: (f64, f64) = (0.3, 16.0);
 const BESIDE: f64 = 0.1;
 /// Periods that the angle goes through at least: of fewer, slow noise looks like a wave.
@@ -31,12 +30,11 @@ pub(crate) struct Wave {
     pub span: f64,
 }
 
-/// The strongest order of the angle in a residual, if it is no whole number: what turns with another shaft.
+/// The strongest order of the angle in a residual, if it is no whole number: what turns with another shaft. On a short stroke a whole one may look
+/// like it; which of the two it is shows in what either leaves.
 pub(crate) fn order_of_its_own(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Wave> {
-    let turns = turns(&setting.campaign.facts);
     let wave = strongest_order(setting, left)?;
-    let is_own = (wave.frequency - wave.frequency.round()).abs() > BESIDE.max(0.5 / turns);
-    is_own.then_some(wave)
+    ((wave.frequency - wave.frequency.round()).abs() > BESIDE).then_some(wave)
 }
 
 /// Whether a residual, of which so many samples count as one independent sample, holds a wave over the angle, of a whole order or not, that is
