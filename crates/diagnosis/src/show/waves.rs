@@ -18,6 +18,8 @@ const ORDERS: (f64, f64) = (0.3, 16.0);
 const BESIDE: f64 = 0.1;
 /// Periods that the angle goes through at least: of fewer, slow noise looks like a wave.
 const PERIODS: f64 = 3.0;
+/// Periods of an order of its own at least: part of one is a slope or a curvature, which any law has.
+const A_WAVE: f64 = 1.0;
 /// What a constant, a cosine and a sine take of the degrees of freedom.
 const OF_WAVE: f64 = 3.0;
 
@@ -30,11 +32,19 @@ pub(crate) struct Wave {
     pub span: f64,
 }
 
+impl Wave {
+    /// So many periods lie within the span.
+    fn periods(&self) -> f64 {
+        self.frequency * self.span / TAU
+    }
+}
+
 /// The strongest order of the angle in a residual, if it is no whole number: what turns with another shaft. On a short stroke a whole one may look
 /// like it; which of the two it is shows in what either leaves.
 pub(crate) fn order_of_its_own(setting: &Setting<'_>, left: &[PieceResidual]) -> Option<Wave> {
     let wave = strongest_order(setting, left)?;
-    ((wave.frequency - wave.frequency.round()).abs() > BESIDE).then_some(wave)
+    let is_own = (wave.frequency - wave.frequency.round()).abs() > BESIDE;
+    (is_own && wave.periods() >= A_WAVE).then_some(wave)
 }
 
 /// Whether a residual, of which so many samples count as one independent sample, holds a wave over the angle, of a whole order or not, that is
@@ -45,9 +55,8 @@ pub(crate) fn goes_with_the_angle(
     per_independent: f64,
 ) -> bool {
     let Some(wave) = strongest_order(setting, left) else { return false };
-    let periods = wave.frequency * wave.span / TAU;
     let found = of_wave(setting, left, wave.frequency);
-    let Some(Share { share, count }) = found.filter(|_| periods >= PERIODS) else { return false };
+    let Some(Share { share, count }) = found.filter(|_| wave.periods() >= PERIODS) else { return false };
     let freedom = (count / per_independent - OF_WAVE).max(1.0);
     let statistic = (share / 2.0) / ((1.0 - share).max(f64::MIN_POSITIVE) / freedom);
     // As many independent orders were looked through as periods of the highest fit in.
