@@ -127,12 +127,27 @@ fn is_vague(
             let indispensable = worth >= INDISPENSABLE_BESIDE && !none();
             !indispensable && (acting < NEEDED || !beyond() || !leaves_noise(&judged.setting, kept)?)
         }
-        // At the end of what was tried, and maybe none at all: no size of it is the cause.
-        Some(_) if worth > INDISPENSABLE => {
-            kept.point.hypothesis.is_at_bound(Free::Number(index, 0)) && none()
-        }
+        // Maybe none at all, and maybe all that was tried: no size of it is the cause.
+        Some(_) if worth > INDISPENSABLE => reaches_bound(errors, index) && none(),
         _ => acting < NEEDED || none(),
     })
+}
+
+/// Whether the 95 % interval of a member's first number reaches the end of what was tried.
+fn reaches_bound(errors: &Errors, index: usize) -> bool {
+    let first = errors.hypothesis.members.get(index).and_then(|member| {
+        let deviation = place_of(errors, index).zip(errors.spread.as_ref());
+        let half = deviation.map_or(f64::INFINITY, |(place, spread)| {
+            spread.half_width * spread.covariance[(place, place)].max(0.0).sqrt()
+        });
+        Some((member.candidate.parameters.first()?, *member.numbers.first()?, half))
+    });
+    first.is_some_and(|(of, u, half)| u - half <= of.lower || u + half >= of.upper)
+}
+
+/// The place of a member's first number among what is free.
+fn place_of(errors: &Errors, index: usize) -> Option<usize> {
+    errors.hypothesis.free().into_iter().position(|free| free == Free::Number(index, 0))
 }
 
 /// The best of each ambiguous group, if there is too little evidence for it: there is then none for any cause of the group.
