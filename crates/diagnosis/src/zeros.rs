@@ -10,12 +10,11 @@ use crate::name::prune::drop_idle;
 use crate::name::select::nothing_yet;
 use crate::name::selection::Selection;
 use crate::name::tried::{STEPS, Tried};
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::shows_zeros;
 use crate::show::own_zeros::zeros_hold;
 use crate::show::residual::{PieceResidual, left};
-use crate::show::structure::structure;
+use crate::show::structure::{counts, structure};
 use log_data::AngleZero;
 use std::collections::BTreeSet;
 use valve_model::EffectId;
@@ -77,8 +76,7 @@ pub(crate) fn same_causes_with_zeros(
 /// Whether a residual differs from run to run, and not as friction does.
 fn runs_differ(setting: &Setting<'_>, left: &[PieceResidual]) -> bool {
     let by_run = |of: &Dependence| of.on == "run" && !of.as_friction;
-    let clear = |of: &Dependence| by_run(of) && of.share > SHARE_LEFT && of.p_value < CHANCE;
-    structure(setting, left).dependences.iter().any(clear)
+    structure(setting, left).dependences.iter().any(|of| by_run(of) && counts(of))
 }
 
 /// A point from which zeros of each run are fitted in place of a common one.

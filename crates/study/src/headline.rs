@@ -97,14 +97,10 @@ pub fn headline(found: &Found, laws: &str) -> String {
         }
         Verdict::PartlyExplained => {
             format!(
-                "{}{} {falls}{}{beside}{laws}",
+                "{}{} {falls}; something is left{}.{beside}{laws}",
                 joined(&sentences),
                 lacking(&diagnosis.causes),
-                if groups.is_empty() {
-                    "; something is left that no cause explains."
-                } else {
-                    "; something is left."
-                }
+                if groups.is_empty() { " that no cause explains" } else { "" }
             )
         }
     }

@@ -2,19 +2,16 @@
 
 use crate::measure::doubt::is_as_loud_as_noise;
 use crate::measure::judgement::Judgement;
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
 use crate::outcome::Dependence;
 use crate::show::observe::torque;
-use crate::show::structure::Structure;
+use crate::show::structure::{Structure, counts};
 use valve_model::EffectId;
 
 /// The sentence on a residual of a torque log that is no larger than noise, but goes by something, where that part is less than the tolerance
 /// of the friction's level: the model doesn't claim to be nearer. `None` where more is left, or the tolerance is not known.
 pub(crate) fn negligible(judged: &Judgement<'_>, left: &Structure) -> Option<String> {
-    let campaign = judged.setting.campaign;
     let tolerance_nm = judged.corrections.iter().find(|of| of.id == EffectId::TorqueOffset)?.deviation;
-    let is_plain = judged.noise.share == 1.0 && campaign.loose_ripples.is_empty();
-    if !campaign.kind.residual_is_torque() || !is_plain {
+    if !judged.setting.campaign.kind.residual_is_torque() {
         return None;
     }
     let (part_nm, of) = within_tolerance(left, judged.noise_where_it_counts(), tolerance_nm)?;
@@ -29,8 +26,8 @@ pub(crate) fn negligible(judged: &Judgement<'_>, left: &Structure) -> Option<Str
 /// The RMS of the largest part of a residual that goes by something, N·m, and what it goes by: if the residual is no larger than the noise, and
 /// the part less than the tolerance.
 fn within_tolerance(left: &Structure, noise_nm: f64, tolerance_nm: f64) -> Option<(f64, &Dependence)> {
-    let clear = left.dependences.iter().filter(|of| of.share > SHARE_LEFT && of.p_value < CHANCE);
-    let largest = clear.max_by(|a, b| a.share.total_cmp(&b.share))?;
+    let counting = left.dependences.iter().filter(|of| counts(of));
+    let largest = counting.max_by(|a, b| a.share.total_cmp(&b.share))?;
     let part_nm = largest.share.sqrt() * left.rms * noise_nm;
     (is_as_loud_as_noise(left) && part_nm < tolerance_nm).then_some((part_nm, largest))
 }

@@ -20,7 +20,7 @@ use crate::measure::alternatives::rivals;
 use crate::measure::doubt::{is_doubtful, is_noise, spared};
 use crate::measure::judgement::Judgement;
 use crate::name::selection::Selection;
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
+use crate::numerics::statistics::CHANCE;
 use crate::outcome::{
     Ambiguity, BestOfGroup, Cause, Corrected, Covariance, Dependence, Description, Diagnosis, Gain, Judged,
     Nearest, Offered, Unnamed, Verdict,
@@ -30,7 +30,7 @@ use crate::show::observe::{runs_differ, speed_with_pressure, torque};
 use crate::show::repeated::is_repeated;
 use crate::show::residual::PieceResidual;
 use crate::show::spectrum::spectrum;
-use crate::show::structure::{Structure, depends, orders, structure};
+use crate::show::structure::{Structure, counts, depends, orders, structure};
 use crate::show::tone::{Tone, tone as show_tone};
 use crate::show::whiteness::{is_rounding, whiteness};
 use crate::unnamed::{Extended, unnamed};
@@ -127,8 +127,8 @@ fn conclusion(
     };
     // Time that ran out in a search for laws ended that.
     let ended = ended || !noise && judged.setting.workers.is_over();
-    let little =
-        if noise || laws.is_some() || tone.is_some() { None } else { negligible(judged, &structure_kept) };
+    let may_be_little = !noise && laws.is_none() && is_plain(judged, tone.as_ref());
+    let little = if may_be_little { negligible(judged, &structure_kept) } else { None };
     let noise = noise || little.is_some();
     if let Some(laws) = &laws {
         (causes, against.stand_ins) = laws.beside(causes);
@@ -240,11 +240,12 @@ fn leaves_noise_alone(
     (after, structure): (&[PieceResidual], &Structure),
     tone: Option<&Tone>,
 ) -> bool {
-    is_rounding(&judged.setting, after)
-        || judged.noise.share == 1.0
-            && is_noise(structure)
-            && tone.is_none()
-            && judged.setting.campaign.loose_ripples.is_empty()
+    is_rounding(&judged.setting, after) || is_plain(judged, tone) && is_noise(structure)
+}
+
+/// Whether nothing is in a residual that its size and its dependences don't tell: a misfit that counts as noise, a tone, or ripples of each run.
+fn is_plain(judged: &Judgement<'_>, tone: Option<&Tone>) -> bool {
+    judged.noise.share == 1.0 && tone.is_none() && judged.setting.campaign.loose_ripples.is_empty()
 }
 
 /// Drops all accepted causes if they don't reduce the error on held-out runs: they were fitted beside a group that isn't accepted.
@@ -369,8 +370,7 @@ fn observations(
     let as_they_move = share_by(&["speed", "acceleration"]) >= share_by(&["run"]);
     let by_run = |as_friction: bool| {
         let of_run = |of: &&Dependence| of.on == "run" && of.as_friction == as_friction;
-        let clear = |of: &Dependence| of.share > SHARE_LEFT && of.p_value < CHANCE;
-        structure.dependences.iter().find(of_run).is_some_and(clear)
+        structure.dependences.iter().find(of_run).is_some_and(counts)
     };
     let open = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
     let has_zeros = judged.setting.nuisances.zero_nm > 0.0;
@@ -415,7 +415,7 @@ fn nearest(judged: &Judgement<'_>, structure: &Structure) -> Result<Option<Neare
     let removes = selection.share_explained(judged.setting.loss(), judged.noise.share);
     let members = selection.fitted.point.hypothesis.members.iter();
     let ids: Vec<EffectId> = members.map(|member| member.candidate.id).collect();
-    let leaves_by = structure.dependences.iter().find(|of| of.p_value < CHANCE && of.share > SHARE_LEFT);
+    let leaves_by = structure.dependences.iter().find(|of| counts(of));
     if removes <= MOST_OF_IT {
         return Ok(None);
     }

@@ -266,6 +266,11 @@ impl Hypothesis {
         zero.into_iter().chain(corrections).chain(numbers).collect()
     }
 
+    /// The place of a number among what is free.
+    pub fn place_of(&self, free: Free) -> Option<usize> {
+        self.free().into_iter().position(|of| of == free)
+    }
+
     pub fn get(&self, free: Free) -> f64 {
         match free {
             Free::Zero => self.zero_rad.unwrap_or(0.0),

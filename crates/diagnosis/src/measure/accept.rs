@@ -24,8 +24,8 @@ use valve_model::{Effect, EffectId, EffectValue, Model};
 const HARMFUL: f64 = -0.02;
 
 /// A cause that is a parameter of the model, and the only one, stays accepted if a refit with it within its tolerance has a held-out error larger
-/// by this share, however wide its interval: parameters that compensate each other have wide intervals, which end where no more was tried. Any other cause is dropped if its
-/// interval contains zero effect: any curve over the angle cuts the error of a log whose pressure was not recorded.
+/// by this share, however wide its interval, up to where no more was tried: parameters that compensate each other have wide intervals. Any other
+/// cause is dropped if its interval contains zero effect: any curve over the angle cuts the error of a log whose pressure was not recorded.
 const INDISPENSABLE: f64 = 0.02;
 /// Beside other causes a parameter of the model must be worth this share, however narrow its interval, and its interval must leave out no
 /// change at all: of two that compensate each other the other one stays. One that may be right makes up for what
@@ -88,8 +88,7 @@ pub(crate) fn accept(
                 vague.push(index);
             }
         }
-        let vague = vague.into_iter();
-        if let Some(vague) = vague.min_by(least) {
+        if let Some(vague) = vague.into_iter().min_by(least) {
             unclear.push(weighed[vague].cause.id);
             members.remove(vague);
             continue;
@@ -134,20 +133,17 @@ fn is_vague(
 }
 
 /// Whether the 95 % interval of a member's first number reaches the end of what was tried.
-fn reaches_bound(errors: &Errors, index: usize) -> bool {
-    let first = errors.hypothesis.members.get(index).and_then(|member| {
-        let deviation = place_of(errors, index).zip(errors.spread.as_ref());
-        let half = deviation.map_or(f64::INFINITY, |(place, spread)| {
-            spread.half_width * spread.covariance[(place, place)].max(0.0).sqrt()
-        });
-        Some((member.candidate.parameters.first()?, *member.numbers.first()?, half))
+fn reaches_bound(Errors { hypothesis, spread }: &Errors, index: usize) -> bool {
+    let first = Free::Number(index, 0);
+    let Some(of) = hypothesis.members.get(index).and_then(|member| member.candidate.parameters.first())
+    else {
+        return false;
+    };
+    let half = hypothesis.place_of(first).zip(spread.as_ref()).map_or(f64::INFINITY, |(place, spread)| {
+        spread.half_width * spread.covariance[(place, place)].max(0.0).sqrt()
     });
-    first.is_some_and(|(of, u, half)| u - half <= of.lower || u + half >= of.upper)
-}
-
-/// The place of a member's first number among what is free.
-fn place_of(errors: &Errors, index: usize) -> Option<usize> {
-    errors.hypothesis.free().into_iter().position(|free| free == Free::Number(index, 0))
+    let value = hypothesis.get(first);
+    value - half <= of.lower || value + half >= of.upper
 }
 
 /// The best of each ambiguous group, if there is too little evidence for it: there is then none for any cause of the group.

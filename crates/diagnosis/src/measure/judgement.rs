@@ -10,19 +10,19 @@ use crate::log::piece::Piece;
 use crate::measure::gain::gain;
 use crate::name::forms::MISFIT;
 use crate::name::selection::Selection;
-use crate::numerics::statistics::{CHANCE, SHARE_LEFT};
+use crate::numerics::statistics::CHANCE;
 use crate::outcome::{Cause, Evidence, Gain, ParameterFound, Residual};
 use crate::show::colour::{Colour, colour};
 use crate::show::conditions::{changed_with_time, go_by_conditions};
 use crate::show::observe::{between_runs, shows_zeros, torque};
 use crate::show::own_zeros::{mean_and_scatter, own_zeros, zeros_wander};
 use crate::show::residual::{PieceResidual, left, rms_left, settled};
-use crate::show::structure::{Structure, rms, structure};
+use crate::show::structure::{Structure, counts, rms, structure};
 use std::collections::BTreeMap;
 use valve_model::EffectId;
 
-/// The encoder is named as the origin of coloured noise if its part of the noise's standard deviation exceeds this.
-const MUCH: f64 = 0.3;
+/// The encoder is named as an origin of coloured noise if its part of the noise's variance exceeds this.
+const MUCH: f64 = 0.09;
 
 /// Everything that the conclusion rests on.
 pub(crate) struct Judgement<'a> {
@@ -80,10 +80,7 @@ impl Judgement<'_> {
         let (_, left) = self.everywhere(fitted)?;
         let structure = structure(&self.setting, &left);
         let by_run = structure.dependences.iter().find(|of| of.on == "run" && !of.as_friction);
-        let within = structure
-            .dependences
-            .iter()
-            .find(|of| of.on != "run" && of.share > SHARE_LEFT && of.p_value < CHANCE);
+        let within = structure.dependences.iter().find(|of| of.on != "run" && counts(of));
         let share = by_run.filter(|of| of.p_value < CHANCE).map_or(0.0, |of| of.share);
         let of_others = within.map_or(0.0, |of| of.share);
         // A dependence on the run is no zero if a covariate within the runs explains it better, or if it is within the misfit
@@ -145,12 +142,11 @@ impl Judgement<'_> {
         }
         if self.noise.per_independent > 1.0 {
             let alike_s = self.noise.per_independent * self.setting.campaign.facts.step_s;
-            let of_motion = (self.noise.total.powi(2) - self.noise.channel.powi(2)).max(0.0).sqrt();
-            let share = (of_motion / self.noise.total).powi(2);
-            let why = if of_motion > MUCH * self.noise.total {
+            let of_motion = (1.0 - (self.noise.channel / self.noise.total).powi(2)).max(0.0);
+            let why = if of_motion > MUCH {
                 format!(
                     "; {:.0} % of its square are the encoder's steps, as bristles and inertia pass them on",
-                    100.0 * share
+                    100.0 * of_motion
                 )
             } else {
                 String::new()

@@ -73,7 +73,7 @@ pub(crate) fn is_beyond(
     index: usize,
     tolerance: &Correction,
 ) -> bool {
-    let place = hypothesis.free().into_iter().position(|free| free == Free::Number(index, 0));
+    let place = hypothesis.place_of(Free::Number(index, 0));
     let value = hypothesis.members.get(index).and_then(|member| member.numbers.first());
     place.zip(value).is_some_and(|(place, value)| {
         let beyond = DVector::from_element(1, tolerance.beyond(*value));

@@ -57,36 +57,30 @@ fn runs_of(setting: &Setting<'_>, point: &Point) -> Result<Vec<(OwnZero, Conditi
 /// The mean of a channel over a run's pieces; `None` where it was not recorded.
 pub(crate) fn mean_in_run(campaign: &Campaign, run: usize, of: fn(&Driven) -> &[f64]) -> Option<f64> {
     let pieces = campaign.pieces.iter().filter(|piece| piece.run == run);
-    let (sum, count) = pieces
-        .flat_map(|piece| of(&piece.driven))
-        .filter(|value| value.is_finite())
-        .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    mean(pieces.flat_map(|piece| of(&piece.driven)).copied())
+}
+
+/// The mean of what is known of values; `None` where nothing is.
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let known = values.filter(|value| value.is_finite());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     (count > 0.0).then(|| sum / count)
 }
 
 /// The means over a run's pieces; 0 throughout for a channel that was not recorded.
 fn conditions(setting: &Setting<'_>, run: usize) -> Conditions {
-    let mean = |of: fn(&Driven) -> &[f64]| mean_in_run(setting.campaign, run, of).unwrap_or(0.0);
-    let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
-    let last_s = pieces.filter_map(|piece| piece.driven.time_s().last().copied()).fold(f64::MIN, f64::max);
+    let of_channel = |of: fn(&Driven) -> &[f64]| mean_in_run(setting.campaign, run, of).unwrap_or(0.0);
+    let pieces = || setting.campaign.pieces.iter().filter(|piece| piece.run == run);
+    let angles = pieces().flat_map(|piece| (0..piece.len()).map(|index| piece.kinematics(index).0));
+    let last_s = pieces().filter_map(|piece| piece.driven.time_s().last().copied()).fold(f64::MIN, f64::max);
     Conditions {
         place: run as f64,
-        time_s: mean(|of| of.time_s()),
+        time_s: of_channel(|of| of.time_s()),
         last_s,
-        pressure_pa: mean(|of| of.pressure_pa()),
-        temperature_c: mean(|of| of.temperature_c()),
-        angle_rad: mean_angle(setting, run),
+        pressure_pa: of_channel(|of| of.pressure_pa()),
+        temperature_c: of_channel(|of| of.temperature_c()),
+        angle_rad: mean(angles).unwrap_or(0.0),
     }
-}
-
-/// The mean angle of a run; 0 where it is not known.
-fn mean_angle(setting: &Setting<'_>, run: usize) -> f64 {
-    let pieces = setting.campaign.pieces.iter().filter(|piece| piece.run == run);
-    let angles = pieces.flat_map(|piece| (0..piece.len()).map(|index| piece.kinematics(index).0));
-    let (sum, count) = angles
-        .filter(|angle| angle.is_finite())
-        .fold((0.0, 0.0), |(sum, count), angle| (sum + angle, count + 1.0));
-    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 /// A condition's values in all runs, standardised; zeros where it is the same in all of them, and tells nothing.

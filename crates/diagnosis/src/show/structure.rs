@@ -83,7 +83,12 @@ pub(crate) struct Structure {
 
 /// Whether some covariate explains a part of a residual, significantly and by more than `SHARE_LEFT`.
 pub(crate) fn depends(of: &Structure) -> bool {
-    of.dependences.iter().any(|of| of.share > SHARE_LEFT && of.p_value < CHANCE)
+    of.dependences.iter().any(counts)
+}
+
+/// Whether a dependence is significant, and of more than `SHARE_LEFT`.
+pub(crate) fn counts(of: &Dependence) -> bool {
+    of.share > SHARE_LEFT && of.p_value < CHANCE
 }
 
 /// Tests a residual against all covariates and orders of the angle.

@@ -54,9 +54,9 @@ pub(crate) fn goes_with_the_angle(
     left: &[PieceResidual],
     per_independent: f64,
 ) -> bool {
-    let Some(wave) = strongest_order(setting, left) else { return false };
-    let found = of_wave(setting, left, wave.frequency);
-    let Some(Share { share, count }) = found.filter(|_| wave.periods() >= PERIODS) else { return false };
+    let wave = strongest_order(setting, left).filter(|wave| wave.periods() >= PERIODS);
+    let Some(wave) = wave else { return false };
+    let Some(Share { share, count }) = of_wave(setting, left, wave.frequency) else { return false };
     let freedom = (count / per_independent - OF_WAVE).max(1.0);
     let statistic = (share / 2.0) / ((1.0 - share).max(f64::MIN_POSITIVE) / freedom);
     // As many independent orders were looked through as periods of the highest fit in.

@@ -103,7 +103,7 @@ fn punctual(judged: &Judgement<'_>, bare: &[PieceResidual], kept: Kept) -> Resul
     let own = hypothesis.members.len() - kept.laws.terms.len();
     let late = hypothesis.members.iter().take(own).position(|of| of.candidate.id == EffectId::SensorDelay);
     let Some(late) = late.filter(|_| !judged.setting.is_over()) else { return Ok(kept) };
-    let place = hypothesis.free().iter().position(|free| *free == Free::Number(late, 0));
+    let place = hypothesis.place_of(Free::Number(late, 0));
     let spread = spread(&kept.laws.tried.fitted, judged.setting.loss());
     let deviation =
         place.zip(spread).map_or(f64::INFINITY, |(place, spread)| spread.deviation_given(place, &[]));
