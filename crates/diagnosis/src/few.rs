@@ -9,6 +9,7 @@ use crate::extend::hypothesis::{Correction, Member};
 use crate::fit::equations::{Point, Setting};
 use crate::fit::gauss_newton::Fitted;
 use crate::measure::doubt::{is_noise, leaves_noise};
+use crate::name::apart::CLEARLY_MORE;
 use crate::name::exchange::exchange;
 use crate::name::forms::MISFIT;
 use crate::name::late::{drop_idle_transducer, least_of_forms, with_late_transducer_alone};
@@ -262,8 +263,9 @@ fn beyond_tolerance(
     }
     found.sort_by(|a, b| a.1.rms.total_cmp(&b.1.rms));
     // What looks like any of those that leave as little is tried too: in one direction a level is a torque as well, and the scale is none.
-    let least = found.first().map_or(f64::INFINITY, |(_, tried)| tried.rms + NEARLY);
-    for (id, tried) in found.clone().iter().filter(|(_, tried)| tried.rms <= least) {
+    let Some((best, least)) = found.first().map(|(best, tried)| (*best, tried.rms)) else { return Ok(None) };
+    let is_alike = |(id, tried): &&(EffectId, Tried)| tried.rms <= least + more_of_alike(best, *id);
+    for (id, tried) in found.clone().iter().filter(is_alike) {
         for twin in twins_in_place_of(setting, able, (*id, tried))? {
             if !found.iter().any(|(known, _)| *known == twin.0) {
                 found.push(twin);
@@ -273,10 +275,10 @@ fn beyond_tolerance(
     let alike: Vec<(EffectId, Option<Member>)> = found
         .iter()
         .skip(1)
-        .filter(|(_, tried)| tried.rms <= least)
+        .filter(is_alike)
         .map(|(id, tried)| (*id, tried.fitted.point.hypothesis.members.last().cloned()))
         .collect();
-    let Some((best, tried)) = found.into_iter().next() else { return Ok(None) };
+    let Some((_, tried)) = found.into_iter().next() else { return Ok(None) };
     let mut state = nothing_yet(setting, given.clone());
     let round = Round {
         rms_before: state.rms,
@@ -293,6 +295,15 @@ fn beyond_tolerance(
     }
     state.rounds.push(round);
     Ok(Some(state))
+}
+
+/// How much more than `best`, in noise RMS, another explanation leaves at most that is alike. A scale and the level of what is most of the torque
+/// differ in the other numbers alone: within their tolerance these make one into the other, and what is left is a matter of the friction's form.
+fn more_of_alike(best: EffectId, other: EffectId) -> f64 {
+    let is_level = |id: EffectId| id == EffectId::CoulombLevel;
+    let is_scale = |id: EffectId| id == EffectId::TorqueGain;
+    let differ_in_numbers = is_level(best) && is_scale(other) || is_scale(best) && is_level(other);
+    if differ_in_numbers { CLEARLY_MORE } else { NEARLY }
 }
 
 /// A late transducer alone beside the corrections, in that of its forms that leaves less, if it leaves no more than noise. A torque is no straight line

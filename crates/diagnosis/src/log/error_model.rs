@@ -45,6 +45,18 @@ pub(crate) fn stretches(angles: impl Iterator<Item = f64>, reach_rad: f64) -> Ve
     found
 }
 
+/// Neighbours joined until each has at least so many samples; one that has them already stays by itself.
+pub(crate) fn of_at_least(samples: usize, stretches: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for stretch in stretches {
+        match found.last_mut().filter(|last| last.len() < samples && stretch.len() < samples) {
+            Some(last) => last.end = stretch.end,
+            None => found.push(stretch),
+        }
+    }
+    found
+}
+
 /// The part of an independent sample that each of `count` samples counts as. They share an error of variance `shared`, and each
 /// has one of variance `own` of its own.
 pub(crate) fn information(shared: f64, own: f64, count: usize) -> f64 {
@@ -79,5 +91,10 @@ mod tests {
     fn a_stretch_ends_where_the_angle_leaves_its_step() {
         let angles = [0.0, 0.1, 0.05, 1.0, 2.0, 2.1, 2.0];
         assert_eq!(stretches(angles.into_iter(), 0.2), [0..3, 3..4, 4..7]);
+    }
+
+    #[test]
+    fn short_stretches_are_joined_and_long_ones_are_not() {
+        assert_eq!(of_at_least(3, vec![0..1, 1..2, 2..4, 4..9, 9..10, 10..11]), [0..4, 4..9, 9..11]);
     }
 }

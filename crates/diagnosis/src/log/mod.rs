@@ -1,5 +1,6 @@
 //! The log prepared for fits: cut into pieces, its noise estimated, its excitation determined.
 
+pub(crate) mod at_most_seen;
 pub(crate) mod campaign;
 pub(crate) mod classes;
 pub(crate) mod course;
@@ -17,6 +18,7 @@ pub(crate) mod loose_ripple;
 pub(crate) mod lost_steps;
 pub(crate) mod moments;
 pub(crate) mod noise;
+pub(crate) mod onset;
 pub(crate) mod past;
 pub(crate) mod piece;
 pub(crate) mod predictions;

@@ -5,7 +5,9 @@
 //! prediction, from the smoothed motion or the first angle measured once more. Samples are weighted by both.
 
 use crate::Options;
+use crate::log::at_most_seen::{Seen, at_most_seen};
 use crate::log::campaign::Campaign;
+use crate::log::error_model::of_at_least;
 use crate::log::holds;
 use crate::log::initial_state::InitialState;
 use crate::log::kind::LogKind;
@@ -88,18 +90,26 @@ pub(crate) fn estimate(
     let of_holds = holds::pooled(found.iter().flat_map(|of| of.holds.iter().copied()).collect());
     let estimated = (fast - fast_of_motion).max(0.1 * fast).max(least).max(of_holds.unwrap_or(0.0));
     let channel = options.noise.map_or(estimated, |known| known * known);
+    let mut computed: Vec<Vec<f64>> =
+        pieces.iter().zip(&found).map(|(piece, look)| look.computed(piece.len(), channel)).collect();
+    if kind.motion_errs {
+        let seen = pieces.iter().zip(&found).zip(&mut computed).map(|((piece, look), variances)| Seen {
+            residual: &look.residual,
+            variances,
+            stretches: of_at_least(AROUND, piece.rests()),
+        });
+        at_most_seen(&mut seen.collect::<Vec<_>>(), channel);
+    }
     let (mut sum, mut count) = (0.0, 0.0);
-    for (piece, look) in campaign.pieces.iter_mut().zip(&found) {
-        let variances: Vec<f64> = (0..piece.len())
-            .map(|index| {
-                let known = channel + look.of_motion.get(index).copied().unwrap_or(0.0);
-                look.with_what_is_louder(index, known)
-            })
+    for ((piece, look), computed) in campaign.pieces.iter_mut().zip(&found).zip(&computed) {
+        let variances: Vec<f64> = (computed.iter().enumerate())
+            .map(|(index, computed)| look.with_what_is_louder(index, *computed))
             .collect();
         piece.information = piece.information_of(kind, &variances, channel);
-        for ((weight, information), variance) in
-            piece.weights.iter_mut().zip(&piece.information).zip(&variances)
+        for (index, ((weight, information), variance)) in
+            piece.weights.iter_mut().zip(&piece.information).zip(&variances).enumerate()
         {
+            let variance = look.or_of_onset(index, *variance);
             *weight = (information / variance).sqrt();
             sum += variance;
             count += 1.0;
@@ -213,18 +223,37 @@ struct PieceVariances {
     of_motion: Vec<f64>,
     /// Variance of the error due to the unknown motion between samples, by sample.
     of_sampling: Vec<f64>,
+    /// Square of the error where a motion may have begun before it shows, by sample.
+    of_onset: Vec<f64>,
     /// Whether the model's torque at a sample is any, by sample; empty if it is not at all.
     indefinite: Vec<bool>,
+    /// What the model leaves, by sample; no number where that is any.
+    residual: Vec<f64>,
 }
 
 impl PieceVariances {
-    /// The variance of a sample: the known one, or the observed one where that is clearly larger.
-    fn with_what_is_louder(&self, index: usize, known: f64) -> f64 {
-        let more = |seen: Option<&f64>, factor: f64| seen.copied().filter(|seen| *seen > factor * known);
+    /// The variance of each sample: the channel's with the encoder's part, or that of the unknown motion between samples where it is
+    /// clearly larger.
+    fn computed(&self, samples: usize, channel: f64) -> Vec<f64> {
+        let one = |index: usize| {
+            let known = channel + self.of_motion.get(index).copied().unwrap_or(0.0);
+            self.of_sampling.get(index).copied().filter(|sampled| *sampled > COARSE * known).unwrap_or(known)
+        };
+        (0..samples).map(one).collect()
+    }
+
+    /// The variance of a sample, or that of a motion which may have begun before it shows, where it is clearly larger. No neighbour shares
+    /// that error.
+    fn or_of_onset(&self, index: usize, variance: f64) -> f64 {
+        self.of_onset.get(index).copied().filter(|onset| *onset > COARSE * variance).unwrap_or(variance)
+    }
+
+    /// The variance of a sample: the computed one, or the observed one where that is clearly larger.
+    fn with_what_is_louder(&self, index: usize, computed: f64) -> f64 {
+        let more = |seen: Option<&f64>, factor: f64| seen.copied().filter(|seen| *seen > factor * computed);
         let steady = more(self.steady.get(index / BLOCK), LOUDER);
         let around = more(self.around.get(index), JUMPING);
-        let sampled = more(self.of_sampling.get(index), COARSE);
-        steady.into_iter().chain(around).chain(sampled).fold(known, f64::max)
+        steady.into_iter().chain(around).fold(computed, f64::max)
     }
 }
 
@@ -252,7 +281,9 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
     let fast_of_motion = errors.iter().flat_map(|error| blocks(error, mean)).collect();
     let of_motion: Vec<Vec<f64>> = errors.iter().map(|error| local_mean_square(error, REACH)).collect();
     let [one, other] = piece.error_of_sampling(ready, start).map(|error| local_mean_square(&error, REACH));
+    let of_onset = piece.error_of_onset(ready, start).iter().map(|error| error * error).collect();
     PieceVariances {
+        of_onset,
         of_sampling: one.iter().zip(&other).map(|(one, other)| one.max(*other)).collect(),
         fast,
         fast_of_motion,
@@ -261,6 +292,7 @@ fn look(piece: &Piece, ready: &Ready, start: InitialState, seed: u64, kind: LogK
         around: about,
         of_motion: mean_of_each(&of_motion),
         indefinite,
+        residual,
     }
 }
 

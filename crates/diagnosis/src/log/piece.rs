@@ -7,6 +7,7 @@ use crate::log::error_model::{information, rest_variance, stretches};
 use crate::log::initial_state::InitialState;
 use crate::log::inputs::Inputs;
 use crate::log::kind::LogKind;
+use crate::log::onset::begun_early;
 use crate::log::past::Before;
 use crate::log::predictions::Stretch;
 use crate::log::ready::Ready;
@@ -299,6 +300,19 @@ impl Piece {
         })
     }
 
+    /// The prediction's error where a motion begins within the encoder's step: that from a motion which leaves each rest as early as its angle
+    /// allows, minus the one from the angle. Empty if there is none, or the prediction doesn't depend on it.
+    pub fn error_of_onset(&self, ready: &Ready, start: InitialState) -> Vec<f64> {
+        if !ready.starts_with_a_torque() || ready.start_bound(&self.driven) == 0.0 {
+            return Vec::new();
+        }
+        let Some(early) = begun_early(self.driven.time_s(), &self.motions, self.noise) else {
+            return Vec::new();
+        };
+        let all = ready.predict(&self.inputs(), start);
+        all.iter().zip(ready.predict(&self.moved(&early), start)).map(|(all, early)| early - all).collect()
+    }
+
     /// The motion as it would be taken if every second sample, from `first` on, were missing: speeds from the others, and half-way between
     /// them what a step of twice the length takes.
     fn thinned(&self, first: usize) -> Vec<MotionSample> {
@@ -333,12 +347,7 @@ impl Piece {
     pub fn information_of(&self, kind: LogKind, variances: &[f64], own_variance: f64) -> Vec<f64> {
         let mut found = vec![1.0; self.len()];
         let (stretches, own, most) = if kind.motion_is_measured {
-            let reach_rad = 0.5 * self.noise.step_rad.max(self.noise.beyond_quantisation_rad());
-            (
-                stretches(self.motions.iter().map(|motion| motion.angle_rad), reach_rad),
-                own_variance,
-                f64::INFINITY,
-            )
+            (self.rests(), own_variance, f64::INFINITY)
         } else {
             let reach_rad = 1.01 * self.noise.step_rad + 4.0 * self.noise.beyond_quantisation_rad();
             (stretches(self.measured.iter().copied(), reach_rad), 0.0, rest_variance(self.noise))
@@ -353,6 +362,12 @@ impl Piece {
             found.fill(information(shared, all - shared, variances.len()));
         }
         found
+    }
+
+    /// Stretches of a torque log within which its encoder stays within a step: the prediction has one error of its angle there.
+    pub fn rests(&self) -> Vec<Range<usize>> {
+        let reach_rad = 0.5 * self.noise.step_rad.max(self.noise.beyond_quantisation_rad());
+        stretches(self.motions.iter().map(|motion| motion.angle_rad), reach_rad)
     }
 
     /// A piece of a torque log as if its motion had been measured again.

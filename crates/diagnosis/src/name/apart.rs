@@ -11,7 +11,7 @@ use valve_model::EffectId;
 
 /// A rival that leaves this much more, in noise RMS, is another cause, though data are missing that would tell the two apart in any model:
 /// of 1,000 independent samples a ratio of likelihoods of exp(100).
-const CLEARLY_MORE: f64 = 0.1;
+pub(crate) const CLEARLY_MORE: f64 = 0.1;
 
 /// Removes from each group what leaves clearly more than its best, where all causes together leave no more than noise. When a cause was
 /// accepted others were missing still, and made up a difference, or hid one.
