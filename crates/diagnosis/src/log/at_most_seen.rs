@@ -3,17 +3,18 @@
 //! The motion's part is computed: the encoder's error by a second measurement, the unknown motion between samples from every second sample. Both
 //! may be too large, the second by the square of 3 where the motion is smooth between samples and the method's order is 2. A residual contains the
 //! error that the prediction has, so that its squares bound it, whatever else it contains. Stretches of about the same computed variance are taken
-//! together; the median of their squares over it, in parts of the median for a variance that is right, is the bound.
+//! together; the upper end of the 95 % interval of their mean square, in parts of that variance, is the bound. A median would be none: where
+//! bristles turn over within a step, few stretches have nearly all of the error.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::statistics::Statistics;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Stretches whose variances are within this factor are taken together.
 const ALIKE: f64 = 4.0;
-/// Median of the square of a Gaussian number of variance 1. The mean of many such squares has a larger one, so that the bound is a bound there too.
-const MEDIAN: f64 = 0.4549;
-/// Normal quantile of the upper end of the median's 95 % interval.
-const UPPER: f64 = 1.96;
+/// Probability below the upper end of a 95 % interval.
+const UPPER: f64 = 0.975;
 
 /// A piece's residual, the variances computed for it, and the stretches within which its errors are the same.
 pub(crate) struct Seen<'a> {
@@ -30,10 +31,8 @@ pub(crate) fn at_most_seen(pieces: &mut [Seen<'_>], channel: f64) {
             ratios.entry(class).or_default().push(stretch.square / stretch.variance);
         }
     }
-    let bounds: BTreeMap<i32, f64> = ratios
-        .into_iter()
-        .filter_map(|(class, ratios)| Some((class, upper_median(ratios)? / MEDIAN)))
-        .collect();
+    let bounds: BTreeMap<i32, f64> =
+        ratios.into_iter().filter_map(|(class, ratios)| Some((class, upper_mean(&ratios)?))).collect();
     for piece in pieces {
         for stretch in piece.each() {
             let bound = class(stretch.variance, channel).and_then(|class| bounds.get(&class));
@@ -77,12 +76,11 @@ fn class(variance: f64, channel: f64) -> Option<i32> {
     (over.is_finite() && over > 2.0).then(|| over.log(ALIKE).floor() as i32)
 }
 
-/// The upper end of the 95 % interval of a median: the order statistic that the binomial distribution gives. None for so few that none of them is it.
-fn upper_median(mut values: Vec<f64>) -> Option<f64> {
-    let count = values.len() as f64;
-    let place = (0.5 * count + 0.5 * UPPER * count.sqrt()).ceil() as usize;
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(place).copied()
+/// The upper end of a mean's 95 % interval, by Student's t.
+fn upper_mean(values: &[f64]) -> Option<f64> {
+    let freedom = values.len() as f64 - 1.0;
+    let quantile = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(UPPER);
+    Some(values.mean() + quantile * values.std_dev() / (freedom + 1.0).sqrt())
 }
 
 #[cfg(test)]
@@ -126,7 +124,18 @@ mod tests {
     }
 
     #[test]
-    fn few_rests_bound_nothing() {
-        assert!(bounded((400.0, 0.0), 3).iter().all(|of| *of == 401.0));
+    fn one_rest_bounds_nothing() {
+        assert!(bounded((400.0, 0.0), 1).iter().all(|of| *of == 401.0));
+    }
+
+    /// Where one rest of many has all of the error, the mean square shows it.
+    #[test]
+    fn an_error_that_few_rests_have_is_left() {
+        let residual: Vec<f64> =
+            (0..64).flat_map(|rest| [if rest % 16 == 0 { 40.0 } else { 1.0 }; 20]).collect();
+        let mut variances = vec![101.0; residual.len()];
+        let stretches = (0..64).map(|rest| 20 * rest..20 * (rest + 1)).collect();
+        at_most_seen(&mut [Seen { residual: &residual, variances: &mut variances, stretches }], 1.0);
+        assert!(variances.iter().all(|of| *of == 101.0), "{}", variances[0]);
     }
 }
