@@ -24,6 +24,14 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 const FINEST_TO_COARSEST: i32 = 5;
 
 impl Noise {
+    /// A sample further from the middle of a rest than so many deviations of the noise beyond quantisation belongs to a motion.
+    pub(crate) const BESIDE: f64 = 4.0;
+
+    /// How far a rest's samples are from its middle at most, rad: a motion doesn't show within that.
+    pub fn hides_rad(&self) -> f64 {
+        1.01 * self.step_rad + Self::BESIDE * self.beyond_quantisation_rad()
+    }
+
     /// Estimates what an encoder adds, from the angles alone (rad, at even times).
     ///
     /// The noise is the median over blocks of that of the fourth differences, in which motion hardly shows.

@@ -11,8 +11,6 @@ const STILL_TREND: f64 = 4.0;
 
 /// The fewest samples of a rest between motions. A slow motion through the noise's width is shorter, or shows its trend.
 const LEAST: usize = 16;
-/// A sample further from the middle of a rest than so many deviations belongs to a motion.
-const BESIDE: f64 = 4.0;
 /// A motion goes on to so many times that within this part of the rest's length. An encoder's next step in a slow motion takes as long as the one
 /// before, and about a turning point the angle goes with the square of the time: to 2.25 times.
 const MOVES: f64 = 3.0;
@@ -64,17 +62,12 @@ fn stays(angles: &[f64], noise: Noise) -> usize {
         return 0;
     }
     let Some(middle) = median(&mut first.to_vec()) else { return 0 };
-    angles.iter().take_while(|angle| (**angle - middle).abs() <= reach_rad(noise)).count()
-}
-
-/// How far a rest's samples are from its middle at most, rad.
-fn reach_rad(noise: Noise) -> f64 {
-    1.01 * noise.step_rad + BESIDE * noise.beyond_quantisation_rad()
+    angles.iter().take_while(|angle| (**angle - middle).abs() <= noise.hides_rad()).count()
 }
 
 /// How far they are apart at most, rad: one step, and the noise to either side of a middle that is not quite known.
 fn spread_rad(noise: Noise) -> f64 {
-    1.01 * noise.step_rad + (2.0 * BESIDE + 1.0) * noise.beyond_quantisation_rad()
+    1.01 * noise.step_rad + (2.0 * Noise::BESIDE + 1.0) * noise.beyond_quantisation_rad()
 }
 
 /// Whether the angle moves clearly away soon after a stretch, and before it; where the record ends nothing is known of that.
@@ -84,7 +77,7 @@ fn is_between_motions(angles: &[f64], rest: &Range<usize>, noise: Noise) -> bool
     let mean = inner.iter().sum::<f64>() / inner.len() as f64;
     let moves = |beside: Option<&[f64]>| {
         let beside = beside.unwrap_or_default();
-        beside.is_empty() || beside.iter().any(|angle| (angle - mean).abs() > MOVES * reach_rad(noise))
+        beside.is_empty() || beside.iter().any(|angle| (angle - mean).abs() > MOVES * noise.hides_rad())
     };
     moves(angles.get(rest.start.saturating_sub(soon)..rest.start))
         && moves(angles.get(rest.end..(rest.end + soon).min(angles.len())))

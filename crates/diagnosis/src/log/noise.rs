@@ -109,7 +109,8 @@ pub(crate) fn estimate(
         for (index, ((weight, information), variance)) in
             piece.weights.iter_mut().zip(&piece.information).zip(&variances).enumerate()
         {
-            let variance = look.or_of_onset(index, *variance);
+            // No neighbour shares the error of an onset.
+            let variance = variance + look.of_onset.get(index).copied().unwrap_or(0.0);
             *weight = (information / variance).sqrt();
             sum += variance;
             count += 1.0;
@@ -240,12 +241,6 @@ impl PieceVariances {
             self.of_sampling.get(index).copied().filter(|sampled| *sampled > COARSE * known).unwrap_or(known)
         };
         (0..samples).map(one).collect()
-    }
-
-    /// The variance of a sample, or that of a motion which may have begun before it shows, where it is clearly larger. No neighbour shares
-    /// that error.
-    fn or_of_onset(&self, index: usize, variance: f64) -> f64 {
-        self.of_onset.get(index).copied().filter(|onset| *onset > COARSE * variance).unwrap_or(variance)
     }
 
     /// The variance of a sample: the computed one, or the observed one where that is clearly larger.

@@ -7,8 +7,6 @@
 use prediction::{Noise, motion_through};
 use valve_model::MotionSample;
 
-/// Noise beyond quantisation within which a motion doesn't show, in standard deviations.
-const SHOWS: f64 = 2.0;
 /// A motion is clear of the noise at so many times the angle within which it doesn't show.
 const CLEAR: f64 = 3.0;
 
@@ -18,7 +16,7 @@ pub(crate) fn begun_early(
     motions: &[MotionSample],
     noise: Noise,
 ) -> Option<Vec<MotionSample>> {
-    let within_rad = noise.step_rad + SHOWS * noise.beyond_quantisation_rad();
+    let within_rad = noise.hides_rad();
     let mut angles: Vec<f64> = motions.iter().map(|motion| motion.angle_rad).collect();
     let mut changed = false;
     for leaves in departures(motions) {
@@ -84,7 +82,7 @@ mod tests {
         let early = begun_early(&time_s, &motions, NOISE).unwrap();
         for (index, (early, seen)) in early.iter().zip(&motions).enumerate() {
             let moved = early.angle_rad - seen.angle_rad;
-            assert!(moved.abs() <= NOISE.step_rad * 1.001, "{index}: {moved}");
+            assert!(moved.abs() <= NOISE.hides_rad() * 1.001, "{index}: {moved}");
             assert!(index > 90 || moved == 0.0, "{index}: {moved}");
         }
         // Where the motion hides, the one drawn early is nearer to it than the rest is.
